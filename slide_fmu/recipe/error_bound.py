@@ -52,6 +52,12 @@ def require_bound(recipe: Recipe) -> None:
         ValueError: the message has the remedy.
     """
     if recipe.bound is None:
+        if recipe.validation.adversarial:
+            raise ValueError(
+                f"validation.adversarial = {recipe.validation.adversarial} without a table "
+                "[bound]; expected an error bound, which the search attacks: add [bound], or "
+                "remove the key"
+            )
         return
     remedy = "remove the table [bound]"
     if recipe.system.is_record:

@@ -10,16 +10,19 @@ gradients. Samples outside of the domain do not count, since the FMU says so the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
+from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
@@ -43,14 +46,23 @@ class Attack:
     """An Attack is what the search found from one start.
 
     Attributes:
-        before, after: largest error over its bound in the domain, of the start and at the end.
+        before, after: largest error over its bound in the domain, of the start and at the end, at
+            the usual confidence.
+        after_highest: the same at the end beside the bound of the highest confidence.
         inputs: those at the end, in their units, shape (N, n_inputs).
+        errors, bounds: absolute errors on them, and their bounds at the usual confidence, in the
+            outputs' units, shape (N, n_outputs).
+        in_domain: whether each sample is one of the domain, shape (N,).
         step: sample at which the error is largest beside its bound.
     """
 
     before: float
     after: float
+    after_highest: float
     inputs: FloatArray
+    errors: FloatArray
+    bounds: FloatArray
+    in_domain: NDArray[np.bool_]
     step: int
 
 
@@ -62,17 +74,21 @@ class _Target:
     system: System
     drawn: Draw
 
-    def worst(self, inputs: FloatArray) -> tuple[float, int]:
+    def errors(self, inputs: FloatArray) -> FloatArray:
+        """Give absolute errors, (N, n_outputs), or raise a SimulationError."""
+        truth = simulate(self.system, inputs, self.drawn.initial).outputs[1:]
+        return np.abs(self.surrogate.predict_newest(inputs) - truth)
+
+    def worst(self, inputs: FloatArray, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
         """Give the largest error over its bound in the domain, and its sample.
 
         It is zero for inputs on which the reference fails.
         """
         try:
-            truth = simulate(self.system, inputs, self.drawn.initial).outputs[1:]
+            error = self.errors(inputs)
         except SimulationError:
             return 0.0, len(inputs) - 1
-        error = np.abs(self.surrogate.predict_newest(inputs) - truth)
-        ratios = (error / self.surrogate.error_bounds(inputs)).max(axis=1)
+        ratios = (error / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)
         ratios[~self.surrogate.in_domain(inputs)] = 0.0
         ratios[: self.first] = 0.0
         step = int(np.argmax(ratios))
@@ -105,15 +121,17 @@ def attack(
     return found
 
 
-def attack_figures(attacks: list[Attack]) -> dict[str, Any]:
+def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:
     """Return the figures of a search as plain values."""
-    after = np.array([found.after for found in attacks])
+    names = "before", "after", "after_highest"
+    ratios = {name: [getattr(found, name) for found in attacks] for name in names}
     return {
         "starts": len(attacks),
-        "children": CHILDREN,
-        "largest_error_over_bound": after.tolist(),
-        "at_the_start": [found.before for found in attacks],
-        "broken": int(np.sum(after > BROKEN)),
+        "changes_tried": CHILDREN,
+        "confidences": [USUAL_CONFIDENCE, CONFIDENCES[-1]],
+        **ratios,
+        "broken": sum(ratio > BROKEN for ratio in ratios["after"]),
+        "broken_at_highest": sum(ratio > BROKEN for ratio in ratios["after_highest"]),
     }
 
 
@@ -129,7 +147,11 @@ def _search(target: _Target, rng: np.random.Generator) -> Attack:
             size = min(size * GROWTH, 1.0)
         else:
             size = max(size * SHRINKAGE, LEAST_STEP)
-    return Attack(before, best, inputs, step)
+    highest, _ = target.worst(inputs, CONFIDENCES[-1])
+    surrogate = target.surrogate
+    bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
+    errors = target.errors(inputs)
+    return Attack(before, best, highest, inputs, errors, bounds, inside, step)
 
 
 def _changed(

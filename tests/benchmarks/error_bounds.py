@@ -5,10 +5,11 @@
 Trajectories that nothing has learnt from are divided at random, 20 times, into those that
 calibrate and those that test. A local scale of the error becomes a bound of 95 % by one factor,
 conformal by trajectory; "bare" is the scale itself, with the factor 1.96 that makes an RMS error a
-bound of normally distributed errors. The scales are a constant, the FMU's estimate of the RMS error
-over a span, the estimator at the single sample (both are the paper's second network), the
-disagreement of surrogate and companion, the head of the error bound, and, as an oracle, the true RMS
-error within a quarter of a second. Skill is 1 minus the pinball loss over that of the best constant.
+bound of normally distributed errors. The scales are a constant, the FMU's estimate of the RMS
+error over a span, the estimator at the single sample (both are the paper's second network), the
+disagreement of surrogate and companion, the head of the error bound, and, as an oracle, the true
+RMS error within a quarter of a second. Skill is 1 minus the pinball loss over that of the best
+constant.
 """
 
 from __future__ import annotations

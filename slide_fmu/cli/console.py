@@ -16,6 +16,7 @@ from rich.table import Column, Table
 from slide_fmu.core.files import write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
+from slide_fmu.validation.trust_tables import output_cells
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -82,6 +83,28 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
             console.print(_told_noise(output))
     if figures["error_estimate"] is not None:
         console.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
+    if "error_bound" in figures:
+        _show_bound(figures["error_bound"])
+
+
+def _show_bound(bound: dict[str, Any]) -> None:
+    """Print what error bounds cover, how wide they are, and how often the domain is left."""
+    console.print(f"error bound, {100 * bound['confidence']:g} % confidence")
+    table = table_of(
+        "output",
+        "covered samples",
+        "of the 5 % worst trajectories",
+        "mean bound / 95 % quantile of errors",
+        "skill beside the best constant",
+        "rank correlation",
+    )
+    for output in bound["outputs"]:
+        table.add_row(*output_cells(output))
+    console.print(table)
+    console.print(
+        f"outside of the domain: {100 * bound['flagged']:.3g} % of the samples, "
+        f"{100 * bound['trajectories_flagged']:.3g} % of the trajectories"
+    )
 
 
 def _told_noise(output: dict[str, Any]) -> str:

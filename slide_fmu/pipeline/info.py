@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.fmu.export import MODULE, read_fmu, read_json
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 
 
 def describe_fmu(fmu: Path) -> dict[str, Any]:
     """Return an FMU's signals, window, size and provenance; of a torch module, its versions.
+
+    Of an error bound, it tells sizes, confidences, and lengths of the blocks of its means in s.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or it is damaged.
@@ -33,6 +36,21 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
         "estimator_parameters": None
         if estimator is None
         else estimator.network.count_parameters(),
+        **_of_bound(surrogate.bound, surrogate.window.step),
         **({"physical_parameters": physical} if physical else {}),
         "provenance": provenance,
+    }
+
+
+def _of_bound(bound: ErrorBound | None, step: float) -> dict[str, Any]:
+    """Return what is told of an error bound, of samples of a step in s; nothing without one."""
+    if bound is None:
+        return {}
+    return {
+        "error_bound": {
+            "companion_parameters": bound.companion.count_parameters(),
+            "head_parameters": bound.head.count_parameters(),
+            "confidences": list(CONFIDENCES),
+            "blocks_s": [length * step for length in bound.blocks],
+        }
     }

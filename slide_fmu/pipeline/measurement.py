@@ -66,14 +66,17 @@ def validation_report(validation: Validation) -> Report:
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
     """Return what a released FMU is measured on.
 
-    That is in range, beyond if it has an estimator, and on kinds of excitation that the recipe
+    That is in range; beyond, if it tells its error; and on kinds of excitation that the recipe
     holds out.
 
-    Nothing is known of what lies beyond records.
+    An error estimator has its own range of amplitudes; with an error bound alone it is that of the
+    trajectories beyond the range. Nothing is known of what lies beyond records.
     """
     found = {IN_RANGE: Task(seed, trajectories)}
     if recipe.estimator is not None and not recipe.system.is_record:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
+    elif recipe.bound is not None:
+        found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
     if recipe.validation.excitation:
         found[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
     return found

@@ -13,6 +13,7 @@ from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import about_parameters, parameter_rows, percent, scientific
+from slide_fmu.validation.trust_sections import bound_sections, estimate_section
 
 OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
 """Figures of outputs that were measured: the noise, and the error of the network run freely."""
@@ -48,7 +49,9 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         rows = parameter_rows(main.figures()["parameters"])
         sections.append(Section("Physical parameters", text, rows))
     if main.surrogate.estimator is not None:
-        sections.append(_estimate_section(validations))
+        sections.append(estimate_section(validations))
+    if main.surrogate.bound is not None:
+        sections += bound_sections(validations)
     sections.append(_timing_section(main))
     return sections
 
@@ -142,27 +145,6 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                 )
             )
     return rows
-
-
-def _estimate_section(validations: Mapping[str, Validation]) -> Section:
-    rows: list[Sequence[str]] = [("inputs", "mean relative deviation", "95 % are within")]
-    for name, validation in validations.items():
-        data = validation.figures()["error_estimate"]
-        parts = {name: data}
-        if "euclidean" in data:
-            parts[f"{name}, norm of the outputs"] = data["euclidean"]
-        keys = ("mean_relative_deviation", "p95_relative_deviation")
-        rows += [(part, *(percent(found[key]) for key in keys)) for part, found in parts.items()]
-    first = next(iter(validations.values()))
-    assert first.recipe.estimator is not None
-    text = (
-        "The FMU estimates the RMSE of its outputs over the last "
-        f"{first.surrogate.estimated_samples} samples. Here it is compared with the true "
-        "error; the band holds deviations up to 37.5 %. Errors below "
-        f"{first.recipe.estimator.resolution:g} of the output's scale count as equal: where both "
-        "lie there, they do not deviate."
-    )
-    return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
 
 
 def _timing_section(validation: Validation) -> Section:

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slide_fmu.validation.figures import REFERENCE, SURROGATE
+from slide_fmu.validation.panels import REFERENCE, SURROGATE
 from slide_fmu.validation.pictures import png
 from slide_fmu.validation.report import Report, Section
 

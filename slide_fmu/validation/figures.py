@@ -5,22 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation.comparison import Comparison, Validation, relative_rmse
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.panels import (
+    ERROR,
+    ESTIMATE,
+    REFERENCE,
+    SCATTER_POINTS,
+    SURROGATE,
+    draw_inputs,
+    panels_in_a_row,
+)
 from slide_fmu.validation.pictures import png as _png
 
-REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 SHOWN_SECONDS = 6.0
 """Length of the cut-out of a trajectory that a figure shows."""
 SHOWN_SAMPLES = 8000
 """The cut-out has no more samples than these, since more of them are a black bar."""
-SCATTER_POINTS = 4000
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
 
@@ -43,7 +49,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         time = comparison.time[shown]
         upper, middle, lower = axes[:, column]
         upper.set_title(f"{title} ({kind}),\naround its largest error", fontsize=11)
-        _draw_inputs(upper, validation.surrogate.inputs, time, comparison.inputs[shown])
+        draw_inputs(upper, validation.surrogate.inputs, time, comparison.inputs[shown])
         label = "measured" if measured else "reference"
         middle.plot(time, comparison.reference[shown, output], color=REFERENCE, label=label)
         middle.plot(
@@ -67,7 +73,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
 
 def estimate_scatter(validations: Mapping[str, Validation]) -> bytes:
     """Draw estimated over true error, a panel per validation; the band holds 37.5 % deviation."""
-    figure, axes = _panels_in_a_row(len(validations), 4.6)
+    figure, axes = panels_in_a_row(len(validations), 4.6)
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
         true = np.concatenate([c.true_error.ravel() for c in validation.comparisons])
         estimates = [c.estimate.ravel() for c in validation.comparisons if c.estimate is not None]
@@ -102,7 +108,7 @@ def training_history(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     """Draw training and validation RMSE over the optimizer steps, one panel per stage."""
     # a course of one point shows nothing that the table beside does not say
     courses = {stage: h for stage, h in histories.items() if len(h["step"]) > 1} or histories
-    figure, axes = _panels_in_a_row(len(courses), 3.4)
+    figure, axes = panels_in_a_row(len(courses), 3.4)
     for ax, (stage, history) in zip(axes, courses.items(), strict=True):
         ax.semilogy(history["step"], history["training_error"], color=SURROGATE, label="training")
         ax.semilogy(history["step"], history["validation_error"], color=ERROR, label="validation")
@@ -194,25 +200,6 @@ def response_matrices(learnt: FloatArray, exact: FloatArray) -> bytes:
         figure.colorbar(image, ax=ax)
     axes[-1].set_xlabel("input sample")
     return _png(figure)
-
-
-def _panels_in_a_row(count: int, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a number of panels beside each other, each with a grid."""
-    figure = Figure(figsize=(5.5 * count, height), layout="constrained")
-    axes = list(figure.subplots(1, count, squeeze=False)[0])
-    for ax in axes:
-        ax.grid(alpha=0.3)
-    return figure, axes
-
-
-def _draw_inputs(
-    ax: Axes, signals: Sequence[Signal], time: FloatArray, values: FloatArray
-) -> None:
-    for index, signal in enumerate(signals):
-        ax.step(time, values[:, index], where="pre", lw=0.9, label=signal.name)
-    units = ", ".join(dict.fromkeys(signal.unit for signal in signals))
-    names = f"{signals[0].name} .. {signals[-1].name}" if len(signals) > 1 else signals[0].name
-    ax.set_ylabel(f"{names} / {units}")
 
 
 def _worst_part(comparison: Comparison, output: int) -> slice:

@@ -7,6 +7,7 @@ from typing import Any
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
+from slide_fmu.validation.trust_sentences import bound_sentences
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on is warned."""
@@ -67,6 +68,9 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
             "An error estimate never exceeds the largest error that its training knew; read one "
             "beyond the range as a lower bound."
         )
+    if surrogate.bound is not None:
+        in_range = None if measured is None else next(iter(ordered(measured).values()))
+        found += bound_sentences(recipe, in_range)
     if measured is None:
         return [*found, "The error of this surrogate has not been measured."]
     return [*found, *_measured_limits(measured)]

@@ -17,6 +17,8 @@ from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.tables import about_parameters, parameter_rows
+from slide_fmu.validation.trust_sentences import COLUMNS, bound_sentences
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
 
 
 def model_card(
@@ -57,6 +59,8 @@ def model_card(
         now_text=meaning_of(surrogate),
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
+        estimate_rows=estimate_rows(_named(validations)) if surrogate.estimator else [],
+        **_about_bound(surrogate, recipe, validations),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),
         picture=picture,
@@ -68,6 +72,30 @@ def _parameter_rows(validations: dict[str, Any]) -> list[Sequence[str]]:
     """Return the table of the errors by physical parameters; nothing where there are none."""
     found = next(iter(validations.values())).get("parameters")
     return [] if found is None else parameter_rows(found)
+
+
+def _named(validations: dict[str, Any]) -> dict[str, Any]:
+    """Return the validations by names that say at which amplitudes they are."""
+    found = {}
+    for name, validation in validations.items():
+        low, high = validation["amplitude"]
+        inside = low == high == 1
+        found[name if inside else f"{name} ({low} to {high} times the amplitude)"] = validation
+    return found
+
+
+def _about_bound(
+    surrogate: Surrogate, recipe: Recipe, validations: dict[str, Any]
+) -> dict[str, Any]:
+    """Return what the card says of the error bound; nothing where there is none."""
+    if surrogate.bound is None:
+        return {"bound_sentences": [], "bound_tables": [], "bound_columns": ""}
+    named = _named(validations)
+    return {
+        "bound_sentences": bound_sentences(recipe, next(iter(validations.values()))),
+        "bound_tables": [bound_rows(named), kind_rows(named)],
+        "bound_columns": COLUMNS,
+    }
 
 
 def plain(text: str) -> str:

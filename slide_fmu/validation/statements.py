@@ -12,6 +12,7 @@ from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.limits import Figures, limits, ordered
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.trust_entries import trust_entries
 
 OF_OUTPUTS = (
     *("name", "unit", "rms_reference", "rmse", "relative_rmse", "max_error"),
@@ -143,7 +144,7 @@ def _rows(found: Iterable[Row]) -> list[Row]:
 
 
 def _accuracy(measured: Figures) -> list[Entry]:
-    """Give the measured errors, and what error estimates and stability tests are worth."""
+    """Give the measured errors, and what estimates, bounds and stability tests are worth."""
     validations = ordered(measured)
     found = [joined("accuracy", _accuracy_tables(validations))]
     estimates = [
@@ -160,6 +161,7 @@ def _accuracy(measured: Figures) -> list[Entry]:
     ]
     if estimates:
         found.append(table("error_estimate", "Deviation", estimates))
+    found += trust_entries(validations)
     if "stability" in measured:
         found.append(table("stability", "Test", _rows(measured["stability"])))
     return found

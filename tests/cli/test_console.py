@@ -164,6 +164,33 @@ def test_estimate_of_errors_below_its_resolution_is_told_as_such(
     assert "%" not in last
 
 
+def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
+    monkeypatch.setattr(console, "console", messages)
+    output = {
+        "name": "position",
+        "coverage": 0.964,
+        "coverage_of_worst_trajectories": 0.91,
+        "width": 0.7912,
+        "skill": 0.568,
+        "rank_correlation": None,
+    }
+    bound = {
+        "confidence": 0.95,
+        "outputs": [output],
+        "flagged": 0.0062,
+        "trajectories_flagged": 0.025,
+    }
+    console.show_validation({**FIGURES, "error_bound": bound}, "in range")
+    lines = messages.file.getvalue().splitlines()
+    assert "error bound, 95 % confidence" in lines
+    (row,) = [line for line in lines if "position" in line and "96.4 %" in line]
+    assert all(f" {cell} " in row for cell in ("91 %", "0.791", "56.8 %"))
+    assert lines[-1] == "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories"
+
+
 def test_validation_shows_the_plain_call_beside_known_inputs(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

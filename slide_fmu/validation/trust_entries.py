@@ -1,0 +1,69 @@
+"""What credentials say of error bounds, and of error estimates beside a constant, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from slide_fmu.credentials.metadata import Entry, Row, table
+from slide_fmu.validation.trust_tables import DEVIATIONS, Figures
+
+OF_BOUNDS = (
+    *("coverage", "coverage_of_worst_trajectories", "width", "skill"),
+    "rank_correlation",
+)
+"""Figures of the bound of an output."""
+
+OF_DOMAINS = "flagged", "trajectories_flagged"
+
+
+def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
+    """Return the tables of the figures that validations have; none of those of older FMUs."""
+    found = [
+        table("error_estimate.without_floor", "Deviation", _estimates(validations)),
+        table("error_bound", "Bound", _bounds(validations)),
+        table("error_bound.excitations", "Excitation", _kinds(validations)),
+    ]
+    return [entry for entry in found if len(entry.value)]
+
+
+def _estimates(validations: Mapping[str, Figures]) -> Iterator[Row]:
+    for name, validation in validations.items():
+        for output in (validation["error_estimate"] or {}).get("without_floor", []):
+            constant = output["best_constant"]
+            yield {
+                "inputs": name,
+                "output": output["name"],
+                **{key: output[key] for key in DEVIATIONS},
+                **{f"best_constant_{key}": constant[key] for key in DEVIATIONS},
+                "rank_correlation": output["rank_correlation"],
+            }
+
+
+def _bounds(validations: Mapping[str, Figures]) -> Iterator[Row]:
+    for name, validation in validations.items():
+        bound = validation.get("error_bound", {"outputs": []})
+        for output in bound["outputs"]:
+            yield {
+                "inputs": name,
+                "output": output["name"],
+                "confidence": bound["confidence"],
+                **{key: output[key] for key in OF_BOUNDS},
+                **{key: bound[key] for key in OF_DOMAINS},
+            }
+
+
+def _kinds(validations: Mapping[str, Figures]) -> Iterator[Row]:
+    """Give a row for each kind and output."""
+    for name, validation in validations.items():
+        for kind in validation.get("error_bound", {"excitations": []})["excitations"]:
+            shares = zip(kind["coverage"], kind["lowest_coverage"], strict=True)
+            for output, (mean, lowest) in zip(validation["outputs"], shares, strict=True):
+                yield {
+                    "inputs": name,
+                    "name": kind["name"],
+                    "output": output["name"],
+                    "trajectories": kind["trajectories"],
+                    "coverage": mean,
+                    "lowest_coverage": lowest,
+                    **{key: kind[key] for key in OF_DOMAINS},
+                }

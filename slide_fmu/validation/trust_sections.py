@@ -1,0 +1,61 @@
+"""Sections of a report show what error estimates and error bounds are worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from slide_fmu.validation import figures, trust_pictures
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.report import Section
+from slide_fmu.validation.trust_sentences import COLUMNS, bound_sentences
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
+
+
+def estimate_section(validations: Mapping[str, Validation]) -> Section:
+    """Return the section on the error estimate, of a surrogate that has one."""
+    first = next(iter(validations.values()))
+    assert first.recipe.estimator is not None
+    text = (
+        "The FMU estimates the RMSE of its outputs over the last "
+        f"{first.surrogate.estimated_samples} samples. Here it is compared with the true "
+        "error; the band holds deviations up to 37.5 %. Errors below "
+        f"{first.recipe.estimator.resolution:g} of the output's scale count as equal: where both "
+        "lie there, they do not deviate. Without this floor, the estimate of every output stands "
+        "beside the best constant: the one number whose mean relative deviation from the true "
+        "errors is least. An estimate that does no better says nothing of a single span. The rank "
+        "correlation is that of estimated and true errors."
+    )
+    rows = estimate_rows({name: v.figures() for name, v in validations.items()})
+    return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
+
+
+def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
+    """Return the sections on error bound and domain, of a surrogate that has them."""
+    first = next(iter(validations.values()))
+    found = {name: v.figures() for name, v in validations.items()}
+    text = " ".join(bound_sentences(first.recipe, next(iter(found.values()))))
+    return [
+        Section(
+            "Error bound",
+            f"{text} {COLUMNS}",
+            bound_rows(found),
+            [
+                trust_pictures.bound_scatter(validations),
+                trust_pictures.novelty_scatter(validations),
+            ],
+        ),
+        Section(
+            "Error bound by kind of excitation",
+            "The bound is calibrated on the mix of all kinds, so that a rare one may be covered "
+            "less. Shares are those of the output that is covered least.",
+            kind_rows(found),
+            [trust_pictures.coverage_by_kind(validations)],
+        ),
+        Section(
+            "Error bound: the worst steps",
+            "These are the steps in range whose errors are largest beside their bounds, one of "
+            "each trajectory at most where there are enough of them.",
+            (),
+            [trust_pictures.worst_steps_picture(first)],
+        ),
+    ]

@@ -1,0 +1,62 @@
+"""Where error bounds count, and what it means that inputs lie outside of the domain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_bound import CONFIDENCES
+from slide_fmu.validation.tables import percent
+from slide_fmu.validation.trust import OFTEN
+
+COLUMNS = (
+    "A sample is covered if its error stays below the bound. The width is the mean bound over the "
+    "95 % quantile of the errors: a constant that knows all of them has 1. The skill is the part "
+    "of the pinball loss that the bound saves beside the best constant: with 100 % it would be "
+    "the error itself, with 0 % it says no more than the constant. The rank correlation is that "
+    f"of bound and error. A trajectory is outside of the domain if more than {percent(OFTEN)} of "
+    "its samples are."
+)
+"""What stands in the columns of ``slide_fmu.validation.trust_tables.bound_rows``."""
+
+
+def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str]:
+    """Say where bounds count, and what the FMU says where they do not.
+
+    Args:
+        recipe: what the FMU was made from; it has the table ``bound``.
+        measured: the figures in range of the FMU's validation; None where it was not measured.
+    """
+    assert recipe.bound is not None
+    low, high = (f"{100 * end:g}" for end in (CONFIDENCES[0], CONFIDENCES[-1]))
+    found = [
+        "Error bounds count for inputs of the kinds that they were calibrated on "
+        f"({recipe.count('calibration')} trajectories; amplitudes are fractions of the range): "
+        f"{_kinds(recipe)}.",
+        "There, the share of the samples whose error stays below the bound is on average at least "
+        f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
+        "with the largest errors may be covered less.",
+        "Where in_domain is false, inputs have left their ranges, or the surrogate and its "
+        "companion are further apart, or move more, than those of the calibration: a bound means "
+        "'at least' there, and the error may be many times larger.",
+        "That in_domain is true proves nothing of inputs of other kinds.",
+    ]
+    wanted = percent(recipe.bound.false_alarms)
+    if measured is None:
+        return [*found, f"False alarms were {wanted} of the samples of the calibration."]
+    flagged = percent(measured["error_bound"]["flagged"])
+    return [
+        *found,
+        f"False alarms: of the samples in range, in_domain is false for {flagged}; of those of "
+        f"the calibration it was for {wanted}.",
+    ]
+
+
+def _kinds(recipe: Recipe) -> str:
+    """Name the kinds of excitation, each with its ranges."""
+    kinds = recipe.data.excitation
+    return "; ".join(
+        f"{name} ({', '.join(f'{key} {value}' for key, value in kind.settings().items())})"
+        for name, kind in zip(names_of(kinds), kinds, strict=True)
+    )

@@ -1,0 +1,120 @@
+"""Tables of how far error estimates and bounds can be trusted, as rows of text.
+
+Report, model card and console show the same figures, live or as an FMU keeps them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from slide_fmu.validation.tables import percent
+
+Figures = Mapping[str, Any]
+"""The figures of one validation."""
+
+DEVIATIONS = "mean_relative_deviation", "p95_relative_deviation"
+
+
+def estimate_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
+    """Return a table of the deviations of error estimates, its heading first.
+
+    Validations without figures beside a constant, as older FMUs keep them, have three columns.
+    """
+    estimates = {name: v["error_estimate"] for name, v in validations.items()}
+    compared = any("without_floor" in estimate for estimate in estimates.values())
+    rows: list[Sequence[str]] = [
+        (
+            "inputs",
+            "error estimate: mean relative deviation",
+            "95 % within",
+            *(["the best constant: mean", "95 % within", "rank correlation"] if compared else []),
+        )
+    ]
+    blank = [""] * (3 if compared else 0)
+    for name, estimate in estimates.items():
+        rows.append((name, *_deviations(estimate), *blank))
+        if "euclidean" in estimate:
+            norm = f"{name}, norm of the outputs"
+            rows.append((norm, *_deviations(estimate["euclidean"]), *blank))
+        for output in estimate.get("without_floor", []):
+            part = f"{name}, {output['name']} without floor"
+            constant, rank = _deviations(output["best_constant"]), output["rank_correlation"]
+            rows.append((part, *_deviations(output), *constant, _correlation(rank)))
+    return rows
+
+
+def bound_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
+    """Return a table of what error bounds and domain are worth, its heading first."""
+    rows: list[Sequence[str]] = [
+        (
+            "inputs",
+            "output",
+            "covered samples",
+            "of the 5 % worst trajectories",
+            "width",
+            "skill",
+            "rank correlation",
+            "samples outside of the domain",
+            "trajectories outside",
+        )
+    ]
+    for name, validation in validations.items():
+        bound = validation["error_bound"]
+        for output in bound["outputs"]:
+            rows.append((name, *output_cells(output), *_outside(bound)))
+    return rows
+
+
+def output_cells(output: Figures) -> Sequence[str]:
+    """Return name, coverage, that of the worst trajectories, width, skill, rank correlation."""
+    return (
+        output["name"],
+        percent(output["coverage"]),
+        percent(output["coverage_of_worst_trajectories"]),
+        f"{output['width']:.3g}",
+        percent(output["skill"]),
+        _correlation(output["rank_correlation"]),
+    )
+
+
+def kind_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
+    """Return a table of bounds by kind of excitation, its heading first.
+
+    The covered shares are those of the output with the least.
+    """
+    rows: list[Sequence[str]] = [
+        (
+            "inputs",
+            "excitation",
+            "trajectories",
+            "covered samples, mean",
+            "lowest of a trajectory",
+            "samples outside of the domain",
+        )
+    ]
+    for name, validation in validations.items():
+        for kind in validation["error_bound"]["excitations"]:
+            rows.append(
+                (
+                    name,
+                    kind["name"],
+                    str(kind["trajectories"]),
+                    percent(min(kind["coverage"])),
+                    percent(min(kind["lowest_coverage"])),
+                    percent(kind["flagged"]),
+                )
+            )
+    return rows
+
+
+def _outside(bound: Figures) -> Sequence[str]:
+    return percent(bound["flagged"]), percent(bound["trajectories_flagged"])
+
+
+def _deviations(figures: Figures) -> Sequence[str]:
+    return [percent(figures[key]) for key in DEVIATIONS]
+
+
+def _correlation(value: float | None) -> str:
+    return "" if value is None else f"{value:.2f}"

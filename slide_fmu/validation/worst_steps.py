@@ -1,0 +1,57 @@
+"""The steps at which errors are largest beside their bounds, at different places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.trust import TINY
+
+
+class WorstStep(NamedTuple):
+    """A WorstStep is a sample of a trajectory.
+
+    Attributes:
+        comparison: the trajectory.
+        sample: index of the sample.
+        output: index of the output whose error is the largest one beside its bound.
+        ratio: that error over its bound.
+    """
+
+    comparison: Comparison
+    sample: int
+    output: int
+    ratio: float
+
+
+def worst_steps(comparisons: Sequence[Comparison], count: int, apart: int) -> list[WorstStep]:
+    """Find the steps with the largest errors over their bounds, the largest one first.
+
+    There is one for each trajectory at most. Where there are fewer trajectories than steps wanted,
+    those have further ones, which lie so many samples ``apart``.
+    """
+    left = [error_over_bound(c) for c in comparisons]
+    found: list[WorstStep] = []
+    while len(found) < count:
+        of_each = []
+        for comparison, ratios in zip(comparisons, left, strict=True):
+            sample, output = np.unravel_index(np.argmax(ratios), ratios.shape)
+            ratio = float(ratios[sample, output])
+            if ratio >= 0:
+                of_each.append(WorstStep(comparison, int(sample), int(output), ratio))
+                ratios[max(0, sample - apart + 1) : sample + apart] = -1.0
+        if not of_each:
+            break
+        found += sorted(of_each, key=lambda step: -step.ratio)[: count - len(found)]
+    return sorted(found, key=lambda step: -step.ratio)
+
+
+def error_over_bound(comparison: Comparison) -> FloatArray:
+    """Return absolute errors over their bounds of a trajectory that has some, (N, n_outputs)."""
+    assert comparison.told is not None
+    ratios = np.abs(comparison.error) / np.maximum(comparison.told.bounds, TINY)
+    return np.asarray(ratios)

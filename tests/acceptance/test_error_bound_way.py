@@ -1,0 +1,145 @@
+"""The whole way of an error bound: recipe to FMU to report, and an importer that asks for it."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from slide_fmu.credentials.members import METADATA
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.surrogate.error_bound import CONFIDENCES
+from tests.acceptance.conftest import Finished, invoke, run_recipe
+from tests.libraries import build_libraries
+from tests.limits import HANGS
+
+TUTORIALS = Path(__file__).parents[2] / "docs/tutorials"
+ROUNDING = 0.1
+"""The head sees the logarithm of the difference of two results in single precision; where both
+nearly agree, the bound may be off by this part."""
+
+NAMES = ["position_error_bound", "novelty", "in_domain", "error_bound_filled"]
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The recipe that docs/trust.md shows, finished."""
+    build_libraries()
+    text = (TUTORIALS / "duffing_bounded.toml").read_text(encoding="utf-8")
+    return run_recipe(tmp_path_factory.mktemp("bounded"), "duffing_bounded", text)
+
+
+def test_bound_holds_in_range_and_the_domain_is_left_beyond_it(finished: Finished) -> None:
+    inside, beyond = (
+        finished.figures["validation"][name]["error_bound"]
+        for name in ("in range", "beyond the range")
+    )
+    (output,) = inside["outputs"]
+    assert output["coverage"] > 0.9
+    assert output["skill"] > 0.2
+    assert inside["flagged"] < 0.03
+    assert beyond["flagged"] > 0.3
+
+
+def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
+    surrogate, _ = read_fmu(finished.fmu)
+    count, step = 400, surrogate.window.step
+    force = np.random.default_rng(1).uniform(-1000, 1000, count)
+    force[300:] *= 2  # beyond the range
+    signals = np.empty(count + 1, dtype=[("time", float), ("force", float)])
+    signals["time"], signals["force"] = step * np.arange(count + 1), [*force, 0.0]
+    for confidence in CONFIDENCES:
+        found = fmpy.simulate_fmu(
+            str(finished.fmu),
+            stop_time=count * step,
+            output_interval=step,
+            input=signals,
+            start_values={"confidence": confidence},
+            output=NAMES,
+        )[1:]
+        bounds = surrogate.error_bounds(force[:, None], confidence)[:, 0]
+        off = np.abs(found["position_error_bound"] / bounds - 1)
+        assert np.median(off) < 1e-3
+        assert off.max() < ROUNDING
+    novelty = surrogate.trust(force[:, None]).novelty
+    np.testing.assert_allclose(found["novelty"], novelty, rtol=2e-3)
+    expected = surrogate.in_domain(force[:, None])
+    assert expected[200:300].all()
+    assert not expected[310:].any()
+    assert (found["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()
+    assert surrogate.bound is not None
+    filled = np.arange(1, count + 1) / surrogate.bound.memory_length
+    np.testing.assert_allclose(found["error_bound_filled"], np.minimum(filled, 1))
+
+
+def test_report_and_card_show_the_bound(finished: Finished) -> None:
+    folder = finished.fmu.parent
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    pictures = []
+    for title in ("Error bound", "Error bound by kind of excitation", "Error bound: the worst"):
+        (section,) = re.findall(rf"<h2>{title}(?: steps)?</h2>(.*?)<h2>", page, re.DOTALL)
+        pictures.append(section.count("data:image/webp;base64,"))
+    assert pictures == [2, 1, 1]
+    card = (folder / "card.md").read_text(encoding="utf-8").split("### Error bound")[1]
+    (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]
+    assert f"| in range | position | {100 * output['coverage']:.3g} % | " in card
+    assert "| in range | multisine | " in card
+    assert "held_random (amplitude 1.0 .. 1.0" in card
+
+
+def test_credentials_have_the_bound(finished: Finished) -> None:
+    with zipfile.ZipFile(finished.fmu) as archive:
+        metadata = archive.read(METADATA).decode("utf-8")
+    assert 'keyword="error_bound"' in metadata
+    assert 'keyword="error_bound.excitations"' in metadata
+    assert "Where in_domain is false" in metadata
+    result = invoke("check", finished.fmu, "--json", "-")
+    assert json.loads(result.stdout)["problems"] == []
+
+
+def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
+    found = json.loads(invoke("info", finished.fmu, "--json", "-").stdout)["error_bound"]
+    surrogate, _ = read_fmu(finished.fmu)
+    assert surrogate.bound is not None
+    assert found == {
+        "companion_parameters": surrogate.network.count_parameters(),  # the same network again
+        "head_parameters": surrogate.bound.head.count_parameters(),
+        "confidences": [0.9, 0.95, 0.99],
+        "blocks_s": [0.015625, 0.125],
+    }
+
+
+def test_validate_prints_coverage_and_how_often_the_domain_is_left(finished: Finished) -> None:
+    result = invoke("validate", finished.fmu, "--trajectories", 2, "--report", finished.runs / "v")
+    assert result.exit_code == 0, result.output
+    assert "error bound, 95 % confidence" in result.output
+    assert re.search(r"outside of the domain: [\d.]+ % of the samples", result.output)
+    assert "<h2>Error bound</h2>" in (finished.runs / "v/report.html").read_text(encoding="utf-8")
+
+
+def test_example_of_the_page_on_trust_runs_and_tells_both_forces_apart(
+    finished: Finished,
+) -> None:
+    done = subprocess.run(
+        [sys.executable, str(TUTORIALS / "bounded_duffing.py"), str(finished.fmu)],
+        capture_output=True,
+        text=True,
+        timeout=HANGS,
+    )
+    assert done.returncode == 0, done.stderr
+    shares = re.findall(r"up to \d+ N: ([\d.]+) % of the steps are in the domain", done.stdout)
+    usual, strong = map(float, shares)
+    assert usual > 95
+    assert strong < 5
+    page = (TUTORIALS.parent / "trust.md").read_text(encoding="utf-8")
+    for name in ("bounded_duffing.py", "duffing_bounded.toml"):
+        assert f'--8<-- "docs/tutorials/{name}"' in page
+    told = [re.sub(r"[\d.e-]+", "#", line) for line in done.stdout.splitlines()]
+    assert "\n".join(told) in re.sub(r"[\d.e-]+", "#", page)

@@ -1,0 +1,136 @@
+"""Measures of trust against brute force, and against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slide_fmu.validation.trust import (
+    best_constant,
+    bound_figures,
+    domain_figures,
+    estimate_figures,
+    pinball_loss,
+    rank_correlation,
+)
+from tests.validation.handmade import told
+
+LEVELS = np.linspace(0.01, 8, 4000)
+"""Constants that brute force tries."""
+
+
+def errors_of(seed: int, count: int = 400) -> np.ndarray:
+    return np.random.default_rng(seed).lognormal(0, 0.7, count)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_best_constant_deviates_least_of_all_constants(seed: int) -> None:
+    errors = errors_of(seed)
+
+    def deviation(constant: float) -> float:
+        return float(np.mean(np.abs(constant - errors) / errors))
+
+    found = best_constant(errors)
+    assert found in errors
+    assert deviation(found) <= min(map(deviation, LEVELS)) + 1e-12
+    assert deviation(found) < deviation(float(np.median(errors)))
+
+
+def test_best_constant_of_one_error_is_that_error() -> None:
+    assert best_constant(np.array([0.3])) == 0.3
+
+
+def test_pinball_loss_of_constants_is_least_at_the_quantile() -> None:
+    errors = errors_of(4, 2000)
+    losses = [pinball_loss(errors, np.full(len(errors), level)) for level in LEVELS]
+    best = LEVELS[int(np.argmin(losses))]
+    assert best == pytest.approx(np.quantile(errors, 0.95), rel=0.02)
+
+
+def test_pinball_loss_costs_what_is_not_covered_19_times_as_much() -> None:
+    bound = np.array([2.0])
+    assert pinball_loss(np.array([3.0]), bound) == pytest.approx(0.95)
+    assert pinball_loss(np.array([1.0]), bound) == pytest.approx(0.05)
+
+
+def plain_ranks(values: np.ndarray) -> np.ndarray:
+    """Mean ranks, those of equal values shared, counted one by one."""
+    less = (values[None] < values[:, None]).sum(axis=1)
+    same = (values[None] == values[:, None]).sum(axis=1)
+    return np.asarray(less + 0.5 * (same + 1))
+
+
+def test_rank_correlation_is_the_correlation_of_ranks_with_ties() -> None:
+    rng = np.random.default_rng(5)
+    one = rng.integers(0, 30, 200).astype(float)
+    other = np.exp(one / 10) + rng.integers(0, 5, 200)
+    expected = np.corrcoef(plain_ranks(one), plain_ranks(other))[0, 1]
+    assert rank_correlation(one, other) == pytest.approx(expected)
+    assert rank_correlation(one, one**3) == pytest.approx(1)
+    assert rank_correlation(one, -one) == pytest.approx(-1)
+
+
+def test_rank_correlation_with_a_constant_is_not_known() -> None:
+    varied = np.arange(3.0)
+    assert rank_correlation(varied, np.ones(3)) is None
+    assert rank_correlation(np.ones(3), varied) is None
+
+
+def test_bound_figures_are_those_of_all_samples_and_the_worst_trajectories() -> None:
+    """The second of two trajectories has one error of four above its bound."""
+    errors = [np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 2.0, 3.0, 8.0])]
+    bounds = [np.array([2.0, 3.0, 4.0, 4.0]), np.array([2.0, 3.0, 4.0, 5.0])]
+    found = bound_figures(errors, bounds)
+    both, limits = np.concatenate(errors), np.concatenate(bounds)
+    constant = np.quantile(both, 0.95)
+    assert found["coverage"] == 7 / 8  # an error as large as its bound is covered
+    assert found["coverage_of_worst_trajectories"] == 3 / 4
+    assert found["width"] == pytest.approx(27 / 8 / constant)
+    spared = 0.05 * 6 / 8 + 0.95 * 3 / 8  # six are 1 below their bound, one meets it
+    assert pinball_loss(both, limits) == pytest.approx(spared)
+    of_constant = pinball_loss(both, np.full(8, constant))
+    assert found["skill"] == pytest.approx(1 - spared / of_constant)
+    ranks = np.corrcoef(plain_ranks(both), plain_ranks(limits))[0, 1]
+    assert found["rank_correlation"] == pytest.approx(ranks)
+
+
+def test_bound_that_is_the_best_constant_has_width_one_and_no_skill() -> None:
+    errors = errors_of(6)
+    found = bound_figures([errors], [np.full(len(errors), np.quantile(errors, 0.95))])
+    assert found["width"] == pytest.approx(1)
+    assert found["skill"] == pytest.approx(0)
+    assert found["rank_correlation"] is None
+
+
+def test_bound_that_is_the_error_itself_has_all_skill() -> None:
+    errors = errors_of(7)
+    found = bound_figures([errors], [errors])
+    assert (found["coverage"], found["skill"]) == (1, 1)
+    assert found["rank_correlation"] == pytest.approx(1)
+
+
+def test_bound_figures_of_errors_of_zero_are_finite() -> None:
+    found = bound_figures([np.zeros(4)], [np.array([1.0, 2.0, 3.0, 4.0])])
+    assert np.isfinite([found["width"], found["skill"]]).all()
+    assert found["coverage"] == 1
+
+
+def test_trajectory_counts_as_flagged_above_a_twentieth_of_its_samples() -> None:
+    length = 40
+    seldom = told([[1.0]] * length, [2.0] * 2 + [0.5] * 38)  # a twentieth: not more
+    often = told([[1.0]] * length, [2.0] * 3 + [0.5] * 37)
+    found = domain_figures([seldom, often])
+    assert found == {"flagged": 5 / 80, "trajectories_flagged": 1 / 2}
+
+
+def test_estimate_figures_stand_beside_the_best_constant_without_errors_of_zero() -> None:
+    errors = np.array([0.0, 1.0, 2.0, 4.0])
+    estimates = np.array([9.0, 1.5, 2.0, 3.0])
+    found = estimate_figures(estimates, errors)
+    deviations = [0.5, 0.0, 0.25]
+    assert found["mean_relative_deviation"] == pytest.approx(np.mean(deviations))
+    assert found["p95_relative_deviation"] == pytest.approx(np.quantile(deviations, 0.95))
+    # weights 1, 1/2, 1/4: half of their sum is reached at the first
+    assert best_constant(errors[1:]) == 1
+    assert found["best_constant"]["mean_relative_deviation"] == pytest.approx((0.5 + 0.75) / 3)
+    assert found["rank_correlation"] == pytest.approx(1)

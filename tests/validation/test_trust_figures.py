@@ -1,0 +1,156 @@
+"""The figures of estimates and bounds in a validation, and how tables show them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.credentials.metadata import OWN
+from slide_fmu.validation.limits import limits
+from slide_fmu.validation.statements import statements
+from slide_fmu.validation.trust_sections import bound_sections
+from slide_fmu.validation.trust_sentences import bound_sentences
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
+from tests.validation.handmade import bounded, comparison, told, validation
+
+STILL = [0.5, 0.5, 0.5, 0.5]
+FIRST = comparison(
+    [[1.0, 0.1], [-2.0, 0.1], [3.0, 0.2], [4.0, 0.1]],
+    told=told([[2.0, 0.2], [3.0, 0.2], [2.0, 0.3], [5.0, 0.4]], STILL),
+)
+SECOND = comparison(
+    [[-1.0, 0.1], [2.0, 0.9], [3.0, 0.9], [1.0, 0.1]],
+    kind=1,
+    told=told([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
+)
+THIRD = replace(SECOND, told=told([[9.0, 9.0]] * 4, STILL))
+
+
+def test_bound_is_measured_for_each_output_over_all_trajectories() -> None:
+    found = bounded(FIRST, SECOND).figures()["error_bound"]
+    first, second = found["outputs"]
+    assert found["confidence"] == 0.95
+    assert (first["name"], second["name"]) == ("y0", "y1")
+    assert (first["coverage"], second["coverage"]) == (7 / 8, 6 / 8)
+    assert first["coverage_of_worst_trajectories"] == 3 / 4
+    assert second["coverage_of_worst_trajectories"] == 2 / 4
+    assert (found["flagged"], found["trajectories_flagged"]) == (2 / 8, 1 / 2)
+    json.dumps(found, allow_nan=False)
+
+
+def test_kinds_of_excitation_are_covered_apart() -> None:
+    held, sweep = bounded(FIRST, SECOND, THIRD).figures()["error_bound"]["excitations"]
+    assert (held["name"], held["trajectories"]) == ("held_random", 1)
+    assert held["coverage"] == held["lowest_coverage"] == [3 / 4, 1]
+    assert (sweep["name"], sweep["trajectories"]) == ("sweep", 2)
+    assert sweep["coverage"] == [1, 3 / 4]
+    assert sweep["lowest_coverage"] == [1, 1 / 2]
+    assert (sweep["flagged"], sweep["trajectories_flagged"]) == (2 / 8, 1 / 2)
+
+
+def test_surrogate_without_a_bound_has_no_figures_of_one() -> None:
+    assert "error_bound" not in validation(FIRST).figures()
+
+
+def test_estimates_are_compared_without_floor_where_their_span_is_whole() -> None:
+    nan = float("nan")
+    some = comparison(
+        [[0.0, 0.0]] * 3,
+        estimate=np.array([[9.0, 9.0], [1.5, 2.0], [2.0, 2.0]]),
+        true_error=np.array([[nan, nan], [1.0, 2.0], [2.0, 1.0]]),
+    )
+    first, second = validation(some).figures()["error_estimate"]["without_floor"]
+    assert first["name"] == "y0"
+    assert first["mean_relative_deviation"] == pytest.approx(0.25)
+    assert first["best_constant"]["mean_relative_deviation"] == pytest.approx(0.25)
+    assert first["rank_correlation"] == pytest.approx(1)
+    assert second["mean_relative_deviation"] == pytest.approx(0.5)
+    assert second["rank_correlation"] is None
+
+
+def test_rows_of_estimates_have_the_constant_beside_and_old_figures_do_not() -> None:
+    figures = validation(FIRST, SECOND).figures()
+    heading, floor, norm, first, second = estimate_rows({"in range": figures})
+    assert heading[3:] == ("the best constant: mean", "95 % within", "rank correlation")
+    assert floor[0] == "in range"
+    assert list(floor[3:]) == ["", "", ""]
+    assert norm[0] == "in range, norm of the outputs"
+    assert first[0] == "in range, y0 without floor"
+    assert second[1:] == ("100 %", "100 %", "0 %", "0 %", "")  # estimated 0.5, true 0.25
+    del figures["error_estimate"]["without_floor"]
+    assert {len(row) for row in estimate_rows({"in range": figures})} == {3}
+
+
+def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
+    figures = {"in range": bounded(FIRST, SECOND, THIRD).figures()}
+    heading, first, second = bound_rows(figures)
+    assert len(heading) == len(first) == len(second)
+    assert first[:4] == ("in range", "y0", "91.7 %", "75 %")
+    assert first[-2:] == ("16.7 %", "33.3 %")
+    heading, held, sweep = kind_rows(figures)
+    assert held == ("in range", "held_random", "1", "75 %", "75 %", "0 %")
+    assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %")
+
+
+def test_sentences_name_the_kinds_the_confidences_and_the_false_alarms() -> None:
+    found = bounded(FIRST, SECOND)
+    text = " ".join(bound_sentences(found.recipe, found.figures()))
+    assert (
+        "(150 trajectories; amplitudes are fractions of the range): held_random (amplitude 1.0"
+        in text
+    )
+    assert "; sweep (" in text
+    assert "90 to 99 %" in text
+    assert "Where in_domain is false" in text
+    assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
+    unknown = " ".join(bound_sentences(found.recipe, None))
+    assert "False alarms were 0.25 % of the samples of the calibration." in unknown
+
+
+def credentials_of(*comparisons: Any) -> dict[str, Any]:
+    found = bounded(*comparisons)
+    provenance = {"measured": {"validation": {"in range": found.figures()}}}
+    entries = statements(found.surrogate, found.recipe, provenance)
+    return {entry.keyword: entry.value for entry in entries}
+
+
+def test_credentials_have_bound_domain_and_where_they_count() -> None:
+    found = credentials_of(FIRST, SECOND, THIRD)
+    first, second = found["error_bound"].iter(f"{{{OWN}}}Bound")
+    assert (first.get("output"), second.get("output")) == ("y0", "y1")
+    assert float(first.get("coverage")) == 11 / 12
+    assert float(first.get("flagged")) == 2 / 12
+    rows = list(found["error_bound.excitations"])
+    assert [(row.get("name"), row.get("output")) for row in rows] == [
+        *(("held_random", "y0"), ("held_random", "y1")),
+        *(("sweep", "y0"), ("sweep", "y1")),
+    ]
+    assert float(rows[3].get("lowest_coverage")) == 1 / 2
+    measured = {"validation": {"in range": bounded(FIRST, SECOND, THIRD).figures()}}
+    own = bounded(FIRST)
+    sentences = bound_sentences(own.recipe, measured["validation"]["in range"])
+    assert set(sentences) < set(found["limits"])
+    assert limits(own.surrogate, own.recipe, measured) == found["limits"]
+
+
+def test_credentials_of_figures_of_older_versions_have_no_tables_of_trust() -> None:
+    figures = validation(FIRST).figures()
+    del figures["error_estimate"]["without_floor"]
+    own = validation(FIRST)
+    provenance = {"measured": {"validation": {"in range": figures}}}
+    keywords = {e.keyword for e in statements(own.surrogate, own.recipe, provenance)}
+    assert "error_estimate" in keywords
+    assert not {"error_estimate.without_floor", "error_bound"} & keywords
+
+
+def test_report_has_three_sections_on_the_bound_with_pictures() -> None:
+    found = bounded(FIRST, SECOND)
+    sections = bound_sections({"in range": found, "beyond": found})
+    assert [len(section.pictures) for section in sections] == [2, 1, 1]
+    assert all(p.startswith(b"\x89PNG") for s in sections for p in s.pictures)
+    assert [len(section.rows) for section in sections] == [5, 5, 0]
+    assert "held_random (amplitude" in sections[0].text

@@ -23,9 +23,10 @@ typedef struct {
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
-    double *limits;         /* [2 * n_outputs + n_seen], of the means in the order of the blocks */
+    double *limits;         /* [2 * n_outputs + n_seen], of the means in the order of the blocks: one
+                               over each of them */
     SlideNetwork companion; /* state space */
-    SlideNetwork head;      /* feed-forward */
+    SlideNetwork head;      /* feed-forward, of one sample: it needs no state */
     double *statistics;     /* scratch [1 + SLIDE_BEFORE][statistics], the later ones zeros */
     double *squares;        /* scratch [n_outputs + n_seen], of the newest sample */
     double *means;          /* scratch [2 * n_outputs + n_seen] */
@@ -42,7 +43,6 @@ typedef struct {
     double *scales;  /* [n_outputs], local scales of the error */
     double *apart;   /* [n_outputs], the disagreement; both relative to the output's scale */
     double *novelty; /* [1], 1 at the edge of the domain; all at the last of the known samples */
-    SlideNetworkState head;
     size_t evaluated; /* bytes from known on */
 } SlideBoundState;
 

@@ -154,7 +154,9 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     of_surrogate = network.run(features)[0][0, -window.n_out :].astype(float)
     of_companion = bound.companion.stream(scaled)[0, -window.n_out :].astype(float)
     squares = (of_surrogate - of_companion) ** 2
-    _, watched, _ = statistics_of(bound.companion, bound.blocks, scaled, np.zeros((1, count + 1, 2)))
+    _, watched, _ = statistics_of(
+        bound.companion, bound.blocks, scaled, np.zeros((1, count + 1, 2))
+    )
     means = np.concatenate([squares.mean(axis=0), squares.mean(axis=0), watched[0, -1, 4:]])
     within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])
 
@@ -279,8 +281,8 @@ def test_bounds_of_both_standards_are_the_same(load: Load) -> None:
         two.step(*row)
         three.set(*row)
         assert three.do_step(k * STEP) == OK
-        found = [three.get(*places(surrogate, key, 3)) for key in KINDS[:3]]
-        assert sum(found, []) == read(two, surrogate)
+        found = [x for key in KINDS[:3] for x in three.get(*places(surrogate, key, 3))]
+        assert found == read(two, surrogate)
 
 
 def test_derivative_of_an_error_bound_is_refused(load: Load) -> None:

@@ -25,6 +25,9 @@ STREAMS = {
     "estimator": 2,
     "estimator_validation": 3,
     "beyond": 7,
+    "companion": 9,
+    "bound": 10,
+    "calibration": 11,
 }
 """The dictionary gives the number of the stream of seeds of every split."""
 

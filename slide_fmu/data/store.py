@@ -126,6 +126,8 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
             _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
         with writing(path), _damage_reported(path, split):
+            if split not in _group(path, "r"):  # earlier versions had fewer
+                _create_split(_group(path, "r+").create_group(split), recipe.count(split), shapes)
             for name in (*shapes, "kinds", "done"):
                 array = _group(path, "r+")[f"{split}/{name}"]
                 if array.shape[0] < recipe.count(split):

@@ -24,10 +24,7 @@ from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machin
 from slide_fmu.fitting.eigenvalues import eigenvalues_at_corners, eigenvalues_at_rest
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.feature_search import Trials, search_features
-from slide_fmu.fitting.fit import (
-    LEARNT_BY,
-    standard_deviation_scaling,
-)
+from slide_fmu.fitting.network import LEARNT_BY, standard_deviation_scaling
 from slide_fmu.fitting.physical import physical_of, require_chosen_features
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import prepare

@@ -195,8 +195,8 @@ class _Staged:
 
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
         data = self.recipe.data.model_copy(update=numbers)
-        # the estimator's trajectories come when all numbers are known
-        changes = {"data": data, "automatic": (), "estimator": None}
+        # those of error estimator and bound come when all numbers are known
+        changes = {"data": data, "automatic": (), "estimator": None, "bound": None}
         staged = self.recipe.model_copy(update=changes)
         self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(f"{train} trajectories")

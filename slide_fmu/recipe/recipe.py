@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.error_bound import BoundRecipe, require_bound
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -34,7 +35,10 @@ from slide_fmu.recipe.specimens import with_division
 from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.recipe.tables import DataRecipe, StabilityRecipe, ValidationRecipe, WindowRecipe
 
-SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond")
+OF_BOUND = ("companion", "bound", "calibration")
+"""Trajectories of the error bound alone."""
+
+SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Trajectories that are kept. Test trajectories are drawn anew for every validation."""
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
@@ -69,6 +73,7 @@ class Recipe(Table):
     network: NetworkTable = StateSpaceRecipe()
     training: TrainingTable = LeastSquaresRecipe()
     estimator: EstimatorRecipe | None = None
+    bound: BoundRecipe | None = None
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
     parameters: dict[str, ParameterRecipe] = Field(default={})
@@ -153,6 +158,37 @@ class Recipe(Table):
         return self
 
     @model_validator(mode="after")
+    def _bound_can_be_learnt(self) -> Recipe:
+        require_bound(self)
+        return self
+
+    @model_validator(mode="after")
+    def _held_out_kinds_are_held_out(self) -> Recipe:
+        learnt = [kind.model_dump(exclude={"weight"}) for kind in self.data.excitation]
+        for kind in self.validation.excitation:
+            if kind.model_dump(exclude={"weight"}) in learnt:
+                raise ValueError(
+                    f"validation.excitation has a {kind.kind!r} that is in data.excitation too; "
+                    "expected kinds, or settings of them, that nothing is learnt from: remove it "
+                    "from one of them"
+                )
+        return self
+
+    def with_held_out_kinds(self) -> Recipe:
+        """Return the recipe whose motions are of the kinds that are held out.
+
+        Raises:
+            RecipeError: there are none.
+        """
+        if not self.validation.excitation:
+            raise RecipeError(
+                f"recipe {self.name!r} holds out no kinds of excitation; expected some under "
+                "[[validation.excitation]]"
+            )
+        data = self.data.model_copy(update={"excitation": self.validation.excitation})
+        return self.model_copy(update={"data": data})
+
+    @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
         if self.data.beyond and not self.network.LEARNS_BEYOND:
             raise ValueError(
@@ -198,7 +234,7 @@ class Recipe(Table):
         return self
 
     def count(self, split: str) -> int:
-        """Return the number of trajectories of a split; none are for an estimator that is not.
+        """Return the number of trajectories of a split; none are for what is not learnt.
 
         Raises:
             RecipeError: the number is left to be found, and was not yet.
@@ -210,6 +246,10 @@ class Recipe(Table):
             )
         if split.startswith("estimator") and self.estimator is None:
             return 0
+        if split in OF_BOUND and self.bound is None:
+            return 0
+        if split == "companion" and self.data.companion == 0:
+            return self.count("train")
         return int(getattr(self.data, split))
 
     def trainings(self) -> tuple[TrainingTable, ...]:

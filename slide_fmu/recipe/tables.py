@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.error_bound import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.measured import Part
 
@@ -53,6 +54,9 @@ class DataRecipe(Table):
         train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
             not given.
         estimator, estimator_validation: those of the error estimator, if there is one; likewise.
+        companion, bound, calibration: numbers of trajectories of the error bound, if there is one:
+            those from which its companion learns, as many as ``train`` if 0; those from which it
+            learns the scale of the error; and those by which it is calibrated.
         budget_minutes: time for the learning curve and its data; it ends before a doubling that
             would take longer. No limit if not given.
         beyond: number of trajectories beyond the range; a state-space network learns from them
@@ -76,6 +80,9 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
+    companion: int = Field(0, ge=0)
+    bound: int = Field(100, ge=2)
+    calibration: int = Field(2 * LEAST_CALIBRATION, ge=LEAST_CALIBRATION)
     budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
@@ -91,10 +98,16 @@ class ValidationRecipe(Table):
     Attributes:
         trajectories: their number.
         duration: length of each in s, after the burn-in; as in the training data if not given.
+        excitation: kinds of excitation that are held out: nothing is learnt from them or
+            calibrated by them, and the FMU is measured on them apart.
+        adversarial: number of unseen trajectories from which a search begins for inputs whose
+            error is large beside its bound; a minute or so for each.
     """
 
     trajectories: PositiveInt = 50
     duration: PositiveFloat | None = None
+    excitation: tuple[Excitation, ...] = ()
+    adversarial: int = Field(default=0, ge=0)
 
 
 class StabilityRecipe(Table):

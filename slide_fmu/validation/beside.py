@@ -10,9 +10,10 @@ from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
-from slide_fmu.fmu.description.variables import AT_STEP_END
+from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.trust import Told
 
 
 def beside(
@@ -38,11 +39,15 @@ def beside(
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
     step, span = surrogate.window.step, surrogate.estimated_samples
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
+    bounds = [] if surrogate.bound is None else [f"{n}_error_bound" for n in names]
+    domain = [NOVELTY, IN_DOMAIN] if bounds else []
     known = dict(parameters or {})
     at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
-    own = run_fmu(fmu, inputs, [*names, *estimates], {**known, **at_end}, step)
+    own = run_fmu(fmu, inputs, [*names, *estimates, *bounds, *domain], {**known, **at_end}, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
-    error = own.values[first:, : len(names)] - truth[first:]
+    columns = np.split(own.values[first:], np.cumsum([len(names), len(estimates), len(bounds)]), 1)
+    predicted, estimated, bounded, about = columns
+    error = predicted - truth[first:]
     true_error = np.full_like(error, np.nan)
     if len(error) >= span:
         true_error[span - 1 :] = moving_rms(error, span)
@@ -51,13 +56,14 @@ def beside(
         step * np.arange(first, len(truth), dtype=np.float64),
         drawn.inputs[first - 1 :],
         truth[first:],
-        own.values[first:, : len(names)],
-        own.values[first:, len(names) :] if estimates else None,
+        predicted,
+        estimated if estimates else None,
         true_error,
         (own.seconds, seconds),
         None,
         plain=_plain(fmu, surrogate, drawn, first, known),
         parameters=known,
+        told=Told(bounded, *about.T) if bounds else None,
     )
 
 

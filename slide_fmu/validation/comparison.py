@@ -13,9 +13,17 @@ import numpy as np
 from slide_fmu.core.measures import relative_deviation, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import measured_noise
+from slide_fmu.validation.trust import (
+    Told,
+    bound_figures,
+    domain_figures,
+    estimate_figures,
+    harm_figures,
+)
 
 
 @dataclass(frozen=True)
@@ -27,6 +35,7 @@ class Task:
         trajectories: number of unseen trajectories; the recipe's if None.
         amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
         duration: length of a trajectory in s; the recipe's if None.
+        held_out: whether the motions are of the kinds of excitation that the recipe holds out.
 
     Raises:
         ValueError: a value is out of its range.
@@ -36,6 +45,7 @@ class Task:
     trajectories: int | None = None
     amplitude: tuple[float, float] = (1.0, 1.0)
     duration: float | None = None
+    held_out: bool = False
 
     def __post_init__(self) -> None:
         if self.trajectories is not None and self.trajectories < 1:
@@ -74,6 +84,7 @@ class Comparison:
             (N, n_outputs): they have no error of the truncated window. None of simulated
             trajectories, and of networks without a state.
         parameters: values of the physical parameters, by name; none where there are none.
+        told: what the FMU said of its bound and its domain, or None.
     """
 
     kind: int
@@ -89,6 +100,7 @@ class Comparison:
     plain: FloatArray | None = None
     free: FloatArray | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
+    told: Told | None = None
 
     @property
     def error(self) -> FloatArray:
@@ -106,6 +118,7 @@ class Validation:
             values of them.
         corners: one more trajectory at each corner of the parameters' box, which the other
             figures do not count; none without parameters.
+        usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
     """
 
     task: Task
@@ -113,6 +126,12 @@ class Validation:
     recipe: Recipe
     comparisons: tuple[Comparison, ...]
     corners: tuple[Comparison, ...] = ()
+    usual: FloatArray | None = None
+
+    def usual_error(self) -> FloatArray:
+        """Return what 95 % of the absolute errors are below, (n_outputs,)."""
+        _, error = _joined(self.comparisons)
+        return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
@@ -123,9 +142,11 @@ class Validation:
             **({"failed": failed} if failed else {}),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
+            **({"held_out": True} if self.task.held_out else {}),
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
             "excitations": self._excitations(),
             "error_estimate": self._estimate(),
+            **self._bound(),
             "timing": self._timing(),
             **self._of_parameters(),
         }
@@ -176,6 +197,7 @@ class Validation:
             # of an output far from 0, as a temperature in K, the RMS is no measure of its motion
             "rmse_over_deviation": float(_over_deviation(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
+            "p95_error": float(np.quantile(np.abs(error[:, index]), 0.95)),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
@@ -228,7 +250,62 @@ class Validation:
         }
         if len(self.surrogate.outputs) > 1 and len(units) == 1:
             found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
+        found["without_floor"] = [
+            {"name": signal.name, **estimate_figures(*self._estimated(index))}
+            for index, signal in enumerate(self.surrogate.outputs)
+        ]
         return found
+
+    def _estimated(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """Return all scored estimates of an output, and the true errors, (N,) each."""
+        estimates, errors = [], []
+        for c in self.comparisons:
+            if c.estimate is not None:
+                scored = ~np.isnan(c.true_error[:, index])
+                estimates.append(c.estimate[scored, index])
+                errors.append(c.true_error[scored, index])
+        return np.concatenate(estimates), np.concatenate(errors)
+
+    def _bound(self) -> dict[str, Any]:
+        """Return how far bound and domain can be trusted, where there are some."""
+        told = [c.told for c in self.comparisons if c.told is not None]
+        if self.surrogate.bound is None or not told:
+            return {}
+        outputs = []
+        for index, signal in enumerate(self.surrogate.outputs):
+            errors = [np.abs(c.error[:, index]) for c in self.comparisons]
+            bounds = [one.bounds[:, index] for one in told]
+            outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
+        found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
+        if self.usual is not None:
+            found["harm"] = harm_figures(
+                [np.abs(c.error) for c in self.comparisons], told, self.usual
+            )
+        return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
+
+    def _harm_of(self, chosen: Sequence[Comparison]) -> dict[str, Any]:
+        told = [c.told for c in chosen if c.told is not None]
+        if self.usual is None:
+            return {}
+        return {"harm": harm_figures([np.abs(c.error) for c in chosen], told, self.usual)}
+
+    def _covered_by_kind(self) -> list[dict[str, Any]]:
+        rows = []
+        for index, motion in enumerate(motions_of(self.recipe)):
+            chosen = [c for c in self.comparisons if c.kind == index and c.told is not None]
+            shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
+            if shares:
+                rows.append(
+                    {
+                        "name": motion.name,
+                        "trajectories": len(chosen),
+                        "coverage": np.mean(shares, axis=0).tolist(),
+                        "lowest_coverage": np.min(shares, axis=0).tolist(),
+                        **domain_figures([c.told for c in chosen if c.told]),
+                        **self._harm_of(chosen),
+                    }
+                )
+        return rows
 
     def _timing(self) -> dict[str, float]:
         """Return median times per step; records have none beside that of the FMU."""

@@ -21,13 +21,8 @@ from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.eigenvalues import eigenvalues_at_rest
 from slide_fmu.fitting.family import FITS, FamilyFit
 from slide_fmu.fitting.feed_forward import FeedForwardModule
-from slide_fmu.fitting.fit import (
-    Fit,
-    fit_surrogate,
-    range_scaling,
-    require_symmetry,
-    standard_deviation_scaling,
-)
+from slide_fmu.fitting.fit import Fit, fit_surrogate, range_scaling
+from slide_fmu.fitting.network import require_symmetry, standard_deviation_scaling
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import StateSpaceRecipe

@@ -18,9 +18,10 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint_keys
-from slide_fmu.fitting import fit as module
+from slide_fmu.fitting import network as module
 from slide_fmu.fitting.family import FITS, FamilyFit
-from slide_fmu.fitting.fit import STILL, fit_surrogate, require_motion
+from slide_fmu.fitting.fit import fit_surrogate
+from slide_fmu.fitting.network import STILL, require_motion
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system

@@ -1,0 +1,63 @@
+"""The companion of a surrogate: the same network again, from other trajectories and starts.
+
+It shows the scale of the surrogate's error only when it is about as accurate: else the difference
+of both is its own error. A training may end in a worse minimum, so there are several attempts.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.features.base import Offered
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.network import Part, fit_network
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Source
+
+STAGE = "companion"
+"""The stage has this name in the progress and in the figures."""
+
+ATTEMPTS = 3
+"""There are so many attempts, each from starts of its own, until one is accurate enough."""
+
+ACCURATE = 1.3
+"""A companion whose validation error is at most so many times the surrogate's is accurate enough;
+with one three times as large, bounds of a Duffing oscillator became a fifth wider."""
+
+
+def fit_companion(
+    recipe: Recipe,
+    surrogate: Surrogate,
+    error: float,
+    machine: tuple[Source, Offered, Surrogate | None],
+    places: tuple[Path, Path],
+    device: torch.device,
+    progress: Stages,
+) -> tuple[Surrogate, History]:
+    """Fit the companion of a surrogate with a validation error; the most accurate of all attempts.
+
+    Machine and places are as of ``slide_fmu.fitting.network.fit_network``.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    assert recipe.bound is not None
+    found: list[tuple[float, Surrogate, History]] = []
+    for attempt in range(ATTEMPTS):
+        seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
+        training = recipe.training.model_copy(update={"seed": seed})
+        stage = STAGE if attempt == 0 else f"{STAGE}, attempt {attempt + 1}"
+        part = Part(stage, "companion", surrogate.output_scaling)
+        other = recipe.model_copy(update={"training": training})
+        fitted, histories = fit_network(other, machine, places, device, progress, part)
+        history = histories[stage]
+        found.append((min(history.validation_error), fitted, history))
+        if found[-1][0] <= ACCURATE * error:
+            break
+    _, companion, history = min(found, key=lambda one: one[0])
+    return companion, history

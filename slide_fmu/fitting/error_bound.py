@@ -1,0 +1,180 @@
+"""The error bound is learnt and calibrated while surrogate and companion stay as they are.
+
+The head learns the 95 % quantile of the absolute error by the pinball loss (Koenker and Bassett,
+1978), from trajectories that neither network has learnt from. Further ones make bounds of it
+(``conformal``), and say how large the watched means usually are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.data.store import Split
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.conformal import conformal_factors
+from slide_fmu.fitting.feed_forward import FeedForwardModule
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.training import Objective, train
+from slide_fmu.fitting.windows import WindowData
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.error_bound import BoundRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
+from slide_fmu.surrogate.error_bound import (
+    CONFIDENCES,
+    SMALLEST,
+    USUAL_CONFIDENCE,
+    ErrorBound,
+    block_lengths,
+    local_scales,
+    statistics_of,
+)
+from slide_fmu.surrogate.surrogate import Surrogate
+
+VALIDATION_SHARE = 0.1
+"""The head's weights are chosen by this part of the trajectories that it is given."""
+
+USUAL = 0.999
+"""The domain has the shape of the box of watched means below this quantile of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What a split shows beside surrogate and companion, where the window is filled.
+
+    Attributes:
+        statistics: shape (n_trajectories, N, n_statistics).
+        watched: shape (n_trajectories, N, n_watched).
+        errors: absolute errors, relative to the outputs' scales,
+            (n_trajectories, N, n_outputs).
+    """
+
+    statistics: FloatArray
+    watched: FloatArray
+    errors: FloatArray
+
+
+def fit_bound(
+    surrogate: Surrogate,
+    companion: StateSpace,
+    splits: tuple[Split, Split],
+    recipe: BoundRecipe,
+    checkpoint: Path,
+    device: torch.device,
+    progress: Progress,
+) -> tuple[ErrorBound, History]:
+    """Train the head and calibrate the bound of a surrogate; the history is that of the head.
+
+    The splits are trajectories to learn from and to calibrate by; neither network has learnt from
+    them. The checkpoint is the file for the state of an interrupted training.
+
+    Raises:
+        TrainingError: the training diverged, or the checkpoint cannot be read.
+        ValueError: the surrogate makes no error at all, or there are too few trajectories.
+    """
+    blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
+    learnt, calibration = (_seen(surrogate, companion, blocks, split) for split in splits)
+    head, history = _fit_head(learnt, recipe, checkpoint, device, progress)
+    exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
+    scales = local_scales(exponents.astype(np.float64)).reshape(calibration.errors.shape)
+    ratios = calibration.errors / scales
+    factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
+    limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
+    return ErrorBound(companion, head, blocks, factors, limits), history
+
+
+def _seen(
+    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
+) -> _Seen:
+    """Run both networks along trajectories."""
+    scaled = surrogate.input_scaling.apply(split.inputs)
+    predicted = surrogate.network.stream(scaled).astype(np.float64)
+    errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
+    statistics, watched, _ = statistics_of(companion, blocks, scaled, predicted)
+    filled = slice(surrogate.window.n_in, None)
+    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])
+
+
+def _fit_head(
+    learnt: _Seen,
+    recipe: BoundRecipe,
+    checkpoint: Path,
+    device: torch.device,
+    progress: Progress,
+) -> tuple[FeedForward, History]:
+    """Learn the logarithm of the local scale, about the error's quantile in all samples."""
+    errors = learnt.errors.reshape(-1, learnt.errors.shape[2])
+    usual = np.quantile(errors, USUAL_CONFIDENCE, axis=0)
+    if not np.all(usual > 0):
+        raise ValueError(
+            "the surrogate makes no error on the trajectories data.bound; expected errors, of "
+            "which a bound can be learnt: remove the table [bound]"
+        )
+    count = max(1, round(VALIDATION_SHARE * len(learnt.errors)))
+    flat = learnt.statistics.reshape(-1, learnt.statistics.shape[2])
+    deviation = flat.std(axis=0)
+    scaling = Affine(flat.mean(axis=0), np.where(deviation > SMALLEST, deviation, 1.0))
+    features = FeatureMap(Differences(flat.shape[1]), scaling=scaling)
+    table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
+    module = FeedForwardModule(table, 1, features, len(usual))
+    module.to(device, torch.float32)
+    module.initialise(torch.Generator(device).manual_seed(recipe.seed))
+    begin = torch.as_tensor(np.log2(usual), dtype=torch.float32).to(device)
+    with torch.no_grad():
+        module.state_dict()[f"linear.{len(recipe.hidden)}.bias"].copy_(begin)
+
+    def windows(part: slice) -> WindowData:
+        inputs = torch.as_tensor(features.along(learnt.statistics[part])).to(device)
+        relative = np.pad(learnt.errors[part] / usual, ((0, 0), (1, 0), (0, 0)))
+        return WindowData(inputs, torch.as_tensor(relative).to(inputs), Window(1.0, 1, 1))
+
+    training = TrainingRecipe(
+        steps=recipe.steps,
+        warm_up=0.05,
+        final_learning_rate=0.0,
+        input_jitter=0.0,
+        batch=recipe.batch,
+        learning_rate=recipe.learning_rate,
+        weight_decay=1e-4,
+        gradient_clip=1.0,
+        seed=recipe.seed,
+    )
+    chosen_by, learnt_from = windows(slice(0, count)), windows(slice(count, None))
+    objective = _pinball(begin)
+    history = train(module, learnt_from, chosen_by, training, checkpoint, progress, objective)
+    return module.freeze(), history
+
+
+def _pinball(usual: torch.Tensor) -> Objective:
+    """Return the pinball loss at ``USUAL_CONFIDENCE``; exponents are relative to the usual ones.
+
+    Targets are errors relative to the usual ones too, (B, n_outputs).
+    """
+
+    def loss(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
+        below = errors - (exponents - usual).exp2()
+        both = torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below)
+        return both.mean()
+
+    return Objective(loss, lambda value: value, odd=False)
+
+
+def _limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) -> FloatArray:
+    """Return the watched means at the edge of the domain, (n_watched,).
+
+    The box of the usual ones, (n_trajectories, N, n_watched), is blown up in all directions until
+    the share of the samples of the calibration outside of it is that of false alarms.
+    """
+    usual = np.quantile(learnt.reshape(-1, learnt.shape[2]), USUAL, axis=0)
+    usual = np.maximum(usual, SMALLEST)
+    outermost = (calibration / usual).max(axis=2)
+    return np.asarray(usual * np.quantile(outermost, 1 - false_alarms))

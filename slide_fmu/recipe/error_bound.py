@@ -1,0 +1,82 @@
+"""The recipe's table ``bound`` is about the error bound and the domain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceRecipe, Table
+
+if TYPE_CHECKING:
+    from slide_fmu.recipe.recipe import Recipe
+
+LEAST_CALIBRATION = 100
+"""A confidence of 0.99 cannot be calibrated with fewer trajectories
+(``slide_fmu.fitting.conformal``)."""
+
+
+class BoundRecipe(Table):
+    """The table ``bound`` describes the error bound of a state-space network.
+
+    A companion, a second network of the same kind, learns from trajectories of its own; a small
+    head learns the local scale of the error from further ones; and others calibrate both. The
+    numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
+
+    Attributes:
+        hidden: widths of the head's layers of tanh units.
+        steps: optimizer steps of the head's training.
+        batch: samples per step.
+        learning_rate: highest learning rate.
+        seed: seed of the head's training; that of the companion is the surrogate's plus one plus
+            this.
+        short_span, long_span: times in s over which about the disagreement of surrogate and
+            companion is averaged; over the long one states and features too.
+        false_alarms: share of the samples of the calibration that lie outside of the domain.
+    """
+
+    hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
+    steps: PositiveInt = 4000
+    batch: PositiveInt = 1024
+    learning_rate: PositiveFloat = 5e-3
+    seed: int = Field(default=0, ge=0, lt=2**30)
+    short_span: PositiveFloat = 0.1
+    long_span: PositiveFloat = 1.0
+    false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
+
+
+def require_bound(recipe: Recipe) -> None:
+    """Refuse an error bound where it cannot be learnt.
+
+    Raises:
+        ValueError: the message has the remedy.
+    """
+    if recipe.bound is None:
+        if recipe.validation.adversarial:
+            raise ValueError(
+                f"validation.adversarial = {recipe.validation.adversarial} without a table "
+                "[bound]; expected an error bound, which the search attacks: add [bound], or "
+                "remove the key"
+            )
+        return
+    remedy = "remove the table [bound]"
+    if recipe.system.is_record:
+        raise ValueError(
+            "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
+            f"a bound needs hundreds of trajectories of its own: {remedy}"
+        )
+    if recipe.parameters:
+        raise ValueError(
+            f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "
+            f"a surrogate with physical parameters is not built: {remedy}, or the parameters"
+        )
+    if not isinstance(recipe.network, StateSpaceRecipe):
+        raise ValueError(
+            f"[bound] with network.family = {recipe.network.family!r}; expected 'state_space': "
+            f"choose it, or {remedy}"
+        )
+    if recipe.bound.short_span > recipe.bound.long_span:
+        raise ValueError(
+            f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
+            f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
+        )

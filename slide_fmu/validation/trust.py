@@ -1,0 +1,157 @@
+"""How far what an FMU says about its own error can be trusted: measures without any floor.
+
+Each stands beside that of the best constant on the same samples, which is what somebody would say
+who knows the errors of all of them, but of no single one.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
+
+WORST = 0.05
+"""Beside the mean over trajectories stands the one that this part of them are worse than."""
+
+TINY = sys.float_info.min
+"""Errors of zero count as this, so that figures stay finite."""
+
+HARMFUL = 3.0
+"""An error is harmful if it is so many times what is usual."""
+
+OFTEN = 0.05
+"""A trajectory counts as flagged if more than this part of its samples are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What an FMU with an error bound said along a trajectory; N samples.
+
+    Attributes:
+        bounds: of the errors, at the usual confidence, in the outputs' units, (N, n_outputs).
+        novelty: 1 at the edge of the domain, (N,).
+        in_domain: whether the FMU counted the sample as one of its domain, (N,).
+    """
+
+    bounds: FloatArray
+    novelty: FloatArray
+    in_domain: FloatArray
+
+
+def bound_figures(errors: Sequence[FloatArray], bounds: Sequence[FloatArray]) -> dict[str, Any]:
+    """Measure bounds of one output, both absolute, (N,) of each trajectory.
+
+    Returns:
+        The share of covered samples, that of the 5 % worst trajectories, the mean bound over the
+        quantile of the errors, the skill (1 minus the pinball loss over that of the best
+        constant), and the rank correlation of bound and error.
+    """
+    shares = [float(np.mean(e <= b)) for e, b in zip(errors, bounds, strict=True)]
+    error, bound = np.concatenate(errors), np.concatenate(bounds)
+    constant = max(float(np.quantile(error, USUAL_CONFIDENCE)), TINY)
+    best = max(pinball_loss(error, np.full(len(error), constant)), TINY)
+    return {
+        "coverage": float(np.mean(error <= bound)),
+        "coverage_of_worst_trajectories": float(np.quantile(shares, WORST, method="lower")),
+        "width": float(np.mean(bound)) / constant,
+        "skill": 1.0 - pinball_loss(error, bound) / best,
+        "rank_correlation": rank_correlation(bound, error),
+    }
+
+
+def domain_figures(told: Sequence[Told]) -> dict[str, float]:
+    """Return the share of samples outside of the domain, and of trajectories often outside."""
+    outside = [float(np.mean(t.in_domain == 0)) for t in told]
+    samples = np.concatenate([t.in_domain == 0 for t in told])
+    return {
+        "flagged": float(np.mean(samples)),
+        "trajectories_flagged": float(np.mean(np.array(outside) > OFTEN)),
+    }
+
+
+def harm_figures(
+    errors: Sequence[FloatArray], told: Sequence[Told], usual: FloatArray
+) -> dict[str, float | None]:
+    """Measure what harm errors do that nobody is told of.
+
+    A sample is harmful if an error, absolute, (N, n_outputs) of each trajectory, is larger than
+    ``HARMFUL`` times what 95 % of the errors in range are below, (n_outputs,).
+
+    Returns:
+        The share of harmful samples; of them, that outside of the domain, or None without any; of
+        the harmless ones the same; and the share of all samples that are harmful, in the domain,
+        and not covered by the bound.
+    """
+    error = np.concatenate(errors)
+    covered = (error <= np.concatenate([t.bounds for t in told])).all(axis=1)
+    flagged = np.concatenate([t.in_domain for t in told]) == 0
+    harmful = (error > HARMFUL * usual).any(axis=1)
+    return {
+        "harmful": float(np.mean(harmful)),
+        "harmful_flagged": _share(flagged[harmful]),
+        "harmless_flagged": _share(flagged[~harmful]),
+        "harmful_unnoticed": float(np.mean(harmful & ~flagged & ~covered)),
+    }
+
+
+def _share(flags: NDArray[np.bool_]) -> float | None:
+    return float(np.mean(flags)) if len(flags) else None
+
+
+def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any]:
+    """Measure estimates of RMS errors of one output, both (N,), where the errors are positive.
+
+    Returns:
+        Mean and 95 % quantile of the relative deviation, those of the best constant, and the rank
+        correlation.
+    """
+    known = errors > 0
+    estimate, error = estimates[known], errors[known]
+    constant = best_constant(error)
+    return {
+        **_deviations(np.abs(estimate - error) / error),
+        "best_constant": _deviations(np.abs(constant - error) / error),
+        "rank_correlation": rank_correlation(estimate, error),
+    }
+
+
+def best_constant(errors: FloatArray) -> float:
+    """Return the constant whose mean relative deviation from positive errors, (N,), is least.
+
+    It is the median of the errors with the weights 1 / error.
+    """
+    ordered = np.sort(errors)
+    weights = np.cumsum(1.0 / ordered)
+    return float(ordered[np.searchsorted(weights, 0.5 * weights[-1])])
+
+
+def pinball_loss(errors: FloatArray, bounds: FloatArray) -> float:
+    """Return the mean pinball loss of bounds of absolute errors at the usual confidence.
+
+    It is least, on average, for the quantile itself (Koenker and Bassett, 1978).
+    """
+    below = errors - bounds
+    confidence = USUAL_CONFIDENCE
+    return float(np.mean(np.maximum(confidence * below, (confidence - 1.0) * below)))
+
+
+def rank_correlation(one: FloatArray, other: FloatArray) -> float | None:
+    """Return Spearman's rank correlation, or None where one of both is constant."""
+    if np.ptp(one) == 0 or np.ptp(other) == 0:
+        return None
+    return float(spearmanr(one, other).statistic)
+
+
+def _deviations(values: FloatArray) -> dict[str, float]:
+    return {
+        "mean_relative_deviation": float(np.mean(values)),
+        "p95_relative_deviation": float(np.quantile(values, 0.95)),
+    }

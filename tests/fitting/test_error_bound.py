@@ -1,0 +1,137 @@
+"""The error bound of a small Duffing oscillator, on trajectories that nothing has seen."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
+from slide_fmu.data.generation import generate
+from slide_fmu.fitting.companion import STAGE as COMPANION
+from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.progress import no_stages, silent
+from tests.recipes import tiny_state_space_recipe
+
+RECIPE = tiny_state_space_recipe(
+    system={
+        "model": "mbs_models.oscillators:DuffingOscillator",
+        "parameters": {"damping": 40.0, "substeps": 6},
+    },
+    data={"train": 6, "duration": 4.0, "bound": 60},
+    network={"order": 2, "hidden": 6},
+    training={"starts": 1, "kept": 1, "iterations": 12},
+    bound={"hidden": [8], "steps": 1500},
+)
+CALIBRATED = RECIPE.count("calibration")
+FRESH = 60
+"""Trajectories that nothing has seen."""
+
+
+def fitted(recipe: Recipe, folder: Path) -> Fit:
+    store, system = folder / "store", recipe_system(recipe)
+    with ThreadPoolExecutor(1) as pool:
+        generate(recipe, store, pool, silent)
+    return fit_surrogate(recipe, system, store, folder / "checkpoints", no_stages)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("bound")
+
+
+@pytest.fixture(scope="module")
+def fit(folder: Path) -> Fit:
+    return fitted(RECIPE, folder)
+
+
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """Relative errors and inputs of fresh trajectories where the window is filled."""
+
+    inputs: FloatArray
+    errors: FloatArray
+    filled: slice
+
+
+@pytest.fixture(scope="module")
+def unseen(fit: Fit) -> Unseen:
+    surrogate, system = fit.surrogate, recipe_system(RECIPE)
+    stream = Stream(TEST, 91, (1.0, 1.0), RECIPE.data.duration)
+    runs = [simulate_draw(system, draw(RECIPE, system, stream, i)) for i in range(FRESH)]
+    inputs = np.stack([run.inputs for run in runs])
+    predicted = surrogate.predict_newest_batch(inputs)
+    errors = np.abs(predicted - np.stack([run.outputs[1:] for run in runs]))
+    filled = slice(surrogate.window.n_in, None)
+    return Unseen(inputs, errors[:, filled], filled)
+
+
+def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatArray:
+    found = [surrogate.error_bounds(inputs, confidence) for inputs in unseen.inputs]
+    return np.stack(found)[:, unseen.filled]
+
+
+@pytest.mark.parametrize("confidence", CONFIDENCES)
+def test_bound_covers_what_it_promises(fit: Fit, unseen: Unseen, confidence: float) -> None:
+    covered = (unseen.errors <= bounds_of(fit.surrogate, unseen, confidence)).mean()
+    assert confidence - 0.012 < covered < confidence * (CALIBRATED + 1) / CALIBRATED + 0.012
+
+
+def test_bound_is_better_than_the_best_constant(fit: Fit, unseen: Unseen) -> None:
+    bounds = bounds_of(fit.surrogate, unseen, 0.95)
+    constant = np.quantile(unseen.errors, 0.95)
+
+    def loss(bound: FloatArray) -> float:
+        below = unseen.errors - bound
+        return float(np.maximum(0.95 * below, -0.05 * below).mean())
+
+    assert loss(bounds) < 0.8 * loss(np.full(bounds.shape, constant))
+
+
+def test_usual_inputs_are_in_the_domain_and_others_are_not(fit: Fit, unseen: Unseen) -> None:
+    surrogate = fit.surrogate
+    novelty = np.stack([surrogate.trust(inputs).novelty for inputs in unseen.inputs])
+    assert (novelty[:, unseen.filled] > 1).mean() < 0.01
+    time = RECIPE.window.step * np.arange(256)
+    high = max(abs(surrogate.inputs[0].low), surrogate.inputs[0].high)
+    shaken = 2.5 * high * np.sign(np.sin(25 * time))[:, None]
+    assert (surrogate.trust(shaken).novelty[100:] > 1).all()
+
+
+def test_companion_has_learnt_from_other_trajectories(fit: Fit, unseen: Unseen) -> None:
+    surrogate = fit.surrogate
+    assert isinstance(surrogate.bound, ErrorBound)
+    companion = surrogate.bound.companion
+    assert fit.histories.keys() == {"surrogate", COMPANION, BOUND}
+    scaled = surrogate.input_scaling.apply(unseen.inputs)
+    values = surrogate.output_scaling.invert(companion.stream(scaled).astype(float))
+    own = surrogate.predict_newest_batch(unseen.inputs)
+    apart = np.abs(values - own)[:, unseen.filled].mean()
+    assert 0.2 * unseen.errors.mean() < apart < 20 * unseen.errors.mean()
+
+
+def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
+    fit: Fit, folder: Path, tmp_path: Path
+) -> None:
+    again = fitted(RECIPE, folder)
+    assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
+    assert RECIPE.bound is not None
+    other = RECIPE.model_copy(update={"bound": RECIPE.bound.model_copy(update={"steps": 20})})
+    surrogate = fitted(other, folder).surrogate
+    assert surrogate.bound is not None
+    assert surrogate.to_bytes() != fit.surrogate.to_bytes()
+
+
+def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:
+    alone = fitted(RECIPE.model_copy(update={"bound": None}), folder).surrogate
+    assert alone.bound is None
+    inputs = np.random.default_rng(0).uniform(-1, 1, (80, 1))
+    assert np.array_equal(alone.predict(inputs), fit.surrogate.predict(inputs))

@@ -1,0 +1,61 @@
+"""The recipe's table ``bound``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from slide_fmu.recipe.recipe import OF_BOUND, Recipe
+from tests.recipes import tiny_recipe, tiny_state_space_recipe
+
+
+def test_bound_has_trajectories_of_its_own() -> None:
+    recipe = tiny_state_space_recipe(bound={})
+    assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200]
+    other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7})
+    assert [other.count(split) for split in OF_BOUND] == [3, 7, 200]
+
+
+def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
+    recipe = tiny_state_space_recipe(data={"bound": 7})
+    assert [recipe.count(split) for split in OF_BOUND] == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"data": {"calibration": 99}}, "calibration"),
+        ({"bound": {"hidden": []}}, "hidden"),
+        ({"bound": {"short_span": 2.0}}, "bound.short_span = 2 s, bound.long_span = 1 s"),
+        (
+            {"parameters": {"mass": {"range": [1.0, 2.0]}}},
+            r"\[bound\] with parameters \['mass'\]; expected none",
+        ),
+    ],
+)
+def test_bound_that_cannot_be_learnt_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        tiny_state_space_recipe(**{"bound": {}, **changes})
+
+
+def test_bound_of_layers_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"\[bound\] with network.family = 'feed_forward'"):
+        tiny_recipe(bound={})
+
+
+def test_bound_of_records_is_refused() -> None:
+    tables = {
+        "name": "bench",
+        "description": "a record",
+        "system": {
+            "kind": "record",
+            "model": "bench.csv",
+            "inputs": {"u": {"range": [-1.0, 1.0]}},
+            "outputs": {"y": {"range": [-1.0, 1.0]}},
+        },
+        "window": {"step": 0.1, "n_in": 20, "n_out": 5},
+        "bound": {},
+    }
+    with pytest.raises(ValueError, match="that can be simulated"):
+        Recipe.model_validate(tables)

@@ -178,7 +178,8 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
         return;
     }
     const uint64_t newest = count - shape->capacity; /* sample 0 has the number capacity - 1 */
-    const Span brief = span_of(&bound->of_short, newest), lengthy = span_of(&bound->of_long, newest);
+    const Span brief = span_of(&bound->of_short, newest);
+    const Span lengthy = span_of(&bound->of_long, newest);
     const uint64_t wanted = brief.count > lengthy.count ? brief.count : lengthy.count;
     const uint64_t todo = begin(bound, newest, count - *state->known, wanted, state);
     const double *of_outputs = NULL, *of_seen = bound->squares + bound->n_outputs;

@@ -1,7 +1,8 @@
 """The companion of a surrogate: the same network again, from other trajectories and starts.
 
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
-of both is its own error. A training may end in a worse minimum, so there are several attempts (``bound.attempts``).
+of both is its own error. A training may end in a worse minimum, so there are several attempts
+(``bound.attempts``).
 """
 
 from __future__ import annotations

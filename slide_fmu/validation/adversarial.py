@@ -28,7 +28,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
-CHILDREN = 150
+CHILDREN = 100
 """So many changes are tried from each start."""
 
 FIRST_STEP, LEAST_STEP = 0.3, 0.01

@@ -132,6 +132,10 @@ def validate(
         tuple[float, float],
         typer.Option(help="Multiply the excitation by factors from this range."),
     ] = (1.0, 1.0),
+    held_out: Annotated[
+        bool,
+        typer.Option("--held-out", help="Draw the kinds of excitation that the recipe holds out."),
+    ] = False,
     report: Annotated[
         Path | None, typer.Option("--report", help="Write report.html and report.json here.")
     ] = None,
@@ -143,7 +147,7 @@ def validate(
     with progress_bars() as bar:
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
-        task = Task(seed, trajectories, amplitude, duration)
+        task = Task(seed, trajectories, amplitude, duration, held_out)
         result = validate_fmu_file(fmu, task, bar)
         figures = result.figures()
         folder = report or Path("runs") / result.surrogate.name / "validation"

@@ -16,6 +16,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
 from slide_fmu.cosim.synthetic import Effort, random_record, synthetic_surrogate
+from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -55,13 +56,18 @@ def _bench(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
 
 
 def fmu_times(
-    fmu: UnpackedFmu, surrogate: Surrogate, rows: FloatArray, estimates: bool = False
+    fmu: UnpackedFmu,
+    surrogate: Surrogate,
+    rows: FloatArray,
+    estimates: bool = False,
+    bounds: bool = False,
 ) -> tuple[list[float], list[float]]:
     """Time a fresh instance of an FMU, called through fmpy.
 
     Args:
         rows: inputs of every step, shape (N, n_inputs), in the inputs' units.
         estimates: get the error estimates too, if there are any.
+        bounds: get the error bounds and the novelty too, if there are any.
 
     Returns:
         Seconds of every set, doStep and get together, and of doStep alone.
@@ -69,9 +75,12 @@ def fmu_times(
     Raises:
         CoSimulationError: a variable is not there, or the FMU reports an error.
     """
-    names = [signal.name for signal in surrogate.outputs]
+    signals = [signal.name for signal in surrogate.outputs]
+    names = list(signals)
     if estimates and surrogate.estimator is not None:
-        names += [f"{name}_error_estimate" for name in names]
+        names += [ERROR_ESTIMATE.format(signal=name) for name in signals]
+    if bounds and surrogate.bound is not None:
+        names += [*(ERROR_BOUND.format(signal=name) for name in signals), NOVELTY]
     fmu.require(*names, *(signal.name for signal in surrogate.inputs))
     inputs = [fmu.references[signal.name] for signal in surrogate.inputs]
     outputs = [fmu.references[name] for name in names]
@@ -150,6 +159,9 @@ class Bench:
         self.add("fmu_step", alone)
         whole, _ = fmu_times(self._fmu, self.surrogate, rows)
         self.add("fmu_set_step_get_without_estimates", whole)
+        if self.surrogate.bound is not None:
+            whole, _ = fmu_times(self._fmu, self.surrogate, rows, bounds=True)
+            self.add("fmu_set_step_get_with_bounds", whole)
         for name, batch in self.batches.items():
             begin = time.process_time()
             batch()
@@ -161,10 +173,11 @@ class Bench:
         Returns:
             ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
             (doStep through fmpy), ``fmu_set_step_get`` (set, doStep and get, with error estimates
-            if there are any), ``fmu_set_step_get_without_estimates``, ``numpy`` (one step in
-            numpy, without FMI and estimate), and times that were added; ``batch``, windows per
-            second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th and 90th
-            percentile of the times in microseconds.
+            if there are any), ``fmu_set_step_get_without_estimates``, with an error bound
+            ``fmu_set_step_get_with_bounds`` (bounds and novelty in place of estimates), ``numpy``
+            (one step in numpy, without FMI and estimate), and times that were added; ``batch``,
+            windows per second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th
+            and 90th percentile of the times in microseconds.
         """
         medians = {name: float(np.median(found)) for name, found in self._times.items()}
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}

@@ -15,6 +15,7 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.cosim.archive import archive_problems, library_problems
+from slide_fmu.cosim.bound_check import bound_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of
@@ -163,11 +164,14 @@ def _compare_run(
                 f"{name}: native library and numpy differ by {deviation:.3g}; expected at most "
                 f"{allowed:.3g}, export again"
             )
-    return problems
+    return [*problems, *bound_problems(surrogate, native, inputs)]
 
 
 def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[FloatArray, float]]:
-    """What numpy gives for every output variable, (steps,), and how far the library may be off."""
+    """What numpy gives for every output variable, (steps,), and how far the library may be off.
+
+    Those of an error bound are compared by ``bound_problems``.
+    """
     stream, steps = surrogate.stream(), np.arange(1, len(inputs) + 1)
     rows: dict[str, list[FloatArray]] = {}
     for row in inputs:

@@ -1,7 +1,8 @@
 """The companion of a surrogate: the same network again, from other trajectories and starts.
 
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
-of both is its own error. A training may end in a worse minimum, so there are several attempts.
+of both is its own error. A training may end in a worse minimum, so there are several attempts
+(``bound.attempts``).
 """
 
 from __future__ import annotations
@@ -20,9 +21,6 @@ from slide_fmu.systems.base import Source
 
 STAGE = "companion"
 """The stage has this name in the progress and in the figures."""
-
-ATTEMPTS = 3
-"""There are so many attempts, each from starts of its own, until one is accurate enough."""
 
 ACCURATE = 1.3
 """A companion whose validation error is at most so many times the surrogate's is accurate enough;
@@ -48,7 +46,7 @@ def fit_companion(
     """
     assert recipe.bound is not None
     found: list[tuple[float, Surrogate, History]] = []
-    for attempt in range(ATTEMPTS):
+    for attempt in range(recipe.bound.attempts):
         seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
         training = recipe.training.model_copy(update={"seed": seed})
         stage = STAGE if attempt == 0 else f"{STAGE}, attempt {attempt + 1}"

@@ -22,7 +22,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import BEFORE, Offered
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feed_forward import FeedForwardModule
@@ -189,7 +189,8 @@ def fit_estimator(
     histories[BLOCKS] = train(
         module, training, validation, recipe.training, checkpoint, progress(BLOCKS), ROBUST
     )
-    ranges = _ranges(records.inputs[0])
+    # the changes of the first samples are wrong: what was before them is not stored
+    ranges = _ranges(records.inputs[0][:, BEFORE:])
     return ErrorEstimator(network.freeze(), log_error, records.positions, ranges), histories
 
 

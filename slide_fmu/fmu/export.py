@@ -222,7 +222,7 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.startswith(f"{folder}/")]
     except zipfile.BadZipFile as error:
-        raise FmuError(f"{path} is no FMU or is damaged: {error}") from error
+        raise FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}") from error
     found = {name: read_member(path, name) for name in names if not name.endswith("/")}
     return {n.removeprefix(f"{folder}/"): text for n, text in found.items() if text is not None}
 

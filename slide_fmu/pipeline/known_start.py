@@ -55,14 +55,17 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
 def start_origin(recipe: Recipe) -> dict[str, Any]:
     """Return the part of a provenance that names the FMU with which a training began, if any.
 
+    It has the hash of the surrogate file in it: the FMU may be written again with another runtime.
+
     Raises:
+        FmuError: the file is no FMU of slide-fmu any more.
         FileNotFoundError: the FMU is not there any more.
     """
     training = recipe.training
     if not isinstance(training, LeastSquaresRecipe) or training.start is None:
         return {}
     path = find_file(training.start)
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = hashlib.sha256(read_fmu(path)[0].to_bytes()).hexdigest()
     return {"start": {"file": path.name, "sha256": digest}}
 
 

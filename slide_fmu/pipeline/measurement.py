@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -14,7 +20,7 @@ from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
 
-IN_RANGE, BEYOND = "in range", "beyond the range"
+IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 
 
 def validate_fmu_file(
@@ -22,6 +28,7 @@ def validate_fmu_file(
 ) -> Validation:
     """Run an FMU beside the reference system that its provenance names.
 
+    Errors are harmful, or not, beside those in range that the FMU carries, if it carries some.
     Worker processes are one per core if None, none if 0.
 
     Raises:
@@ -34,7 +41,15 @@ def validate_fmu_file(
     if found is not None and recipe.system.is_record:
         require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))
-    return validate(fmu, surrogate, recipe, task, progress, workers)
+    validation = validate(fmu, surrogate, recipe, task, progress, workers)
+    return replace(validation, usual=_usual_error(found))
+
+
+def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
+    """Return what 95 % of the errors in range were below when an FMU was released."""
+    measured = (provenance or {}).get("measured", {}).get("validation", {}).get(IN_RANGE, {})
+    found = [output.get("p95_error") for output in measured.get("outputs", [])]
+    return np.array(found) if found and None not in found else None
 
 
 def validation_report(validation: Validation) -> Report:
@@ -49,7 +64,10 @@ def validation_report(validation: Validation) -> Report:
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
-    """Return what a released FMU is measured on: in range, and beyond if it tells its error.
+    """Return what a released FMU is measured on.
+
+    That is in range; beyond, if it tells its error; and on kinds of excitation that the recipe
+    holds out.
 
     An error estimator has its own range of amplitudes; with an error bound alone it is that of the
     trajectories beyond the range. Nothing is known of what lies beyond records.
@@ -59,9 +77,13 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     elif recipe.bound is not None:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
+    if recipe.validation.excitation:
+        found[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
     return found
 
 
 def _title(task: Task) -> str:
+    if task.held_out:
+        return f"validation on {HELD_OUT}"
     low, high = task.amplitude
     return "validation" if low == high == 1 else f"validation at {low:g} to {high:g} x amplitude"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +27,12 @@ from slide_fmu.pipeline.stages import (
 )
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation import accuracy_sections, learning_sections
+from slide_fmu.validation.adversarial import attack, attack_figures
+from slide_fmu.validation.adversarial_section import adversarial_section
 from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.figures import side_by_side
@@ -97,12 +100,15 @@ def _measured(
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
-    validations = {
-        name: validate_fmu_file(fmu, task, job.bar, workers) for name, task in wanted.items()
-    }
+    validations: dict[str, Validation] = {}
+    for name, task in wanted.items():
+        measured = validate_fmu_file(fmu, task, job.bar, workers)
+        usual = next(iter(validations.values()), measured).usual_error()
+        validations[name] = replace(measured, usual=usual)
     report = _full_report(
         trained, recipe, sizing, validations, tests, kept_curve(recipe, job.folder)
     )
+    report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
@@ -119,6 +125,17 @@ def _measured(
         extra=found.extra,
     )
     return Finished(fmu, page, report.data)
+
+
+def _with_search(report: Report, job: Job, surrogate: Surrogate, seed: int) -> Report:
+    """Return the report with the search for unnoticed errors, if the recipe asks for it."""
+    starts = job.recipe.validation.adversarial
+    if not starts:
+        return report
+    attacks = attack(surrogate, job.recipe, seed, starts, job.bar("search for unnoticed errors"))
+    data = {**report.data, "adversarial": attack_figures(attacks)}
+    sections = [*report.sections, adversarial_section(attacks, surrogate)]
+    return replace(report, data=data, sections=sections)
 
 
 def draw_mechanism(job: Job) -> str | None:

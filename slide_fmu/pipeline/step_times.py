@@ -61,7 +61,8 @@ class StepTimes:
             yield None
             return
         network, window = baseline.network, baseline.window
-        surrogate = replace(self.surrogate, network=network, window=window, estimator=None)
+        alone = replace(self.surrogate, estimator=None, bound=None)
+        surrogate = replace(alone, network=network, window=window)
         with fmu_of(surrogate) as fmu:
             yield fmu, surrogate
 

@@ -30,6 +30,8 @@ class BoundRecipe(Table):
         learning_rate: highest learning rate.
         seed: seed of the head's training; that of the companion is the surrogate's plus one plus
             this.
+        attempts: the companion is trained so many times at most, from starts of its own, until it
+            is about as accurate as the surrogate.
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
@@ -38,7 +40,8 @@ class BoundRecipe(Table):
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
     steps: PositiveInt = 4000
     batch: PositiveInt = 1024
-    learning_rate: PositiveFloat = 5e-3
+    learning_rate: PositiveFloat = 1e-2
+    attempts: PositiveInt = 3
     seed: int = Field(default=0, ge=0, lt=2**30)
     short_span: PositiveFloat = 0.1
     long_span: PositiveFloat = 1.0
@@ -52,6 +55,12 @@ def require_bound(recipe: Recipe) -> None:
         ValueError: the message has the remedy.
     """
     if recipe.bound is None:
+        if recipe.validation.adversarial:
+            raise ValueError(
+                f"validation.adversarial = {recipe.validation.adversarial} without a table "
+                "[bound]; expected an error bound, which the search attacks: add [bound], or "
+                "remove the key"
+            )
         return
     remedy = "remove the table [bound]"
     if recipe.system.is_record:

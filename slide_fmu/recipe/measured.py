@@ -99,6 +99,7 @@ def _require_no_model(recipe: Recipe) -> None:
         "data.excitation": [kind.kind for kind in data.excitation],
         "data.beyond": data.beyond,
         "validation.duration": recipe.validation.duration,
+        "validation.excitation": [kind.kind for kind in recipe.validation.excitation],
     }
     for key, value in given.items():
         if value:

@@ -163,6 +163,32 @@ class Recipe(Table):
         return self
 
     @model_validator(mode="after")
+    def _held_out_kinds_are_held_out(self) -> Recipe:
+        learnt = [kind.model_dump(exclude={"weight"}) for kind in self.data.excitation]
+        for kind in self.validation.excitation:
+            if kind.model_dump(exclude={"weight"}) in learnt:
+                raise ValueError(
+                    f"validation.excitation has a {kind.kind!r} that is in data.excitation too; "
+                    "expected kinds, or settings of them, that nothing is learnt from: remove it "
+                    "from one of them"
+                )
+        return self
+
+    def with_held_out_kinds(self) -> Recipe:
+        """Return the recipe whose motions are of the kinds that are held out.
+
+        Raises:
+            RecipeError: there are none.
+        """
+        if not self.validation.excitation:
+            raise RecipeError(
+                f"recipe {self.name!r} holds out no kinds of excitation; expected some under "
+                "[[validation.excitation]]"
+            )
+        data = self.data.model_copy(update={"excitation": self.validation.excitation})
+        return self.model_copy(update={"data": data})
+
+    @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
         if self.data.beyond and not self.network.LEARNS_BEYOND:
             raise ValueError(

@@ -98,10 +98,16 @@ class ValidationRecipe(Table):
     Attributes:
         trajectories: their number.
         duration: length of each in s, after the burn-in; as in the training data if not given.
+        excitation: kinds of excitation that are held out: nothing is learnt from them or
+            calibrated by them, and the FMU is measured on them apart.
+        adversarial: number of unseen trajectories from which a search begins for inputs whose
+            error is large beside its bound; a minute or so for each.
     """
 
     trajectories: PositiveInt = 50
     duration: PositiveFloat | None = None
+    excitation: tuple[Excitation, ...] = ()
+    adversarial: int = Field(default=0, ge=0)
 
 
 class StabilityRecipe(Table):

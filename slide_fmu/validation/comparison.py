@@ -17,7 +17,13 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import measured_noise
-from slide_fmu.validation.trust import Told, bound_figures, domain_figures, estimate_figures
+from slide_fmu.validation.trust import (
+    Told,
+    bound_figures,
+    domain_figures,
+    estimate_figures,
+    harm_figures,
+)
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,7 @@ class Task:
         trajectories: number of unseen trajectories; the recipe's if None.
         amplitude: range of the factor on the excitation's amplitude; (1, 1) is in range.
         duration: length of a trajectory in s; the recipe's if None.
+        held_out: whether the motions are of the kinds of excitation that the recipe holds out.
 
     Raises:
         ValueError: a value is out of its range.
@@ -38,6 +45,7 @@ class Task:
     trajectories: int | None = None
     amplitude: tuple[float, float] = (1.0, 1.0)
     duration: float | None = None
+    held_out: bool = False
 
     def __post_init__(self) -> None:
         if self.trajectories is not None and self.trajectories < 1:
@@ -110,6 +118,7 @@ class Validation:
             values of them.
         corners: one more trajectory at each corner of the parameters' box, which the other
             figures do not count; none without parameters.
+        usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
     """
 
     task: Task
@@ -117,6 +126,12 @@ class Validation:
     recipe: Recipe
     comparisons: tuple[Comparison, ...]
     corners: tuple[Comparison, ...] = ()
+    usual: FloatArray | None = None
+
+    def usual_error(self) -> FloatArray:
+        """Return what 95 % of the absolute errors are below, (n_outputs,)."""
+        _, error = _joined(self.comparisons)
+        return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
@@ -127,6 +142,7 @@ class Validation:
             **({"failed": failed} if failed else {}),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
+            **({"held_out": True} if self.task.held_out else {}),
             "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
             "excitations": self._excitations(),
             "error_estimate": self._estimate(),
@@ -181,6 +197,7 @@ class Validation:
             # of an output far from 0, as a temperature in K, the RMS is no measure of its motion
             "rmse_over_deviation": float(_over_deviation(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
+            "p95_error": float(np.quantile(np.abs(error[:, index]), 0.95)),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
@@ -262,7 +279,17 @@ class Validation:
             bounds = [one.bounds[:, index] for one in told]
             outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
         found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
+        if self.usual is not None:
+            found["harm"] = harm_figures(
+                [np.abs(c.error) for c in self.comparisons], told, self.usual
+            )
         return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
+
+    def _harm_of(self, chosen: Sequence[Comparison]) -> dict[str, Any]:
+        told = [c.told for c in chosen if c.told is not None]
+        if self.usual is None:
+            return {}
+        return {"harm": harm_figures([np.abs(c.error) for c in chosen], told, self.usual)}
 
     def _covered_by_kind(self) -> list[dict[str, Any]]:
         rows = []
@@ -277,6 +304,7 @@ class Validation:
                         "coverage": np.mean(shares, axis=0).tolist(),
                         "lowest_coverage": np.min(shares, axis=0).tolist(),
                         **domain_figures([c.told for c in chosen if c.told]),
+                        **self._harm_of(chosen),
                     }
                 )
         return rows

@@ -7,7 +7,7 @@ from typing import Any
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
-from slide_fmu.validation.trust_sentences import bound_sentences
+from slide_fmu.validation.trust_sentences import bound_sentences, search_sentence
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on is warned."""
@@ -85,5 +85,7 @@ def _measured_limits(measured: Figures) -> list[str]:
             "Whether it forgets its past and stays bounded was not tested at more than "
             f"{largest:g} times the trained amplitude."
         )
+    if "adversarial" in measured:
+        found.append(search_sentence(measured["adversarial"]))
     remarks = [*measured.get("record_remarks", []), *filter(None, [measured.get("remark")])]
     return found + [f"{remark[0].upper()}{remark[1:]}." for remark in remarks]

@@ -17,8 +17,8 @@ from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.tables import about_parameters, parameter_rows
-from slide_fmu.validation.trust_sentences import COLUMNS, bound_sentences
-from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
+from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 
 
 def model_card(
@@ -60,7 +60,7 @@ def model_card(
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
         estimate_rows=estimate_rows(_named(validations)) if surrogate.estimator else [],
-        **_about_bound(surrogate, recipe, validations),
+        **_about_bound(surrogate, recipe, measured),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),
         picture=picture,
@@ -84,17 +84,19 @@ def _named(validations: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _about_bound(
-    surrogate: Surrogate, recipe: Recipe, validations: dict[str, Any]
-) -> dict[str, Any]:
+def _about_bound(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> dict[str, Any]:
     """Return what the card says of the error bound; nothing where there is none."""
+    validations, search = ordered(measured), measured.get("adversarial")
     if surrogate.bound is None:
-        return {"bound_sentences": [], "bound_tables": [], "bound_columns": ""}
+        return {"bound_tables": []}
     named = _named(validations)
     return {
         "bound_sentences": bound_sentences(recipe, next(iter(validations.values()))),
         "bound_tables": [bound_rows(named), kind_rows(named)],
         "bound_columns": COLUMNS,
+        "harm_rows": harm_rows(named),
+        "harm_columns": HARM,
+        "search": search_sentence(search) if search else "",
     }
 
 

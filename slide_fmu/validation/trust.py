@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from slide_fmu.core.signals import FloatArray
@@ -22,6 +23,9 @@ WORST = 0.05
 
 TINY = sys.float_info.min
 """Errors of zero count as this, so that figures stay finite."""
+
+HARMFUL = 3.0
+"""An error is harmful if it is so many times what is usual."""
 
 OFTEN = 0.05
 """A trajectory counts as flagged if more than this part of its samples are."""
@@ -71,6 +75,35 @@ def domain_figures(told: Sequence[Told]) -> dict[str, float]:
         "flagged": float(np.mean(samples)),
         "trajectories_flagged": float(np.mean(np.array(outside) > OFTEN)),
     }
+
+
+def harm_figures(
+    errors: Sequence[FloatArray], told: Sequence[Told], usual: FloatArray
+) -> dict[str, float | None]:
+    """Measure what harm errors do that nobody is told of.
+
+    A sample is harmful if an error, absolute, (N, n_outputs) of each trajectory, is larger than
+    ``HARMFUL`` times what 95 % of the errors in range are below, (n_outputs,).
+
+    Returns:
+        The share of harmful samples; of them, that outside of the domain, or None without any; of
+        the harmless ones the same; and the share of all samples that are harmful, in the domain,
+        and not covered by the bound.
+    """
+    error = np.concatenate(errors)
+    covered = (error <= np.concatenate([t.bounds for t in told])).all(axis=1)
+    flagged = np.concatenate([t.in_domain for t in told]) == 0
+    harmful = (error > HARMFUL * usual).any(axis=1)
+    return {
+        "harmful": float(np.mean(harmful)),
+        "harmful_flagged": _share(flagged[harmful]),
+        "harmless_flagged": _share(flagged[~harmful]),
+        "harmful_unnoticed": float(np.mean(harmful & ~flagged & ~covered)),
+    }
+
+
+def _share(flags: NDArray[np.bool_]) -> float | None:
+    return float(np.mean(flags)) if len(flags) else None
 
 
 def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any]:

@@ -22,6 +22,7 @@ def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
         table("error_estimate.without_floor", "Deviation", _estimates(validations)),
         table("error_bound", "Bound", _bounds(validations)),
         table("error_bound.excitations", "Excitation", _kinds(validations)),
+        table("error_bound.harm", "Harm", _harm(validations)),
     ]
     return [entry for entry in found if len(entry.value)]
 
@@ -50,6 +51,15 @@ def _bounds(validations: Mapping[str, Figures]) -> Iterator[Row]:
                 **{key: output[key] for key in OF_BOUNDS},
                 **{key: bound[key] for key in OF_DOMAINS},
             }
+
+
+def _harm(validations: Mapping[str, Figures]) -> Iterator[Row]:
+    """Give a row for each kind of excitation, and one for all of them."""
+    for name, validation in validations.items():
+        bound = validation.get("error_bound", {"excitations": []})
+        for kind in ({"name": "all", **bound}, *bound["excitations"]):
+            if "harm" in kind:
+                yield {"inputs": name, "name": kind["name"], **kind["harm"]}
 
 
 def _kinds(validations: Mapping[str, Figures]) -> Iterator[Row]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from slide_fmu.validation import figures, trust_pictures
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.report import Section
-from slide_fmu.validation.trust_sentences import COLUMNS, bound_sentences
-from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
+from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 
 
 def estimate_section(validations: Mapping[str, Validation]) -> Section:
@@ -51,6 +52,7 @@ def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
             kind_rows(found),
             [trust_pictures.coverage_by_kind(validations)],
         ),
+        *_harm_section(found),
         Section(
             "Error bound: the worst steps",
             "These are the steps in range whose errors are largest beside their bounds, one of "
@@ -59,3 +61,9 @@ def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
             [trust_pictures.worst_steps_picture(first)],
         ),
     ]
+
+
+def _harm_section(found: Mapping[str, Any]) -> list[Section]:
+    """Return the section on harmful errors, where the usual error is known."""
+    rows = harm_rows(found)
+    return [Section("Harmful errors", HARM, rows)] if len(rows) > 1 else []

@@ -8,7 +8,7 @@ from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from slide_fmu.validation.tables import percent
-from slide_fmu.validation.trust import OFTEN
+from slide_fmu.validation.trust import HARMFUL, OFTEN
 
 COLUMNS = (
     "A sample is covered if its error stays below the bound. The width is the mean bound over the "
@@ -19,6 +19,26 @@ COLUMNS = (
     "its samples are."
 )
 """What stands in the columns of ``slide_fmu.validation.trust_tables.bound_rows``."""
+
+
+HARM = (
+    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
+    "range are below. What matters is the last column: harmful errors of which the FMU says "
+    "nothing."
+)
+"""What stands in the columns of ``slide_fmu.validation.trust_tables.harm_rows``."""
+
+
+def search_sentence(figures: dict[str, Any]) -> str:
+    """Say what the search for unnoticed errors found (``validation.adversarial``)."""
+    usual, highest = (f"{100 * value:g} %" for value in figures["confidences"])
+    ratios = (max(figures[name]) for name in ("before", "after", "after_highest"))
+    before, after, above = (f"{ratio:.3g}" for ratio in ratios)
+    return (
+        f"A search within the ranges of the inputs, from {figures['starts']} unseen trajectories, "
+        f"found an error in the domain of {after} times its bound of {usual} (before the search: "
+        f"{before}), and of {above} times its bound of {highest}."
+    )
 
 
 def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str]:

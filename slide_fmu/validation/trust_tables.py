@@ -13,6 +13,9 @@ from slide_fmu.validation.tables import percent
 Figures = Mapping[str, Any]
 """The figures of one validation."""
 
+OF_HARM = "harmful", "harmful_flagged", "harmless_flagged", "harmful_unnoticed"
+"""Figures of harmful errors (``slide_fmu.validation.trust.harm_figures``)."""
+
 DEVIATIONS = "mean_relative_deviation", "p95_relative_deviation"
 
 
@@ -106,6 +109,33 @@ def kind_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
                 )
             )
     return rows
+
+
+def harm_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
+    """Return a table of harmful errors and what the FMU says there, its heading first.
+
+    It has no rows of validations that know no usual error.
+    """
+    rows: list[Sequence[str]] = [
+        (
+            "inputs",
+            "excitation",
+            "harmful samples",
+            "of them outside of the domain",
+            "of the harmless ones",
+            "harmful, in the domain and above the bound",
+        )
+    ]
+    for name, validation in validations.items():
+        bound = validation["error_bound"]
+        for kind in ({"name": "all", **bound}, *bound["excitations"]):
+            if "harm" in kind:
+                rows.append((name, kind["name"], *_harm_cells(kind["harm"])))
+    return rows
+
+
+def _harm_cells(harm: Figures) -> list[str]:
+    return ["" if harm[key] is None else percent(harm[key]) for key in OF_HARM]
 
 
 def _outside(bound: Figures) -> Sequence[str]:

@@ -74,6 +74,8 @@ def validate(
 ) -> Validation:
     """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
 
+    Where the task is about kinds that are held out, the trajectories are of these.
+
     Of records, the FMU runs on the blocks of the part "test", beside what was measured there.
 
     A reference system whose states cannot be set is no FMU: it simulates each record by itself.
@@ -98,6 +100,8 @@ def validate(
     """
     if recipe.system.is_record:
         return validate_records(fmu, surrogate, recipe, task, progress)
+    if task.held_out:
+        recipe = recipe.with_held_out_kinds()
     models = _Models(recipe)
     count = task.trajectories or recipe.validation.trajectories
     duration = task.duration or recipe.validation.duration or recipe.data.duration

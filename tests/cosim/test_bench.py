@@ -14,6 +14,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.feed_forward.network import FeedForward
+from tests.bounds import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 
@@ -56,6 +57,11 @@ def test_bench_gives_times_and_batches(tmp_path: Path, shape: Shape, fmi: FmiVer
     assert min(batch.values()) > 0
     assert figures["n_weights"] == surrogate.network.count_parameters()
     assert figures["fmu"] == str(path)
+
+
+def test_bench_gives_the_time_with_error_bounds(tmp_path: Path) -> None:
+    path = export_fmu(bounded_surrogate(Shape(cell=CellShape())), tmp_path / "tiny.fmu")
+    assert _bench(path)["fmu_set_step_get_with_bounds"] > 0  # type: ignore[operator]
 
 
 def test_synthetic_robot_has_the_size_of_three_networks() -> None:

@@ -27,8 +27,7 @@ from pathlib import Path
 
 from slide_fmu.fmu.libraries.build import BUILD
 from tests.fmu.driver import build_program
-from tests.fmu.samples import random_surrogate
-from tests.fmu.small_shapes import FUZZED
+from tests.fmu.small_shapes import FUZZED, small_surrogate
 
 TARGET = Path(__file__).parent / "c" / "fuzz"
 CORPUS = Path(__file__).parent / "fuzz_corpus"
@@ -59,7 +58,7 @@ def write_samples(path: Path) -> Path:
     names = [f"sample_{index}" for index in range(len(FUZZED))]
     lines = ['#include "surrogate.h"']
     for name, shape in zip(names, FUZZED, strict=True):
-        numbers = ",".join(map(str, random_surrogate(shape).to_bytes()))
+        numbers = ",".join(map(str, small_surrogate(shape).to_bytes()))
         lines.append(f"static const unsigned char {name}[] = {{{numbers}}};")
     sizes = ", ".join(f"sizeof {name}" for name in names)
     lines.append(f"const unsigned char *const fuzz_samples[] = {{{', '.join(names)}}};")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.fmu.samples import CellShape, Shape
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
 ONE_SAMPLE = Shape(n_in=6, n_out=3, hidden=(2,), activation="tanh", block=False, ages=2)
@@ -45,6 +47,11 @@ SWINGING = replace(TURNING, forecasts=True)
 PARAMETRIC = replace(CELLS, n_out=2, cell=CellShape(2, 3, parameters=2))
 SUBSTEPS = replace(CELLS, n_out=2, cell=CellShape(9, 3, "mixed", substeps=3))
 
+BOUNDED = Shape(n_in=3, n_out=2, n_inputs=2, n_outputs=2, differences=1, cell=CellShape(3, 2))
+BOUNDED_MOVING = replace(
+    MOVING, n_in=3, positions=0, features="director", cell=CellShape(2, 3, "gated", turned=1)
+)
+
 FUZZED = (
     SMALL,
     ONE_SAMPLE,
@@ -62,8 +69,16 @@ FUZZED = (
     SWINGING,
     PARAMETRIC,
     SUBSTEPS,
+    BOUNDED,
+    BOUNDED_MOVING,
 )
 """All families, sets of features, kinds of units and of error estimators.
 
 Inputs of the fuzz target name them by their number: add at the end only.
 """
+
+
+def small_surrogate(shape: Shape) -> Surrogate:
+    """A surrogate of one of these shapes; beside bounded ones is an error bound."""
+    bounded = shape in (BOUNDED, BOUNDED_MOVING)
+    return bounded_surrogate(shape, (1, 2)) if bounded else random_surrogate(shape)

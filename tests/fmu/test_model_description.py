@@ -14,6 +14,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate
 from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 
@@ -130,6 +131,27 @@ def test_description_of_a_cell_has_its_truncation_errors(tmp_path: Path) -> None
     assert (variables[8].unit, variables[8].min, variables[8].causality) == ("m", "0.0", "output")
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
     assert initial == [KNOWN_AT_START] * 4 + [["prehistory_known"]] * 2 + [KNOWN_AT_START] * 3
+
+
+def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None:
+    surrogate = bounded_surrogate(dataclasses.replace(TWO_MASSES, cell=CellShape()))
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    description = fmpy.read_model_description(str(path))
+    variables = {variable.name: variable for variable in description.modelVariables}
+    assert list(variables)[-6:] == [
+        *("y0_error_bound", "y1_error_bound", "in_domain", "novelty"),
+        *("error_bound_filled", "confidence"),
+    ]
+    confidence, bound = variables["confidence"], variables["y1_error_bound"]
+    assert (confidence.min, confidence.max, confidence.start) == ("0.9", "0.99", "0.95")
+    assert (confidence.causality, confidence.variability) == ("parameter", "tunable")
+    assert (bound.unit, bound.min, bound.max) == ("m", "0.0", None)
+    assert variables["in_domain"].type == "Boolean"
+    initial = {u.variable.name: u.dependencies for u in description.initialUnknowns}
+    known = [*KNOWN_AT_START, "confidence"]
+    assert [v.name for v in initial["novelty"]] == known
+    assert [v.name for v in initial["error_bound_filled"]] == ["prehistory_known"]
+    assert check_fmu(path) == []
 
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from tests.fmu.native import Load, Loaded
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 
 
-def _refused(loaded: Loaded, content: bytes) -> str:
+def refused(loaded: Loaded, content: bytes) -> str:
     """What the library says about a surrogate file; Python must refuse it, too."""
     with pytest.raises(PayloadError):
         Surrogate.from_bytes(content)
@@ -39,9 +39,9 @@ def _with_estimator(surrogate: Surrogate, **changes: object) -> bytes:
     return changed.to_bytes()
 
 
-def test_estimators_of_another_family_are_refused(load: Load) -> None:
+def test_estimators_of_another_family_arerefused(load: Load) -> None:
     surrogate = random_surrogate(Shape(positions=2, cell=CellShape()))
-    message = _refused(load(surrogate), _with_estimator(surrogate, network=surrogate.network))
+    message = refused(load(surrogate), _with_estimator(surrogate, network=surrogate.network))
     assert "estimator is a network of kind 2; expected 1 (feed-forward)" in message
 
 
@@ -57,23 +57,23 @@ def test_library_refuses_a_file_of_version_4_and_says_how_to_get_another(load: L
 
 
 @pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])
-def test_positions_out_of_range_are_refused(load: Load, positions: int) -> None:
+def test_positions_out_of_range_arerefused(load: Load, positions: int) -> None:
     surrogate = random_surrogate(Shape(positions=2))
     content = _with_estimator(surrogate, positions=positions)
-    assert f"at {positions} positions; expected" in _refused(load(surrogate), content)
+    assert f"at {positions} positions; expected" in refused(load(surrogate), content)
 
 
 @pytest.mark.parametrize(
     "ages", [(10, 7, 3), (11, 7, 7), (11, 3, 7), (11, 7, 12), (11, 7, 0xFFFFFFFF)], ids=str
 )
-def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) -> None:
+def test_ages_that_do_not_fall_arerefused(load: Load, ages: tuple[int, ...]) -> None:
     surrogate = random_surrogate(Shape(n_in=12, ages=3))
     network, content = surrogate.network, surrogate.to_bytes()
     assert isinstance(network, FeedForward)
     right, wrong = (struct.pack("<4I", 3, *row) for row in (network.ages, ages))
     assert content.count(right) == 1
     body = content.replace(right, wrong)[:-4]
-    message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file: " in message
     assert "age" in message
 
@@ -90,7 +90,7 @@ def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: Loaded) -> 
     assert "cannot read" in rich.instance().messages[0]
 
 
-def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
+def test_inertia_that_is_not_symmetric_isrefused(load: Load) -> None:
     surrogate = random_surrogate(Shape(n_inputs=2, features="chain", cell=CellShape()))
     network, content = surrogate.network, surrogate.to_bytes()
     assert isinstance(network, StateSpace)
@@ -100,7 +100,7 @@ def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
     wrong[0, 2] *= 1 + 1e-6
     assert content.count(right.tobytes()) == 1
     body = content.replace(right.tobytes(), wrong.tobytes())[:-4]
-    message = _refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file: inertia of link 1 of a chain; expected a symmetric tensor" in message
 
 
@@ -108,11 +108,11 @@ def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
     ("place", "value"),
     [(0, 2), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
 )
-def test_forecasts_of_impossible_sizes_are_refused(load: Load, place: int, value: int) -> None:
+def test_forecasts_of_impossible_sizes_arerefused(load: Load, place: int, value: int) -> None:
     surrogate = forecasting(sum_surrogate(hold="first_order"))
     body = bytearray(surrogate.to_bytes()[:-4])
     struct.pack_into("<I", body, body.index(b"MOVE") + 8 + place, value)
-    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file: a forecast by " in message
 
 
@@ -123,13 +123,13 @@ def test_forecasts_with_impossible_numbers_are_refused(
     surrogate = forecasting(sum_surrogate(hold="first_order"))
     body = bytearray(surrogate.to_bytes()[:-4])
     struct.pack_into("<d", body, body.index(b"MOVE") + 24 + 8 * place, value)
-    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
     assert "surrogate file" in message
 
 
-def test_forecast_of_inputs_that_are_held_is_refused(load: Load) -> None:
+def test_forecast_of_inputs_that_are_held_isrefused(load: Load) -> None:
     surrogate = forecasting(sum_surrogate(hold="first_order"))
     body = bytearray(surrogate.to_bytes()[:-4])
     struct.pack_into("<I", body, body.index(b"SCIN") + 8 + 24, 0)
-    message = _refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
     assert "of inputs with a first-order hold" in message

@@ -19,6 +19,7 @@ from tests.fmu.driver import build_driver, required_sanitizer
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import (
+    BOUNDED,
     CELLS,
     DIRECTOR,
     GATED,
@@ -28,6 +29,7 @@ from tests.fmu.small_shapes import (
     RAMP,
     ROLES,
     SMALL,
+    small_surrogate,
 )
 from tests.limits import HANGS
 
@@ -93,13 +95,13 @@ def _python_accepts(data: bytes) -> bool | None:
 
 
 @pytest.mark.parametrize(
-    "shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES, PARAMETRIC]
+    "shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES, PARAMETRIC, BOUNDED]
 )
 def test_damaged_payloads_are_read_within_their_arrays(
     driver: Path, tmp_path: Path, shape: Shape
 ) -> None:
     rng = np.random.default_rng(5)
-    contents = list(_damaged(random_surrogate(shape).to_bytes(), rng))
+    contents = list(_damaged(small_surrogate(shape).to_bytes(), rng))
     paths = [tmp_path / str(index) for index in range(len(contents))]
     for path, content in zip(paths, contents, strict=True):
         path.write_bytes(content)
@@ -127,16 +129,16 @@ def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC, BOUNDED])
 def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
-    loaded = load(random_surrogate(shape))
+    loaded = load(small_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC, BOUNDED])
 def test_damaged_states_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
-    loaded = load(random_surrogate(shape))
+    loaded = load(small_surrogate(shape))
     _run(driver, "damage", loaded.uri, loaded.guid)
 
 

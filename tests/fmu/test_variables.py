@@ -11,6 +11,8 @@ from slide_fmu.fmu.description import generate
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KIND
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate
 from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -31,6 +33,11 @@ NUMBERS = {
     "INPUTS_AT_STEP_END": 12,
     "MODEL_PARAMETER": 13,
     "PARAMETERS_SETTLED": 14,
+    "ERROR_BOUND": 15,
+    "IN_DOMAIN": 16,
+    "NOVELTY": 17,
+    "BOUND_FILLED": 18,
+    "CONFIDENCE": 19,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 
@@ -40,7 +47,9 @@ SHAPES = {
     "one sample": Shape(block=False),
     "parameters": Shape(n_inputs=2, n_outputs=2, cell=CellShape(parameters=3)),
 }
-every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+SURROGATES = {name: random_surrogate(shape) for name, shape in SHAPES.items()} | {
+    "bound": bounded_surrogate(SHAPES["cell"])
+}
 
 
 GENERATED = {
@@ -71,7 +80,7 @@ def test_value_reference_out_of_room_is_refused() -> None:
 
 def test_descriptions_are_whole_sentences() -> None:
     for kind in KINDS:
-        for text in (kind.text, kind.text_with_estimator, kind.text_fmi_3):
+        for text in (kind.text, kind.text_fmi_3):
             assert text == "" or (text[0].isupper() and text.endswith(".")), kind.key
 
 
@@ -108,12 +117,12 @@ def _instance(loaded: Loaded, fmi: FmiVersion) -> Native | Native3:
     return instance_of(loaded).start()
 
 
-@every_shape
+@pytest.mark.parametrize("surrogate", SURROGATES.values(), ids=SURROGATES)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_library_knows_the_variables_of_the_table_and_no_others(
-    load: Load, shape: Shape, fmi: FmiVersion
+    load: Load, surrogate: Surrogate, fmi: FmiVersion
 ) -> None:
-    loaded = load(random_surrogate(shape))
+    loaded = load(surrogate)
     native = _instance(loaded, fmi)
     getters = {
         "Real": "fmi2GetReal" if fmi == 2 else "fmi3GetFloat64",

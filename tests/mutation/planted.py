@@ -47,11 +47,11 @@ class Planted:
 
 PLANTED = {
     "inputs count as out of range for one sample too long": Planted(
-        "slide_fmu/fmu/runtime/network/estimate.c",
-        "behind >= estimator->memory_length",
-        "behind > estimator->memory_length",
+        "slide_fmu/fmu/runtime/window/stream.c",
+        "behind >= model->predictor.memory_length",
+        "behind > model->predictor.memory_length",
         "tests/fmu/test_ranges.py"
-        "::test_features_unknown_to_the_estimator_count_for_exactly_its_memory_length",
+        "::test_one_input_out_of_range_counts_until_the_memory_has_lost_it",
     ),
     "samples are scored before the network has seen the inputs that it needs": Planted(
         "slide_fmu/validation/beside.py",

@@ -98,7 +98,8 @@ def _alike_findings(records: Sequence[Record], names: tuple[str, ...]) -> list[F
                     f"the inputs are those of {', '.join(paths[1:])}, wholly or in part",
                     "other inputs in each file, so that nothing is tested that was learnt from",
                     'divide by whole records (data.by = "record"), of which those that are alike '
-                    'stay together, or each by itself (data.by = "each") if they run together',
+                    'stay together; or each by itself (data.by = "each", as it is with physical '
+                    "parameters) if they run together",
                 )
             )
     return found

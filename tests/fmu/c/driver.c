@@ -45,6 +45,9 @@ static void step_once(const SlidePayload *payload) {
             if (model.estimator.positions > 0) {
                 slide_stream_estimate(&model, &state);
             }
+            if (model.bound.memory_length > 0) {
+                slide_stream_bound(&model, &state);
+            }
         }
         free(block);
     }

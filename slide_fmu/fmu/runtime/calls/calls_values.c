@@ -119,9 +119,8 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
 
 /* Is a variable there, and of the type of the function? */
 static SlideStatus check_variable(const SlideInstance *instance, uint32_t reference,
-                                  SlideType type) {
+                                  SlideVariable variable, SlideType type) {
     static const char *const types[] = {"Real (Float64)", "Boolean"};
-    const SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind == SLIDE_KINDS) {
         return slide_report(instance, SLIDE_ERROR,
                             "no variable has the value reference %u; expected one of "
@@ -146,8 +145,9 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideVal
         return slide_null(instance);
     }
     for (size_t i = 0; status == SLIDE_OK && i < of->n_references; ++i) {
-        status = check_variable(instance, of->references[i], type);
-        n_expected += slide_variable(instance, of->references[i]).size;
+        const SlideVariable variable = slide_variable(instance, of->references[i]);
+        status = check_variable(instance, of->references[i], variable, type);
+        n_expected += variable.size;
     }
     if (status == SLIDE_OK && of->n_values != n_expected) {
         status = slide_report(instance, SLIDE_ERROR,

@@ -32,21 +32,39 @@ typedef struct {
     [number] = {CAUSALITY_##causality, SLIDE_##type, PER_##per, WHEN_##when, SIZE_##size, fmi},
 static const Kind KINDS[SLIDE_KINDS] = {SLIDE_VARIABLE_KINDS(ROW)};
 
+/* Does the surrogate have what a kind asks for? One question, since every value that is read or set
+ * asks it. */
+static bool has(const SlideModel *model, When when) {
+    switch (when) {
+    case WHEN_ALWAYS:
+        return true;
+    case WHEN_ESTIMATOR:
+        return model->estimator.positions > 0;
+    case WHEN_STATE_SPACE:
+        return slide_is_recurrent(model->predictor.family);
+    case WHEN_SEVERAL_SAMPLES:
+        return model->predictor.n_block > 1;
+    case WHEN_FIRST_ORDER:
+        return model->history.first_order;
+    case WHEN_PARAMETERS:
+        return model->parameters.count > 0;
+    case WHEN_BOUND:
+        return model->bound.memory_length > 0;
+    }
+    return false;
+}
+
 uint32_t slide_count_of(const SlideInstance *instance, SlideVariableKind number) {
     const SlideModel *model = &instance->model;
     const Kind *kind = &KINDS[number];
-    const bool has[] = {[WHEN_ALWAYS] = true,
-                        [WHEN_ESTIMATOR] = model->estimator.positions > 0,
-                        [WHEN_STATE_SPACE] = slide_is_recurrent(model->predictor.family),
-                        [WHEN_SEVERAL_SAMPLES] = model->predictor.n_block > 1,
-                        [WHEN_FIRST_ORDER] = model->history.first_order,
-                        [WHEN_PARAMETERS] = model->parameters.count > 0,
-                        [WHEN_BOUND] = model->bound.memory_length > 0};
-    const uint32_t counts[] = {[PER_ONE] = 1,
-                               [PER_INPUT] = model->n_inputs,
-                               [PER_OUTPUT] = model->n_outputs,
-                               [PER_PARAMETER] = model->parameters.count};
-    return has[kind->when] && (kind->fmi == 2 || instance->has_more) ? counts[kind->per] : 0;
+    if (!has(model, kind->when) || (kind->fmi != 2 && !instance->has_more)) {
+        return 0;
+    }
+    return kind->per == PER_INPUT       ? model->n_inputs
+           : kind->per == PER_OUTPUT    ? model->n_outputs
+           : kind->per == PER_PARAMETER ? model->parameters.count
+           : kind->per == PER_ONE       ? 1
+                                        : 0;
 }
 
 SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) {
@@ -56,10 +74,10 @@ SlideVariable slide_variable(const SlideInstance *instance, uint32_t reference) 
         return (SlideVariable){.kind = SLIDE_KINDS, .size = 1};
     }
     const Kind *kind = &KINDS[number];
-    const size_t sizes[] = {[SIZE_SCALAR] = 1,
-                            [SIZE_BLOCK] = instance->model.predictor.n_block,
-                            [SIZE_SAMPLED] = instance->model.memory_length};
-    return (SlideVariable){(SlideVariableKind)number, index, sizes[kind->size], kind->type,
+    const size_t size = kind->size == SIZE_SCALAR  ? 1
+                        : kind->size == SIZE_BLOCK ? instance->model.predictor.n_block
+                                                   : instance->model.memory_length;
+    return (SlideVariable){(SlideVariableKind)number, index, size, kind->type,
                            kind->causality == CAUSALITY_PARAMETER,
                            kind->causality == CAUSALITY_OUTPUT};
 }

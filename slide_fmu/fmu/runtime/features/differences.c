@@ -1,6 +1,8 @@
 /* Inputs, their changes and the changes of these (slide_fmu/features/differences.py). */
 #include "feature_set.h"
 
+#include <string.h>
+
 enum { MAX_ORDER = 2 };
 
 static void read_order(SlideFeaturesView *view, SlideCursor *cursor) {
@@ -16,12 +18,14 @@ static void write_signals(const SlideFeatures *features, const double *input,
                           const double *before) {
     const size_t n = features->n_inputs, n_signals = features->n_signals;
     double *signals = features->signals;
+    if (n_signals == n) {
+        memcpy(signals, input, n * sizeof *input);
+        return;
+    }
     for (size_t i = 0; i < n; ++i) {
         double change = input[i] - before[i], change_before = before[i] - before[n + i];
         signals[i] = input[i];
-        if (n_signals > n) {
-            signals[n + i] = change;
-        }
+        signals[n + i] = change;
         if (n_signals > 2 * n) {
             signals[2 * n + i] = change - change_before;
         }

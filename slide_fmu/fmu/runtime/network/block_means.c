@@ -76,8 +76,8 @@ void slide_blocks_add(const SlideBlocksShape *shape, SlideBlocks *blocks, const 
 
 void slide_blocks_means(const SlideBlocksShape *shape, const SlideBlocks *blocks, double *means) {
     const double present = blocks->total[0] + blocks->begun[0];
+    const double factor = present > 0 ? 1 / present : 0;
     for (size_t i = 0; i < shape->count; ++i) {
-        const double sum = blocks->total[1 + i] + blocks->begun[1 + i];
-        means[i] = present > 0 ? sum / present : 0;
+        means[i] = (blocks->total[1 + i] + blocks->begun[1 + i]) * factor;
     }
 }

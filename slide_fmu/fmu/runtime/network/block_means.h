@@ -13,8 +13,8 @@ typedef struct {
     size_t count;    /* values of a sample */
 } SlideBlocksShape;
 
-/* What changes; part of the flat state block. A sum has the number of samples that are present, then
- * the sums of their values. */
+/* What changes; part of the flat state block. A sum has the number of samples that are present,
+ * then the sums of their values. */
 typedef struct {
     uint64_t *taken;  /* samples in the block that has begun, present or not */
     uint64_t *oldest; /* place of the oldest whole block */

@@ -1,5 +1,6 @@
 #include "bound.h"
 
+#include <float.h>
 #include <math.h>
 
 static size_t n_statistics(const SlideBound *bound) {
@@ -43,6 +44,9 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->of_seen = (SlideBlocksShape){longer, n_seen};
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
     bound->limits = place_numbers(view->limits, 2 * n_outputs + n_seen, arena);
+    for (size_t i = 0; arena->base != NULL && i < 2 * n_outputs + n_seen; ++i) {
+        bound->limits[i] = fmin(1 / bound->limits[i], DBL_MAX);
+    }
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
     slide_network_place(&bound->head, &view->head, payload->n_outputs, arena);
     place_scratch(bound, arena);
@@ -65,7 +69,6 @@ void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, Sl
     state->scales = slide_place(arena, n_outputs, sizeof(double));
     state->apart = slide_place(arena, n_outputs, sizeof(double));
     state->novelty = slide_place(arena, 1, sizeof(double));
-    bound->head.family->place_state(&state->head, &bound->head, arena);
     state->evaluated = arena->used - start;
 }
 
@@ -171,8 +174,12 @@ static uint64_t begin(const SlideBound *bound, uint64_t newest, uint64_t behind,
 void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
                           const SlideSamplesShape *shape, const SlideSamples *samples,
                           uint64_t count, SlideBoundState *state) {
+    if (count == *state->known) {
+        return;
+    }
     const uint64_t newest = count - shape->capacity; /* sample 0 has the number capacity - 1 */
-    const Span brief = span_of(&bound->of_short, newest), lengthy = span_of(&bound->of_long, newest);
+    const Span brief = span_of(&bound->of_short, newest);
+    const Span lengthy = span_of(&bound->of_long, newest);
     const uint64_t wanted = brief.count > lengthy.count ? brief.count : lengthy.count;
     const uint64_t todo = begin(bound, newest, count - *state->known, wanted, state);
     const double *of_outputs = NULL, *of_seen = bound->squares + bound->n_outputs;
@@ -188,8 +195,6 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
             add(&bound->of_seen, &state->of_seen, of_seen, left, lengthy);
         }
     }
-    if (todo > 0) {
-        slide_bound_conclude(bound, kernel, of_outputs != NULL, state);
-        *state->known = count;
-    }
+    slide_bound_conclude(bound, kernel, of_outputs != NULL, state);
+    *state->known = count;
 }

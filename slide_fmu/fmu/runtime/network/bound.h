@@ -23,9 +23,10 @@ typedef struct {
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
-    double *limits;         /* [2 * n_outputs + n_seen], of the means in the order of the blocks */
+    double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
+                               of the blocks */
     SlideNetwork companion; /* state space */
-    SlideNetwork head;      /* feed-forward */
+    SlideNetwork head;      /* feed-forward, of one sample: it needs no state */
     double *statistics;     /* scratch [1 + SLIDE_BEFORE][statistics], the later ones zeros */
     double *squares;        /* scratch [n_outputs + n_seen], of the newest sample */
     double *means;          /* scratch [2 * n_outputs + n_seen] */
@@ -36,13 +37,12 @@ typedef struct {
     float *predicted;   /* [n_predicted][n_outputs], the predictor's values after the sample k in
                            place k % n_predicted; NAN where it gave none */
     uint64_t *restarts; /* how often all was forgotten */
-    uint64_t *known;    /* samples that are evaluated, or too old to be needed: all below a number */
+    uint64_t *known;    /* samples that are evaluated, or too old to be needed: below a number */
     SlideNetworkState companion;
     SlideBlocks of_short, of_long, of_seen;
     double *scales;  /* [n_outputs], local scales of the error */
     double *apart;   /* [n_outputs], the disagreement; both relative to the output's scale */
     double *novelty; /* [1], 1 at the edge of the domain; all at the last of the known samples */
-    SlideNetworkState head;
     size_t evaluated; /* bytes from known on */
 } SlideBoundState;
 

@@ -28,7 +28,7 @@ static double novelty_of(const SlideBound *bound) {
     double largest = 0;
     bool known = true;
     for (size_t i = 0; i < count; ++i) {
-        const double ratio = bound->means[i] / bound->limits[i];
+        const double ratio = bound->means[i] * bound->limits[i];
         known = known && ratio <= MOST_NOVELTY * MOST_NOVELTY;
         largest = ratio > largest ? ratio : largest;
     }
@@ -58,11 +58,13 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bo
         logarithms[n_outputs + i] = logarithm(bound->means[i]);
     }
     *state->novelty = novelty_of(bound);
-    slide_network_see_anyhow(head, &state->head, 0, bound->statistics,
-                             bound->statistics + head->seen.n_inputs);
-    const float *exponents = head->family->evaluate(head, kernel, &state->head, 0);
-    for (size_t i = 0; i < n_outputs; ++i) {
-        state->scales[i] = local_scale(exponents[i]);
+    const bool finite = slide_features_write(&head->seen, bound->statistics,
+                                             bound->statistics + head->seen.n_inputs,
+                                             head->features);
+    const float *exponents =
+        slide_feed_forward_evaluate(&head->of.layers.stack, kernel, head->features);
+    for (size_t i = 0; i < n_outputs; ++i) { /* units that saturate hide what is not finite */
+        state->scales[i] = local_scale(finite ? exponents[i] : NAN);
     }
 }
 

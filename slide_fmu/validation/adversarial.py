@@ -1,0 +1,177 @@
+"""A search for inputs within their ranges whose error is large beside its bound.
+
+An error bound holds for inputs like those of its calibration. An optimiser that uses the surrogate
+looks for others: it lives off errors that the bound does not see. So a search does the same here.
+From an unseen trajectory it changes the inputs of one window before the step whose error is worst
+beside its bound, keeps what makes it worse, and goes on. It is an evolution strategy with one
+parent, one child and the one-fifth success rule (Rechenberg, 1973): the reference system needs no
+gradients. Samples outside of the domain do not count, since the FMU says so there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray, on_circles
+from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
+
+CHILDREN = 100
+"""So many changes are tried from each start."""
+
+FIRST_STEP, LEAST_STEP = 0.3, 0.01
+"""Standard deviation of the first changes, and of the least ones, in half ranges of the input."""
+
+GROWTH, SHRINKAGE = 1.5, 1.5**-0.25
+"""With these factors of the step after a success and a failure, one in five succeeds."""
+
+BROKEN = 2.0
+"""A bound counts as broken where the error is more than so many times as large."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attack:
+    """An Attack is what the search found from one start.
+
+    Attributes:
+        before, after: largest error over its bound in the domain, of the start and at the end, at
+            the usual confidence.
+        after_highest: the same at the end beside the bound of the highest confidence.
+        inputs: those at the end, in their units, shape (N, n_inputs).
+        errors, bounds: absolute errors on them, and their bounds at the usual confidence, in the
+            outputs' units, shape (N, n_outputs).
+        in_domain: whether each sample is one of the domain, shape (N,).
+        step: sample at which the error is largest beside its bound.
+    """
+
+    before: float
+    after: float
+    after_highest: float
+    inputs: FloatArray
+    errors: FloatArray
+    bounds: FloatArray
+    in_domain: NDArray[np.bool_]
+    step: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Target:
+    """What is attacked: a surrogate with a bound, beside its reference."""
+
+    surrogate: Surrogate
+    system: System
+    drawn: Draw
+
+    def errors(self, inputs: FloatArray) -> FloatArray:
+        """Give absolute errors, (N, n_outputs), or raise a SimulationError."""
+        truth = simulate(self.system, inputs, self.drawn.initial).outputs[1:]
+        return np.abs(self.surrogate.predict_newest(inputs) - truth)
+
+    def worst(self, inputs: FloatArray, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
+        """Give the largest error over its bound in the domain, and its sample.
+
+        It is zero for inputs on which the reference fails.
+        """
+        try:
+            error = self.errors(inputs)
+        except SimulationError:
+            return 0.0, len(inputs) - 1
+        ratios = (error / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)
+        ratios[~self.surrogate.in_domain(inputs)] = 0.0
+        ratios[: self.first] = 0.0
+        step = int(np.argmax(ratios))
+        return float(ratios[step]), step
+
+    @property
+    def first(self) -> int:
+        """The first sample that counts."""
+        return max(self.drawn.burn_in, self.surrogate.window.n_in)
+
+
+def attack(
+    surrogate: Surrogate, recipe: Recipe, seed: int, starts: int, progress: Progress
+) -> list[Attack]:
+    """Search from so many unseen trajectories in range.
+
+    Raises:
+        LoadError: the reference system is not installed here.
+        ValueError: the surrogate has no error bound.
+    """
+    system = reference_system(recipe)
+    stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
+    found = []
+    progress(0, starts)
+    for index in range(starts):
+        drawn = draw(recipe, system, stream, index)
+        rng = np.random.default_rng((seed, index))
+        found.append(_search(_Target(surrogate, system, drawn), rng))
+        progress(index + 1, starts)
+    return found
+
+
+def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:
+    """Return the figures of a search as plain values."""
+    names = "before", "after", "after_highest"
+    ratios = {name: [getattr(found, name) for found in attacks] for name in names}
+    return {
+        "starts": len(attacks),
+        "changes_tried": CHILDREN,
+        "confidences": [USUAL_CONFIDENCE, CONFIDENCES[-1]],
+        **ratios,
+        "broken": sum(ratio > BROKEN for ratio in ratios["after"]),
+        "broken_at_highest": sum(ratio > BROKEN for ratio in ratios["after_highest"]),
+    }
+
+
+def _search(target: _Target, rng: np.random.Generator) -> Attack:
+    inputs = target.drawn.inputs
+    best, step = before, _ = target.worst(inputs)
+    size = FIRST_STEP
+    for _ in range(CHILDREN):
+        child = _changed(target, inputs, step, size, rng)
+        ratio, at = target.worst(child)
+        if ratio > best:
+            best, step, inputs = ratio, at, child
+            size = min(size * GROWTH, 1.0)
+        else:
+            size = max(size * SHRINKAGE, LEAST_STEP)
+    highest, _ = target.worst(inputs, CONFIDENCES[-1])
+    surrogate = target.surrogate
+    bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
+    errors = target.errors(inputs)
+    return Attack(before, best, highest, inputs, errors, bounds, inside, step)
+
+
+def _changed(
+    target: _Target, inputs: FloatArray, step: int, size: float, rng: np.random.Generator
+) -> FloatArray:
+    """Change the inputs before a step by noise that is held for a random number of samples."""
+    signals, n_in = target.surrogate.inputs, target.surrogate.window.n_in
+    low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
+    first = max(0, step + 1 - n_in)
+    count = step + 1 - first
+    hold = int(np.exp(rng.uniform(0, np.log(max(2, count // 2)))))
+    knots = np.arange(0, count + hold, hold)
+    values = rng.normal(size=(len(knots), len(signals))) * size * 0.5 * (high - low)
+    places = np.arange(count)
+    if target.surrogate.hold == "zero_order":
+        noise = values[places // hold]
+    else:
+        noise = np.stack(
+            [np.interp(places, knots, values[:, i]) for i in range(len(signals))], axis=1
+        )
+    child = inputs.copy()
+    child[first : step + 1] = np.clip(child[first : step + 1] + noise, low, high)
+    return on_circles(signals, child)

@@ -1,0 +1,301 @@
+"""Error bounds and novelty are found when they are read: the same whenever and however often."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_bound import statistics_of
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
+from tests.fmu.native3 import instance_of
+from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
+from tests.fmu.test_estimates import PATTERNS
+from tests.marks import essential
+
+PLAIN = Shape(
+    n_in=9, n_out=4, n_inputs=2, n_outputs=2, differences=1, cell=CellShape(contraction=0.9)
+)
+SHAPES = {
+    "plain": PLAIN,
+    "estimated": dataclasses.replace(PLAIN, positions=3, hold="first_order"),
+    "forecast": dataclasses.replace(PLAIN, differences=0, hold="first_order", forecasts=True),
+    "gated": dataclasses.replace(
+        PLAIN, features="chain", cell=CellShape(5, 9, "gated", turned=2, factors=1)
+    ),
+    "roles": dataclasses.replace(
+        PLAIN, differences=2, n_out=1, cell=CellShape(9, 4, "cubic", roles=True, factors=1)
+    ),
+    "substeps": dataclasses.replace(PLAIN, cell=CellShape(2, 3, "mixed", substeps=3)),
+}
+BLOCKS = (2, 5)
+TOLERANCE = 1e-4
+"""Of bounds and novelty, relative to themselves: logarithms magnify rounding where surrogate and
+companion nearly agree."""
+
+KINDS = ("ERROR_BOUND", "NOVELTY", "IN_DOMAIN", "BOUND_FILLED")
+
+
+def places(surrogate: Surrogate, key: str, fmi: FmiVersion = 2) -> tuple[int, int]:
+    """The first place of a kind of variables, and how many there are."""
+    found = [i for i, v in enumerate(fmu_variables(surrogate, fmi)) if v.kind.key == key]
+    return found[0], len(found)
+
+
+def read(native: Native, surrogate: Surrogate) -> list[float]:
+    """Bounds of all outputs, novelty, and whether it is in the domain."""
+    return [value for key in KINDS[:3] for value in native.get(*places(surrogate, key))]
+
+
+def go(
+    native: Native, surrogate: Surrogate, lengths: Iterable[float], reads: Callable[[int], bool]
+) -> tuple[FloatArray, dict[int, list[float]]]:
+    """Steps under made-up inputs: all outputs, and what is read where it is read."""
+    outputs, found = [], {}
+    inputs = np.random.default_rng(9).uniform(-2, 3, (200, 2))
+    for k, length in enumerate(lengths):
+        assert native.set(*inputs[k]) == OK
+        assert native.do_step(native.time(), length * STEP) == OK, native.messages
+        outputs.append(native.get(2, 2))
+        if reads(k):
+            found[k] = read(native, surrogate)
+    return np.array(outputs), found
+
+
+def within(found: object, expected: object) -> None:
+    np.testing.assert_allclose(found, expected, rtol=TOLERANCE)
+
+
+@pytest.mark.parametrize("pattern", essential(PATTERNS, "odd"))
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_bounds_are_the_same_whenever_they_are_read(
+    load: Load, shape: Shape, pattern: str
+) -> None:
+    surrogate, lengths = bounded_surrogate(shape, BLOCKS), PATTERNS[pattern]
+    loaded, last = load(surrogate), len(lengths) - 1
+    expected, eager = go(loaded.instance().start(), surrogate, lengths, lambda k: True)
+    assert len({tuple(row) for row in eager.values()}) > 1
+    for reads in (
+        lambda k: k == last,
+        lambda k: k % 7 == 0,
+        lambda k: k % 45 == 3,
+        lambda k: 40 <= k < 70,
+        lambda k: False,
+    ):
+        outputs, found = go(loaded.instance().start(), surrogate, lengths, reads)
+        assert np.array_equal(outputs, expected)
+        assert found == {k: eager[k] for k in found}
+
+
+@pytest.mark.parametrize("blocks", [(1, 1), (1, 4), (4, 5), (3, 7)])
+@pytest.mark.parametrize("name", ["plain", "estimated", "gated", "roles", "substeps"])
+def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int]) -> None:
+    surrogate = bounded_surrogate(SHAPES[name], blocks)
+    native = load(surrogate).instance().start()
+    inputs = np.random.default_rng(5).uniform(-1, 2, (150, 2))
+    found = []
+    for row in inputs:
+        native.step(*row)
+        found.append([*read(native, surrogate), *native.get(*places(surrogate, "BOUND_FILLED"))])
+    bounds, novelty, inside, filled = np.split(np.array(found), [2, 3, 4], axis=1)
+    within(bounds, surrogate.error_bounds(inputs))
+    within(novelty[:, 0], surrogate.trust(inputs).novelty)
+    assert np.array_equal(inside[:, 0], surrogate.in_domain(inputs))
+    assert surrogate.bound is not None
+    share = np.minimum(1, np.arange(1, 151) / surrogate.bound.memory_length)
+    np.testing.assert_allclose(filled[:, 0], share, rtol=1e-12)
+
+
+def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    assert surrogate.bound is not None
+    bound = dataclasses.replace(surrogate.bound, limits=4 * surrogate.bound.limits)
+    surrogate = dataclasses.replace(surrogate, bound=bound)
+    native = load(surrogate).instance().start()
+    scaling, found = surrogate.input_scaling, []
+    inputs = scaling.invert(np.random.default_rng(1).uniform(-0.9, 0.9, (150, 2)))
+    inputs[40] = scaling.invert(np.array([1.1, 0.0]))
+    for row in inputs:
+        native.step(*row)
+        found += native.get(*places(surrogate, "IN_DOMAIN"))
+    expected = surrogate.in_domain(inputs)
+    assert found == expected.tolist()
+    strayed = ~surrogate.inputs_in_range(inputs)
+    assert strayed.any()
+    assert (surrogate.trust(inputs).novelty[strayed] <= 1).any()
+    assert expected.any()
+
+
+def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -> None:
+    """After a step that is no multiple of h, all samples are others; the predictor sees n_in."""
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    bound, window = surrogate.bound, surrogate.window
+    assert bound is not None
+    native = load(surrogate).instance().start()
+    rows = np.random.default_rng(3).uniform(-1, 2, (90, 2))
+    for row in rows:
+        native.step(*row)
+    native.set(*rows[-1])  # the half step goes on with the last input
+    assert native.do_step(native.time(), STEP / 2) == OK
+    count = surrogate.memory_length
+    taken = rows[-np.minimum(np.arange(count, 0, -1), 90)]  # each begins half a step later
+    scaled = surrogate.input_scaling.apply(np.concatenate([taken[:1], taken]))[None]
+    network = surrogate.network
+    assert isinstance(network, StateSpace)
+    features = network.features.along(scaled)[:, -window.n_in :]
+    of_surrogate = network.run(features)[0][0, -window.n_out :].astype(float)
+    of_companion = bound.companion.stream(scaled)[0, -window.n_out :].astype(float)
+    squares = (of_surrogate - of_companion) ** 2
+    _, watched, _ = statistics_of(
+        bound.companion, bound.blocks, scaled, np.zeros((1, count + 1, 2))
+    )
+    means = np.concatenate([squares.mean(axis=0), squares.mean(axis=0), watched[0, -1, 4:]])
+    within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("read_before", [False, True])
+def test_bounds_due_when_a_state_is_saved_are_due_after_it_is_restored(
+    load: Load, name: str, read_before: bool
+) -> None:
+    surrogate = bounded_surrogate(SHAPES[name], BLOCKS)
+    loaded = load(surrogate)
+    one, other = loaded.instance().start(), loaded.instance().start()
+    go(other, surrogate, [1, 0.3, 7, 1], lambda k: k == 2)  # what it remembers must not matter
+    for lengths in ([1.0] * 9, [0.6] * 3, [1.0] * 80, [2, 1.5, 1], [100.0]):
+        go(one, surrogate, lengths, lambda k: read_before and k == 0)
+        saved = one.save()
+        found = read(one, surrogate)
+        assert other.restore(saved) == OK
+        assert read(other, surrogate) == found
+        assert one.restore(saved) == OK
+        assert read(one, surrogate) == found
+        assert other.restore(saved) == OK
+        ahead = [
+            go(native, surrogate, [1, 1, 0.7, 1], lambda k: k == 3) for native in (one, other)
+        ]
+        assert np.array_equal(ahead[0][0], ahead[1][0])
+        assert ahead[0][1] == ahead[1][1]
+
+
+def test_reset_forgets_bounds_and_the_confidence(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    loaded = load(surrogate)
+    native, fresh = loaded.instance().start(), loaded.instance().start()
+    native.set(0.99, first=places(surrogate, "CONFIDENCE")[0])
+    go(native, surrogate, [1.0] * 20, lambda k: k == 10)
+    assert native.call("fmi2Reset") == OK
+    native.start()
+    assert read(native, surrogate) == read(fresh, surrogate)
+    found = [go(each, surrogate, [1.0] * 90, lambda k: k == 89)[1] for each in (native, fresh)]
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("name", ["plain", "forecast"])
+def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name: str) -> None:
+    surrogate = bounded_surrogate(SHAPES[name], BLOCKS)
+    native = load(surrogate).instance().start()
+    for inputs in ([0.5, 1.0], [-1.0, 2.0]):
+        native.set(*inputs)
+        row = np.array([inputs])
+        expected = [*surrogate.error_bounds(row)[0], surrogate.trust(row).novelty[0]]
+        within(read(native, surrogate)[:3], expected)
+
+
+@pytest.mark.parametrize("length", [1.0, 2.0, 1.5])
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_failed_step_keeps_bounds_that_are_due(load: Load, length: float, hold: str) -> None:
+    """Features overflow where the inputs do not."""
+    shape = dataclasses.replace(SHAPES["gated"], hold=hold, forecasts=hold == "first_order")
+    surrogate = bounded_surrogate(shape, BLOCKS)
+    loaded = load(surrogate)
+    native, other = loaded.instance().start(), loaded.instance().start()
+    for each in (native, other):
+        go(each, surrogate, [1.0] * 50, lambda k: k == 12)
+    native.set(3e38, 0.2)
+    assert native.do_step(native.time(), length * STEP) == ERROR
+    assert read(native, surrogate) == read(other, surrogate)
+    found = [go(each, surrogate, [1.0] * 3, lambda k: True)[1] for each in (native, other)]
+    assert found[0] == found[1]
+
+
+def test_what_only_the_companion_cannot_bear_gives_the_largest_novelty_and_bound(
+    load: Load,
+) -> None:
+    shape = dataclasses.replace(PLAIN, features="chain")
+    base, other = bounded_surrogate(PLAIN, BLOCKS), bounded_surrogate(shape, BLOCKS)
+    surrogate = dataclasses.replace(base, bound=other.bound)
+    assert other.bound is not None
+    native = load(surrogate).instance().start()
+    for value in (1.0, 3e38, -3e38):
+        native.step(value, value)
+    factor = other.bound.factors_at(0.95) * surrogate.output_scaling.scale
+    found = read(native, surrogate)
+    assert found[2:] == [1e9, 0.0]
+    np.testing.assert_allclose(found[:2], 2.0**60 * np.maximum(factor, base.output_scaling.scale))
+
+
+def test_confidence_takes_the_next_calibrated_factors(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    bound = surrogate.bound
+    assert bound is not None
+    wide = dataclasses.replace(bound, limits=np.full(bound.limits.shape, 1e9))
+    surrogate = dataclasses.replace(surrogate, bound=wide)  # so that no disagreement counts
+    native, place = load(surrogate).instance().start(), places(surrogate, "CONFIDENCE")[0]
+    assert native.get(place) == [0.95]
+    native.step(0.5, 0.5)
+    usual = np.array(read(native, surrogate)[:2]) / bound.factors[1]
+    for confidence, row in ((0.9, 0), (0.91, 1), (0.95, 1), (0.951, 2), (0.99, 2)):
+        assert native.set(confidence, first=place) == OK
+        assert native.get(place) == [confidence]
+        found = np.array(read(native, surrogate)[:2]) / bound.factors[row]
+        np.testing.assert_allclose(found, usual, rtol=1e-14)
+
+
+@pytest.mark.parametrize("confidence", [0.0, 0.8999, 0.9901, 1.0, float("nan")])
+def test_confidence_that_is_not_calibrated_is_refused(load: Load, confidence: float) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    two, three = (places(surrogate, "CONFIDENCE", fmi)[0] for fmi in (2, 3))
+    loaded = load(surrogate)
+    for native, place in ((loaded.instance(), two), (instance_of(loaded), three)):
+        native.start()
+        assert native.set(confidence, first=place) == DISCARD
+        assert "expected 0.9 to 0.99, for which error bounds are" in native.messages[-1]
+        assert native.set(0.99, first=place) == OK
+
+
+def test_bounds_of_both_standards_are_the_same(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    loaded = load(surrogate)
+    two, three = loaded.instance().start(), instance_of(loaded).start()
+    rows = np.random.default_rng(2).uniform(-1, 2, (30, 2))
+    for k, row in enumerate(rows):
+        two.step(*row)
+        three.set(*row)
+        assert three.do_step(k * STEP) == OK
+        found = [x for key in KINDS[:3] for x in three.get(*places(surrogate, key, 3))]
+        assert found == read(two, surrogate)
+
+
+def test_derivative_of_an_error_bound_is_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    loaded = load(surrogate)
+    three = instance_of(loaded).start()
+    for key in ("ERROR_BOUND", "NOVELTY"):
+        first = places(surrogate, key, 3)[0]
+        unknowns = range(first, first + 1)
+        with pytest.raises(AssertionError, match="an error bound or the novelty; expected"):
+            three.derivative("fmi3GetDirectionalDerivative", unknowns, range(1), np.ones(1))
+
+
+def test_a_surrogate_without_a_bound_has_none_of_its_variables() -> None:
+    keys = {v.kind.key for v in fmu_variables(sum_surrogate(), 3)}
+    assert not keys & {*KINDS, "CONFIDENCE"}

@@ -1,0 +1,185 @@
+"""Surrogate files whose error bound the library refuses, as Python does."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import struct
+import zlib
+
+import pytest
+
+from slide_fmu.core.window import MAX_WINDOW
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_bound import ErrorBound
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds import bounded_surrogate, random_bound
+from tests.fmu.native import Load
+from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.fmu.test_refused_payloads import refused
+
+SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
+LONGEST = MAX_WINDOW // 9
+
+
+def with_checksum(body: bytes) -> bytes:
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def edited(surrogate: Surrogate, place: int, kind: str, value: float) -> bytes:
+    """The surrogate's file with another number at a place in the section of the bound."""
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into(kind, body, body.index(b"BOUN") + 8 + place, value)
+    return with_checksum(bytes(body))
+
+
+def unchecked(surrogate: Surrogate, **changes: object) -> bytes:
+    """A surrogate file with parts of the bound that were never checked."""
+    bound, changed = copy.copy(surrogate.bound), copy.copy(surrogate)
+    for name, part in changes.items():
+        object.__setattr__(bound, name, part)
+    object.__setattr__(changed, "bound", bound)
+    return changed.to_bytes()
+
+
+def bound_of(surrogate: Surrogate) -> ErrorBound:
+    assert surrogate.bound is not None
+    return surrogate.bound
+
+
+def test_library_reads_the_longest_blocks(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE, (LONGEST, LONGEST))
+    assert load(surrogate).instance().component.value
+
+
+@pytest.mark.parametrize(
+    ("short", "long"),
+    [(0, 5), (5, 4), (1, LONGEST + 1), (0xFFFFFFFF, 0xFFFFFFFF), (2, 0xFFFFFFFF)],
+)
+def test_blocks_of_impossible_lengths_are_refused(load: Load, short: int, long: int) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), unchecked(surrogate, blocks=(short, long)))
+    assert f"error bound with blocks of {short} and {long} samples; expected 1 to" in message
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize(("place", "name"), [(0, "factor"), (5, "factor"), (6, "limit")])
+def test_numbers_that_are_not_positive_are_refused(
+    load: Load, place: int, name: str, value: float
+) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), edited(surrogate, 12 + 8 * place, "<d", value))
+    assert f"{name} " in message or "error bound number" in message
+
+
+def test_factors_that_fall_are_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    falling = float(bound_of(surrogate).factors[0, 1]) * 0.999
+    message = refused(load(surrogate), edited(surrogate, 12 + 8 * 3, "<d", falling))
+    assert "expected positive ones that rise with the confidence" in message
+
+
+def test_another_number_of_limits_is_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    content = unchecked(surrogate, limits=bound_of(surrogate).limits[:-1])
+    message = refused(load(surrogate), content)
+    assert "8 limits of an error bound; expected 9" in message
+
+
+@pytest.mark.parametrize("count", [0, 10, 0xFFFFFFFF])
+def test_number_of_limits_that_are_not_there_is_refused(load: Load, count: int) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    assert "surrogate file" in refused(load(surrogate), edited(surrogate, 8, "<I", count))
+
+
+def test_companion_that_is_no_state_space_is_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    layers = random_surrogate(dataclasses.replace(SHAPE, cell=None)).network
+    message = refused(load(surrogate), unchecked(surrogate, companion=layers))
+    assert "companion of an error bound is a network of kind 1; expected 2" in message
+
+
+@pytest.mark.parametrize("changes", [{"n_in": 7}, {"n_out": 1}, {"n_outputs": 1}], ids=str)
+def test_companion_of_another_window_is_refused(load: Load, changes: dict[str, int]) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    other = random_surrogate(dataclasses.replace(SHAPE, **changes)).network  # type: ignore[arg-type]
+    message = refused(load(surrogate), unchecked(surrogate, companion=other))
+    assert "companion of an error bound maps" in message
+
+
+def test_companion_that_sees_an_angle_of_other_inputs_is_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    director = random_surrogate(dataclasses.replace(SHAPE, features="director")).network
+    assert isinstance(director, StateSpace)
+    content = unchecked(surrogate, **vars(random_bound(director, 0)))
+    message = refused(load(surrogate), content)
+    assert "features of an angle" in message
+
+
+def test_head_that_is_not_feed_forward_is_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), unchecked(surrogate, head=surrogate.network))
+    assert "surrogate file" in message
+
+
+@pytest.mark.parametrize("fault", ["samples", "differences", "chosen", "values"])
+def test_head_of_other_sizes_is_refused(load: Load, fault: str) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    head = bound_of(surrogate).head
+    count, features = head.n_channels, head.features
+    first, last = head.layers
+    if fault == "samples":
+        wider = dataclasses.replace(first, weights=first.weights.repeat(2, axis=1))
+        other = FeedForward((wider, last), 2, features)
+    elif fault == "values":
+        fewer = dataclasses.replace(last, weights=last.weights[:1], bias=last.bias[:1])
+        other = FeedForward((first, fewer), 1, features)
+    elif fault == "differences":
+        every = tuple(range(count))
+        other = FeedForward(head.layers, 1, FeatureMap(Differences(count, 1), every))
+    else:
+        narrow = dataclasses.replace(first, weights=first.weights[:, :-1])
+        some = FeatureMap(Differences(count), tuple(range(count - 1)))
+        other = FeedForward((narrow, last), 1, some)
+    message = refused(load(surrogate), unchecked(surrogate, head=other))
+    assert "the head of an error bound maps" in message
+
+
+def test_bound_of_layers_is_refused(load: Load) -> None:
+    layers = random_surrogate(dataclasses.replace(SHAPE, cell=None))
+    changed = copy.copy(layers)
+    object.__setattr__(changed, "bound", bounded_surrogate(SHAPE).bound)
+    message = refused(load(layers), changed.to_bytes())
+    assert "an error bound of a network of kind 1 with 0 parameters" in message
+
+
+def test_bound_of_a_network_with_parameters_is_refused(load: Load) -> None:
+    surrogate = random_surrogate(dataclasses.replace(SHAPE, cell=CellShape(parameters=1)))
+    changed = copy.copy(surrogate)
+    object.__setattr__(changed, "bound", bounded_surrogate(SHAPE).bound)
+    message = refused(load(surrogate), changed.to_bytes())
+    assert "an error bound of a network of kind 2 with 1 parameters" in message
+
+
+def test_bytes_behind_the_head_are_refused(load: Load) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    body = surrogate.to_bytes()[:-4]
+    begin, end = body.index(b"BOUN"), body.index(b"META")
+    longer = struct.pack("<I", end - begin - 8 + 4)
+    content = body[: begin + 4] + longer + body[begin + 8 : end] + bytes(4) + body[end:]
+    message = refused(load(surrogate), with_checksum(content))
+    assert "4 bytes too many in section BOUN" in message
+
+
+@pytest.mark.parametrize("part", [0.02, 0.2, 0.5, 0.9])
+def test_bound_that_is_cut_off_is_refused(load: Load, part: float) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    body = surrogate.to_bytes()[:-4]
+    begin, end = body.index(b"BOUN"), body.index(b"META")
+    kept = 4 * int(part * (end - begin - 8) / 4)
+    content = body[: begin + 4] + struct.pack("<I", kept) + body[begin + 8 : begin + 8 + kept]
+    message = refused(load(surrogate), with_checksum(content + body[end:]))
+    assert "surrogate file" in message

@@ -1,0 +1,102 @@
+"""The search for inputs whose error is large beside its bound."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.window import Window
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, attack_figures
+from slide_fmu.validation.adversarial_section import adversarial_section
+from tests.bounds import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape
+from tests.progress import silent
+from tests.recipes import tiny_state_space_recipe
+
+RECIPE = tiny_state_space_recipe(bound={}, validation={"adversarial": 2})
+
+
+def surrogate_of(recipe: Recipe, limit: float) -> Surrogate:
+    """A surrogate that has learnt nothing, with bounds that follow from nothing."""
+    system = recipe_system(recipe)
+    found = bounded_surrogate(Shape(n_in=9, n_out=4, cell=CellShape(contraction=0.9)))
+    assert found.bound is not None
+    bound = replace(found.bound, limits=np.full(found.bound.limits.shape, limit))
+    high = system.inputs[0].high
+    return replace(
+        found,
+        window=Window(recipe.window.step, 9, 4),
+        inputs=system.inputs,
+        outputs=system.outputs,
+        input_scaling=Affine.of_channels([0.0], [high]),
+        bound=bound,
+    )
+
+
+@pytest.fixture(scope="module")
+def attacks() -> list[Attack]:
+    return attack(surrogate_of(RECIPE, 1e9), RECIPE, 3, 2, silent)
+
+
+def test_search_makes_errors_larger_beside_their_bounds(attacks: list[Attack]) -> None:
+    assert all(found.after > found.before > 0 for found in attacks)
+
+
+def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
+    attacks: list[Attack],
+) -> None:
+    (signal,) = recipe_system(RECIPE).inputs
+    for found in attacks:
+        assert signal.low <= found.inputs.min() < found.inputs.max() <= signal.high
+        ratio = found.errors / found.bounds
+        assert ratio[found.step].max() == pytest.approx(found.after)
+        assert found.in_domain[found.step]
+
+
+def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
+    (again, _) = attack(surrogate_of(RECIPE, 1e9), RECIPE, 3, 2, silent)
+    assert np.array_equal(again.inputs, attacks[0].inputs)
+
+
+def test_errors_outside_of_the_domain_do_not_count() -> None:
+    found = attack(surrogate_of(RECIPE, 1e-20), RECIPE, 3, 1, silent)
+    assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
+
+
+def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
+    found = [replace(attacks[0], after=value, after_highest=1.0) for value in (1.5, 2.5, 3.0)]
+    figures = attack_figures(found)
+    assert (figures["starts"], figures["changes_tried"]) == (3, CHILDREN)
+    assert (figures["broken"], figures["broken_at_highest"]) == (2, 0)
+
+
+def test_section_shows_the_worst(attacks: list[Attack]) -> None:
+    section = adversarial_section(attacks, surrogate_of(RECIPE, 1e9))
+    worst = max(found.after for found in attacks)
+    assert f"{worst:.3g}" in section.rows[2]
+    assert section.pictures[0].startswith(b"\x89PNG")
+
+
+def test_search_without_a_bound_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"validation.adversarial = 2 without a table\s+\[bound"):
+        tiny_state_space_recipe(validation={"adversarial": 2})
+
+
+def test_held_out_kind_that_is_learnt_from_is_refused() -> None:
+    kind = {"kind": "held_random", "weight": 3.0}
+    with pytest.raises(ValueError, match=r"'held_random' that is in data\.excitation too"):
+        tiny_state_space_recipe(data={"excitation": [kind]}, validation={"excitation": [kind]})
+
+
+def test_recipe_with_held_out_kinds_draws_them() -> None:
+    held_out = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
+    recipe = tiny_state_space_recipe(validation={"excitation": [held_out]})
+    assert [kind.kind for kind in recipe.with_held_out_kinds().data.excitation] == ["binary"]
+    with pytest.raises(ValueError, match="holds out no kinds of excitation"):
+        tiny_state_space_recipe().with_held_out_kinds()

@@ -26,7 +26,7 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.recipe.measured import KIND
-from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
@@ -126,7 +126,7 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
             _group(path, "r+").attrs["fingerprint"] = both
     for split in SPLITS:
         with writing(path), _damage_reported(path, split):
-            if split not in _group(path, "r"):  # earlier versions had fewer
+            if split in OF_BOUND and split not in _group(path, "r"):  # of earlier versions
                 _create_split(_group(path, "r+").create_group(split), recipe.count(split), shapes)
             for name in (*shapes, "kinds", "done"):
                 array = _group(path, "r+")[f"{split}/{name}"]

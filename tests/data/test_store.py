@@ -321,3 +321,13 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
     assert missing_trajectories(store, "train", 4) == [1, 2, 3]
     write_trajectory(store, "train", 1, trajectory(1), kind=0)
     assert missing_trajectories(store, "train", 4) == [2, 3]
+
+
+def test_store_of_an_earlier_version_gets_room_for_a_bound(tmp_path: Path) -> None:
+    path = tmp_path / "store"
+    open_store(path, RECIPE, SHAPES, MOTION)
+    for split in ("companion", "bound", "calibration"):
+        shutil.rmtree(path / split)
+    open_store(path, RECIPE, SHAPES, MOTION)
+    assert missing_trajectories(path, "calibration") == []
+    write_trajectory(path, "train", 0, trajectory(0), kind=0)

@@ -94,11 +94,10 @@ def coverage_by_kind(validations: Mapping[str, Validation]) -> bytes:
 
     The line of a kind is the mean of its trajectories.
     """
-    first = next(iter(validations.values()))
-    names = [motion.name for motion in motions_of(first.recipe)]
-    figure, axes = panels_in_a_row(len(validations), 1.4 + 0.42 * len(names))
+    kinds = {name: motions_of(v.recipe) for name, v in validations.items()}
+    figure, axes = panels_in_a_row(len(validations), 1.4 + 0.42 * max(map(len, kinds.values())))
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
-        labels = []
+        labels, names = [], [motion.name for motion in kinds[title]]
         for row, name in enumerate(names):
             chosen = [c for c in validation.comparisons if c.kind == row]
             labels.append(f"{name} ({len(chosen)})")

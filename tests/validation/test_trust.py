@@ -10,6 +10,7 @@ from slide_fmu.validation.trust import (
     bound_figures,
     domain_figures,
     estimate_figures,
+    harm_figures,
     pinball_loss,
     rank_correlation,
 )
@@ -121,6 +122,28 @@ def test_trajectory_counts_as_flagged_above_a_twentieth_of_its_samples() -> None
     often = told([[1.0]] * length, [2.0] * 3 + [0.5] * 37)
     found = domain_figures([seldom, often])
     assert found == {"flagged": 5 / 80, "trajectories_flagged": 1 / 2}
+
+
+def test_harm_is_counted_sample_by_sample_whatever_the_output() -> None:
+    """Three times the usual errors of 1 and 2 is still harmless: 3 and 6."""
+    errors = [np.array([[3.0, 6.0], [3.1, 0.0], [0.0, 6.1]]), np.array([[9.0, 0.0], [1.0, 1.0]])]
+    says = [
+        told([[1.0, 1.0], [1.0, 1.0], [1.0, 1.0]], [2.0, 2.0, 0.5]),
+        told([[9.0, 9.0], [9.0, 9.0]], [0.5, 0.5]),  # a harmful error that is covered
+    ]
+    found = harm_figures(errors, says, np.array([1.0, 2.0]))
+    assert found == {
+        "harmful": 3 / 5,
+        "harmful_flagged": 1 / 3,
+        "harmless_flagged": 1 / 2,
+        "harmful_unnoticed": 1 / 5,
+    }
+
+
+def test_harm_without_harmful_errors_has_no_share_of_them() -> None:
+    found = harm_figures([np.ones((2, 1))], [told([[2.0]] * 2, [0.5, 0.5])], np.array([1.0]))
+    assert found["harmful"] == found["harmful_unnoticed"] == found["harmless_flagged"] == 0
+    assert found["harmful_flagged"] is None
 
 
 def test_estimate_figures_stand_beside_the_best_constant_without_errors_of_zero() -> None:

@@ -14,7 +14,7 @@ from slide_fmu.validation.limits import limits
 from slide_fmu.validation.statements import statements
 from slide_fmu.validation.trust_sections import bound_sections
 from slide_fmu.validation.trust_sentences import bound_sentences
-from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, kind_rows
+from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 from tests.validation.handmade import bounded, comparison, told, validation
 
 STILL = [0.5, 0.5, 0.5, 0.5]
@@ -100,6 +100,23 @@ def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
     heading, held, sweep = kind_rows(figures)
     assert held == ("in range", "held_random", "1", "75 %", "75 %", "0 %")
     assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %")
+
+
+def test_harm_stands_by_kind_in_tables_and_credentials_where_usual_errors_are_known() -> None:
+    known = replace(bounded(FIRST, SECOND, THIRD), usual=np.array([1.0, 0.2]))
+    figures = {"in range": known.figures()}
+    heading, everything, held, sweep = harm_rows(figures)
+    assert len(heading) == len(everything)
+    # 4.0 of the first; 0.9 twice in each of the others
+    assert everything[:4] == ("in range", "all", "41.7 %", "40 %")
+    assert held[1:] == ("held_random", "25 %", "0 %", "0 %", "0 %")
+    assert sweep[1:] == ("sweep", "50 %", "50 %", "0 %", "0 %")
+    assert harm_rows({"in range": bounded(FIRST, SECOND).figures()}) == [heading]
+    provenance = {"measured": {"validation": figures}}
+    entries = {e.keyword: e.value for e in statements(known.surrogate, known.recipe, provenance)}
+    rows = list(entries["error_bound.harm"])
+    assert [row.get("name") for row in rows] == ["all", "held_random", "sweep"]
+    assert float(rows[1].get("harmful")) == 1 / 4
 
 
 def test_sentences_name_the_kinds_the_confidences_and_the_false_alarms() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -70,6 +72,18 @@ def test_picture_of_kinds_has_a_dot_for_each_trajectory(monkeypatch: pytest.Monk
     assert labels == ["held_random (2)", "sweep (1)"]
     dots = [line.get_xdata() for line in axes.lines if line.get_marker() == "."]
     assert [list(np.asarray(values)) for values in dots] == [[50, 100], [0]]
+
+
+def test_picture_of_kinds_names_those_of_each_validation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kinds that are held out are others than those of the training."""
+    drawn = drawn_by(monkeypatch)
+    inside = bounded(along([1.0, 3.0]))
+    _, other = inside.recipe.data.excitation
+    data = inside.recipe.data.model_copy(update={"excitation": (other,)})
+    held_out = replace(inside, recipe=inside.recipe.model_copy(update={"data": data}))
+    trust_pictures.coverage_by_kind({"in range": inside, "held out": held_out})
+    labels = [[label.get_text() for label in ax.get_yticklabels()] for ax in drawn[0].axes]
+    assert labels == [["held_random (1)", "sweep (0)"], ["sweep (1)"]]
 
 
 def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour(

@@ -127,6 +127,15 @@ class ErrorBound:
         """The number of samples of the inputs that a bound depends on."""
         return 2 * self.companion.n_samples + (N_BLOCKS + 1) * self.blocks[1]
 
+    @property
+    def filling_length(self) -> int:
+        """The number of samples of the inputs that a bound must know to count.
+
+        They are those that the companion must have seen, at each sample that the means are over.
+        What it depends on further back has faded.
+        """
+        return self.companion.memory_length + (N_BLOCKS + 1) * self.blocks[1]
+
     def along(self, scaled: FloatArray, predicted: FloatArray) -> Trust:
         """Evaluate along a record, of which the first input counts as held for ever before.
 

@@ -75,7 +75,7 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     assert not expected[310:].any()
     assert (found["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()
     assert surrogate.bound is not None
-    filled = np.arange(1, count + 1) / surrogate.bound.memory_length
+    filled = np.arange(1, count + 1) / surrogate.bound.filling_length
     np.testing.assert_allclose(found["error_bound_filled"], np.minimum(filled, 1))
 
 

@@ -110,7 +110,7 @@ def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int
     within(novelty[:, 0], surrogate.trust(inputs).novelty)
     assert np.array_equal(inside[:, 0], surrogate.in_domain(inputs))
     assert surrogate.bound is not None
-    share = np.minimum(1, np.arange(1, 151) / surrogate.bound.memory_length)
+    share = np.minimum(1, np.arange(1, 151) / surrogate.bound.filling_length)
     np.testing.assert_allclose(filled[:, 0], share, rtol=1e-12)
 
 

@@ -125,7 +125,7 @@ def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     if surrogate.estimator is not None:
         samples[ESTIMATE_FILLED] = surrogate.estimator.memory_length
     if surrogate.bound is not None:
-        samples[BOUND_FILLED] = surrogate.bound.memory_length
+        samples[BOUND_FILLED] = surrogate.bound.filling_length
     return samples
 
 

@@ -100,7 +100,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = *state->bound.novelty;
         break;
     case SLIDE_BOUND_FILLED:
-        values[0] = part_filled(state, (double)model->bound.memory_length);
+        values[0] = part_filled(state, (double)model->bound.filling_length);
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);

@@ -49,6 +49,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     }
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
     slide_network_place(&bound->head, &view->head, payload->n_outputs, arena);
+    bound->filling_length = bound->companion.memory_length + means_over;
     place_scratch(bound, arena);
 }
 

@@ -18,6 +18,7 @@
 typedef struct {
     uint64_t memory_length; /* newest samples that a result depends on; 0 without a bound, then
                                there is nothing else */
+    uint64_t filling_length; /* newest samples that must be known for a result to count */
     size_t n_outputs, n_states, n_seen;
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from slide_fmu.core.block_means import N_BLOCKS, block_lengths
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
@@ -31,10 +32,10 @@ from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
+    MOST_EXPONENT,
     SMALLEST,
     USUAL_CONFIDENCE,
     ErrorBound,
-    block_lengths,
     local_scales,
     statistics_of,
 )
@@ -85,8 +86,9 @@ def fit_bound(
     learnt, calibration = (_seen(surrogate, companion, blocks, split) for split in splits)
     head, history = _fit_head(learnt, recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
+    # errors of zero count as the least that the head knows: factors are positive
     scales = local_scales(exponents.astype(np.float64)).reshape(calibration.errors.shape)
-    ratios = calibration.errors / scales
+    ratios = np.maximum(calibration.errors / scales, 2.0**-MOST_EXPONENT)
     factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
     return ErrorBound(companion, head, blocks, factors, limits), history
@@ -100,7 +102,8 @@ def _seen(
     predicted = surrogate.network.stream(scaled).astype(np.float64)
     errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
     statistics, watched, _ = statistics_of(companion, blocks, scaled, predicted)
-    filled = slice(surrogate.window.n_in, None)
+    filling = companion.memory_length + (N_BLOCKS + 1) * blocks[1]
+    filled = slice(max(surrogate.window.n_in, filling), None)
     return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])
 
 
@@ -116,8 +119,9 @@ def _fit_head(
     usual = np.quantile(errors, USUAL_CONFIDENCE, axis=0)
     if not np.all(usual > 0):
         raise ValueError(
-            "the surrogate makes no error on the trajectories data.bound; expected errors, of "
-            "which a bound can be learnt: remove the table [bound]"
+            f"the surrogate makes no error in output {int(np.argmin(usual))} (counted from 0) on "
+            "95 % of the samples of data.bound; expected errors, of which a bound can be learnt: "
+            "remove the table [bound]"
         )
     count = max(1, round(VALIDATION_SHARE * len(learnt.errors)))
     flat = learnt.statistics.reshape(-1, learnt.statistics.shape[2])

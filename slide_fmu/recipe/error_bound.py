@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from slide_fmu.core.block_means import N_BLOCKS, block_lengths
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceRecipe, Table
 
 if TYPE_CHECKING:
@@ -78,8 +79,28 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with network.family = {recipe.network.family!r}; expected 'state_space': "
             f"choose it, or {remedy}"
         )
+    start = getattr(recipe.training, "start", None)
+    if start is not None:
+        raise ValueError(
+            f"[bound] with training.start = {start!r}; expected none: the companion would begin "
+            f"with the same network, and share its errors: {remedy}, or the key"
+        )
     if recipe.bound.short_span > recipe.bound.long_span:
         raise ValueError(
             f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
             f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
         )
+
+
+def bound_samples(recipe: Recipe) -> int:
+    """Return how many samples a trajectory needs for the bound; none without one.
+
+    The window, or what the bound must know before it counts, if that is longer; and after it one
+    mean over the long blocks, so that there is something to calibrate by.
+    """
+    if recipe.bound is None:
+        return 0
+    window = recipe.window
+    _, block = block_lengths(window.step, (recipe.bound.short_span, recipe.bound.long_span))
+    filling = window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * block
+    return max(window.n_in, filling) + N_BLOCKS * block

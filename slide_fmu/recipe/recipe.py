@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
-from slide_fmu.recipe.error_bound import BoundRecipe, require_bound
+from slide_fmu.recipe.error_bound import BoundRecipe, bound_samples, require_bound
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -295,15 +295,21 @@ class Recipe(Table):
             return self
         window, data = self.window, self.data
         span = 0 if self.estimator is None else self.estimator.span or 0
-        longest = max(window.n_in, window.n_in - window.n_out + span)
+        of_bound = bound_samples(self)
+        longest = max(window.n_in, window.n_in - window.n_out + span, of_bound)
         validation = self.validation.duration or data.duration
         whole = {
             "data.duration": (data.duration, longest * window.step),
-            "validation.duration": (validation, self.shortest_validation()),
+            "validation.duration": (
+                validation,
+                max(self.shortest_validation(), of_bound * window.step),
+            ),
         }
         for name, (duration, needed) in whole.items():
             if duration < needed - 0.5 * window.step:
                 also = f" and estimator.span = {span}" if span else ""
+                if self.bound is not None:
+                    also += f" and bound.long_span = {self.bound.long_span:g} s"
                 raise ValueError(
                     f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"

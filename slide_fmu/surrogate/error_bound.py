@@ -9,11 +9,11 @@ whose mean squares are larger than those of the calibration are none of the doma
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from slide_fmu.core.block_means import N_BLOCKS, block_means
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.base import Float32Array
@@ -25,9 +25,6 @@ CONFIDENCES = (0.9, 0.95, 0.99)
 
 USUAL_CONFIDENCE = 0.95
 """The FMU's bound has this confidence unless its parameter says otherwise."""
-
-N_BLOCKS = 8
-"""Means are over so many whole blocks of samples, and over the block that has begun."""
 
 SMALLEST = 1e-30
 """Squares below this one count as it in logarithms; it is a number in single precision."""
@@ -230,28 +227,3 @@ def statistics_of(
     watched = np.concatenate([short, long, block_means(seen**2, blocks[1])], axis=2)
     statistics = np.concatenate([seen, logarithms(squares), logarithms(watched)], axis=2)
     return statistics, watched, np.sqrt(np.maximum(squares, short))
-
-
-def block_means(values: FloatArray, block: int) -> FloatArray:
-    """Give means over the last whole blocks and the one that has begun, of the same shape.
-
-    Blocks begin at the first sample of the records (B, N, c) and before it, where the values are
-    those of the first sample.
-    """
-    count, length, channels = values.shape
-    n_blocks = -(-length // block)
-    after = np.zeros((count, n_blocks * block - length, channels))
-    parts = np.concatenate([values, after], axis=1).reshape(count, n_blocks, block, channels)
-    begun = np.cumsum(parts, axis=2)
-    before = np.repeat(block * values[:, :1], N_BLOCKS, axis=1)
-    whole = np.concatenate([before, begun[:, :, -1]], axis=1)
-    views = np.lib.stride_tricks.sliding_window_view(whole[:, :-1], N_BLOCKS, axis=1)
-    sums = views.sum(axis=-1)[:, :, None] + begun
-    means = sums / (N_BLOCKS * block + np.arange(1, block + 1))[:, None]
-    return np.asarray(means.reshape(count, n_blocks * block, channels)[:, :length])
-
-
-def block_lengths(step: float, spans: tuple[float, float] = (0.1, 1.0)) -> tuple[int, int]:
-    """Give the samples in short and long blocks, for means over about these spans in s."""
-    short, long = (max(1, math.ceil(span / step / N_BLOCKS)) for span in spans)
-    return short, long

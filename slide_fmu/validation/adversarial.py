@@ -37,6 +37,9 @@ FIRST_STEP, LEAST_STEP = 0.3, 0.01
 GROWTH, SHRINKAGE = 1.5, 1.5**-0.25
 """With these factors of the step after a success and a failure, one in five succeeds."""
 
+MOST_ATTEMPTS = 5
+"""A system that fails on this many draws for one start cannot be searched."""
+
 BROKEN = 2.0
 """A bound counts as broken where the error is more than so many times as large."""
 
@@ -97,7 +100,8 @@ class _Target:
     @property
     def first(self) -> int:
         """The first sample that counts."""
-        return max(self.drawn.burn_in, self.surrogate.window.n_in)
+        assert self.surrogate.bound is not None
+        return max(self.drawn.burn_in, self.surrogate.bound.filling_length)
 
 
 def attack(
@@ -107,6 +111,7 @@ def attack(
 
     Raises:
         LoadError: the reference system is not installed here.
+        SimulationError: the reference could not be simulated, nor on other draws.
         ValueError: the surrogate has no error bound.
     """
     system = reference_system(recipe)
@@ -114,11 +119,25 @@ def attack(
     found = []
     progress(0, starts)
     for index in range(starts):
-        drawn = draw(recipe, system, stream, index)
-        rng = np.random.default_rng((seed, index))
-        found.append(_search(_Target(surrogate, system, drawn), rng))
+        target = _target(surrogate, recipe, system, stream, index)
+        found.append(_search(target, np.random.default_rng((seed, index))))
         progress(index + 1, starts)
     return found
+
+
+def _target(
+    surrogate: Surrogate, recipe: Recipe, system: System, stream: Stream, index: int
+) -> _Target:
+    """Draw a start; another one where the reference fails on it."""
+    for attempt in range(MOST_ATTEMPTS):
+        target = _Target(surrogate, system, draw(recipe, system, stream, index, attempt))
+        try:
+            target.errors(target.drawn.inputs)
+        except SimulationError as error:
+            failure = error
+        else:
+            return target
+    raise failure
 
 
 def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:

@@ -41,6 +41,7 @@ def beside(
     estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
     bounds = [] if surrogate.bound is None else [f"{n}_error_bound" for n in names]
     domain = [NOVELTY, IN_DOMAIN] if bounds else []
+    filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
     known = dict(parameters or {})
     at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
     own = run_fmu(fmu, inputs, [*names, *estimates, *bounds, *domain], {**known, **at_end}, step)
@@ -64,6 +65,7 @@ def beside(
         plain=_plain(fmu, surrogate, drawn, first, known),
         parameters=known,
         told=Told(bounded, *about.T) if bounds else None,
+        first_told=max(0, filling - first),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -85,6 +85,7 @@ class Comparison:
             trajectories, and of networks without a state.
         parameters: values of the physical parameters, by name; none where there are none.
         told: what the FMU said of its bound and its domain, or None.
+        first_told: the first sample at which bound and domain count.
     """
 
     kind: int
@@ -101,6 +102,17 @@ class Comparison:
     free: FloatArray | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     told: Told | None = None
+    first_told: int = 0
+
+    def where_told(self) -> Comparison | None:
+        """Return the part in which the bound counts; None without a bound, or without samples."""
+        if self.told is None or self.first_told >= len(self.time):
+            return None
+        part = slice(self.first_told, None)
+        arrays = ("time", "inputs", "reference", "surrogate", "true_error")
+        told = Told(*(values[part] for values in vars(self.told).values()))
+        cut = {name: getattr(self, name)[part] for name in arrays}
+        return replace(self, **cut, told=told, first_told=0)
 
     @property
     def error(self) -> FloatArray:
@@ -127,6 +139,12 @@ class Validation:
     comparisons: tuple[Comparison, ...]
     corners: tuple[Comparison, ...] = ()
     usual: FloatArray | None = None
+
+    @property
+    def trusted(self) -> tuple[Comparison, ...]:
+        """The trajectories where the bound counts; none without a bound."""
+        found = [comparison.where_told() for comparison in self.comparisons]
+        return tuple(one for one in found if one is not None)
 
     def usual_error(self) -> FloatArray:
         """Return what 95 % of the absolute errors are below, (n_outputs,)."""
@@ -270,19 +288,18 @@ class Validation:
 
     def _bound(self) -> dict[str, Any]:
         """Return how far bound and domain can be trusted, where there are some."""
-        told = [c.told for c in self.comparisons if c.told is not None]
+        trusted = self.trusted
+        told = [c.told for c in trusted if c.told is not None]
         if self.surrogate.bound is None or not told:
             return {}
         outputs = []
         for index, signal in enumerate(self.surrogate.outputs):
-            errors = [np.abs(c.error[:, index]) for c in self.comparisons]
+            errors = [np.abs(c.error[:, index]) for c in trusted]
             bounds = [one.bounds[:, index] for one in told]
             outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
         found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
         if self.usual is not None:
-            found["harm"] = harm_figures(
-                [np.abs(c.error) for c in self.comparisons], told, self.usual
-            )
+            found["harm"] = harm_figures([np.abs(c.error) for c in trusted], told, self.usual)
         return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
 
     def _harm_of(self, chosen: Sequence[Comparison]) -> dict[str, Any]:
@@ -294,7 +311,7 @@ class Validation:
     def _covered_by_kind(self) -> list[dict[str, Any]]:
         rows = []
         for index, motion in enumerate(motions_of(self.recipe)):
-            chosen = [c for c in self.comparisons if c.kind == index and c.told is not None]
+            chosen = [c for c in self.trusted if c.kind == index]
             shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
             if shares:
                 rows.append(

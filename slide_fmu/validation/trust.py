@@ -22,7 +22,7 @@ WORST = 0.05
 """Beside the mean over trajectories stands the one that this part of them are worse than."""
 
 TINY = sys.float_info.min
-"""Errors of zero count as this, so that figures stay finite."""
+"""Pictures with logarithmic axes show nothing smaller."""
 
 HARMFUL = 3.0
 """An error is harmful if it is so many times what is usual."""
@@ -52,17 +52,18 @@ def bound_figures(errors: Sequence[FloatArray], bounds: Sequence[FloatArray]) ->
     Returns:
         The share of covered samples, that of the 5 % worst trajectories, the mean bound over the
         quantile of the errors, the skill (1 minus the pinball loss over that of the best
-        constant), and the rank correlation of bound and error.
+        constant), and the rank correlation of bound and error. Width and skill are None of errors
+        that are zero.
     """
     shares = [float(np.mean(e <= b)) for e, b in zip(errors, bounds, strict=True)]
     error, bound = np.concatenate(errors), np.concatenate(bounds)
-    constant = max(float(np.quantile(error, USUAL_CONFIDENCE)), TINY)
-    best = max(pinball_loss(error, np.full(len(error), constant)), TINY)
+    constant = float(np.quantile(error, USUAL_CONFIDENCE))
+    best = pinball_loss(error, np.full(len(error), constant))
     return {
         "coverage": float(np.mean(error <= bound)),
         "coverage_of_worst_trajectories": float(np.quantile(shares, WORST, method="lower")),
-        "width": float(np.mean(bound)) / constant,
-        "skill": 1.0 - pinball_loss(error, bound) / best,
+        "width": float(np.mean(bound)) / constant if constant else None,
+        "skill": 1.0 - pinball_loss(error, bound) / best if best else None,
         "rank_correlation": rank_correlation(bound, error),
     }
 
@@ -87,18 +88,19 @@ def harm_figures(
 
     Returns:
         The share of harmful samples; of them, that outside of the domain, or None without any; of
-        the harmless ones the same; and the share of all samples that are harmful, in the domain,
-        and not covered by the bound.
+        the harmless ones the same; and the share of all samples in the domain with a harmful error
+        that its bound does not cover.
     """
     error = np.concatenate(errors)
-    covered = (error <= np.concatenate([t.bounds for t in told])).all(axis=1)
+    above = error > np.concatenate([t.bounds for t in told])
     flagged = np.concatenate([t.in_domain for t in told]) == 0
-    harmful = (error > HARMFUL * usual).any(axis=1)
+    large = error > HARMFUL * usual
+    harmful, unnoticed = large.any(axis=1), (large & above).any(axis=1) & ~flagged
     return {
         "harmful": float(np.mean(harmful)),
         "harmful_flagged": _share(flagged[harmful]),
         "harmless_flagged": _share(flagged[~harmful]),
-        "harmful_unnoticed": float(np.mean(harmful & ~flagged & ~covered)),
+        "harmful_unnoticed": float(np.mean(unnoticed)),
     }
 
 

@@ -43,11 +43,11 @@ def bound_scatter(validations: Mapping[str, Validation]) -> bytes:
     Both are relative to the RMS of the outputs' reference in the first validation.
     """
     main = next(iter(validations.values()))
-    scale = rms(np.concatenate([c.reference for c in main.comparisons])) + TINY
+    scale = rms(np.concatenate([c.reference for c in main.trusted])) + TINY
     figure, axes = panels_in_a_row(len(validations), 4.6)
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
         error, bound, inside = [], [], []
-        for c in validation.comparisons:
+        for c in validation.trusted:
             assert c.told is not None
             error.append((np.abs(c.error) / scale).ravel())
             bound.append((c.told.bounds / scale).ravel())
@@ -71,10 +71,10 @@ def novelty_scatter(validations: Mapping[str, Validation]) -> bytes:
     """Draw errors over their bounds, the worst output's, over the novelty of the inputs."""
     figure, axes = panels_in_a_row(len(validations), 4.6)
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
-        told = [c.told for c in validation.comparisons if c.told is not None]
+        told = [c.told for c in validation.trusted if c.told is not None]
         novelty = np.concatenate([one.novelty for one in told])
         inside = np.concatenate([one.in_domain == 1 for one in told])
-        ratios = [error_over_bound(c).max(axis=1) for c in validation.comparisons]
+        ratios = [error_over_bound(c).max(axis=1) for c in validation.trusted]
         ratio = _drawn(np.concatenate(ratios))
         _inside_and_outside(ax, np.maximum(novelty, TINY), ratio, inside)
         ax.axhline(1, color=REFERENCE, lw=1)
@@ -99,7 +99,7 @@ def coverage_by_kind(validations: Mapping[str, Validation]) -> bytes:
     for ax, (title, validation) in zip(axes, validations.items(), strict=True):
         labels, names = [], [motion.name for motion in kinds[title]]
         for row, name in enumerate(names):
-            chosen = [c for c in validation.comparisons if c.kind == row]
+            chosen = [c for c in validation.trusted if c.kind == row]
             labels.append(f"{name} ({len(chosen)})")
             shares = [100 * float((error_over_bound(c) <= 1).mean(axis=0).min()) for c in chosen]
             if shares:
@@ -118,7 +118,7 @@ def worst_steps_picture(validation: Validation) -> bytes:
     """Draw the steps with the largest errors over their bounds, with what led to them."""
     step = validation.surrogate.window.step
     around = max(2, round(0.5 * SHOWN_SECONDS / step))
-    worst = worst_steps(validation.comparisons, WORST_STEPS, 2 * around)
+    worst = worst_steps(validation.trusted, WORST_STEPS, 2 * around)
     rows = -(-len(worst) // 2)
     with rc_context({"font.size": 8}):
         figure = Figure(figsize=(11, 2.3 * rows + 0.4), layout="constrained")

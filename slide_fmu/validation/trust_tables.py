@@ -75,8 +75,8 @@ def output_cells(output: Figures) -> Sequence[str]:
         output["name"],
         percent(output["coverage"]),
         percent(output["coverage_of_worst_trajectories"]),
-        f"{output['width']:.3g}",
-        percent(output["skill"]),
+        "" if output["width"] is None else f"{output['width']:.3g}",
+        "" if output["skill"] is None else percent(output["skill"]),
         _correlation(output["rank_correlation"]),
     )
 

@@ -8,16 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slide_fmu.core.block_means import N_BLOCKS, block_lengths, block_means
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
     MOST_EXPONENT,
-    N_BLOCKS,
     ErrorBound,
     Trust,
-    block_lengths,
-    block_means,
     logarithms,
 )
 from slide_fmu.surrogate.payload import PayloadError

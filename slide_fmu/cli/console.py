@@ -16,6 +16,7 @@ from rich.table import Column, Table
 from slide_fmu.core.files import write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
+from slide_fmu.validation.trust import HARMFUL
 from slide_fmu.validation.trust_tables import output_cells
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
@@ -105,6 +106,13 @@ def _show_bound(bound: dict[str, Any]) -> None:
         f"outside of the domain: {100 * bound['flagged']:.3g} % of the samples, "
         f"{100 * bound['trajectories_flagged']:.3g} % of the trajectories"
     )
+    if "harm" in bound:
+        harm = bound["harm"]
+        console.print(
+            f"harmful errors (more than {HARMFUL:g} times what is usual in range): "
+            f"{100 * harm['harmful']:.3g} % of the samples; in the domain and above the bound "
+            f"{100 * harm['harmful_unnoticed']:.3g} %"
+        )
 
 
 def _told_noise(output: dict[str, Any]) -> str:

@@ -153,7 +153,7 @@ def validate(
         folder = report or Path("runs") / result.surrogate.name / "validation"
         page = validation_report(result).write(folder)
     write_json(json_path, figures)
-    show_validation(figures, "validation")
+    show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
     console.print(f"report  {page}")
 
 

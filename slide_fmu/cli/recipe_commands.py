@@ -203,6 +203,10 @@ def run(
     show_search(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
+    if "adversarial" in finished.figures:
+        from slide_fmu.validation.trust_sentences import search_sentence
+
+        console.print(search_sentence(finished.figures["adversarial"]))
     for remark in finished.figures.get("record_remarks", ()):
         show_remark(remark)
     write_json(json_path, finished.figures)

@@ -176,7 +176,7 @@ class ErrorBound:
     def bounds(self, trust: Trust, confidence: float) -> FloatArray:
         """Give bounds, relative to the outputs' scales, (N, n_outputs).
 
-        Outside of the domain they are at least the disagreement.
+        Where the novelty is above 1 they are at least the disagreement.
 
         Raises:
             ValueError: as for ``factors_at``.

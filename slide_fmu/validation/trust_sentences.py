@@ -58,8 +58,8 @@ def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str
         f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
         "with the largest errors may be covered less.",
         "Where in_domain is false, inputs have left their ranges, or the surrogate and its "
-        "companion are further apart, or move more, than those of the calibration: a bound means "
-        "'at least' there, and the error may be many times larger.",
+        "companion are further apart, or move more, than is usual on the calibration: a bound is "
+        "not calibrated there, and the error may be many times larger.",
         "That in_domain is true proves nothing of inputs of other kinds.",
     ]
     wanted = percent(recipe.bound.false_alarms)

@@ -9,11 +9,14 @@ import pytest
 from slide_fmu.recipe.recipe import OF_BOUND, Recipe
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
+LONG = {"duration": 4.0}
+"""Trajectories as long as a bound needs."""
+
 
 def test_bound_has_trajectories_of_its_own() -> None:
-    recipe = tiny_state_space_recipe(bound={})
+    recipe = tiny_state_space_recipe(bound={}, data=LONG)
     assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200]
-    other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7})
+    other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7, **LONG})
     assert [other.count(split) for split in OF_BOUND] == [3, 7, 200]
 
 
@@ -27,6 +30,12 @@ def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
     [
         ({"data": {"calibration": 99}}, "calibration"),
         ({"bound": {"hidden": []}}, "hidden"),
+        (
+            {"bound": {"long_span": 100.0}},
+            r"data.duration = 4 s; expected at least .* and bound.long_span = 100 s",
+        ),
+        ({"data": {"duration": 2.0}}, "data.duration = 2 s; expected at least 2.76562 s"),
+        ({"training": {"start": "old.fmu"}}, "training.start = 'old.fmu'; expected none: the"),
         ({"bound": {"short_span": 2.0}}, "bound.short_span = 2 s, bound.long_span = 1 s"),
         (
             {"parameters": {"mass": {"range": [1.0, 2.0]}}},
@@ -36,7 +45,7 @@ def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
 )
 def test_bound_that_cannot_be_learnt_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        tiny_state_space_recipe(**{"bound": {}, **changes})
+        tiny_state_space_recipe(**{"bound": {}, "data": LONG, **changes})
 
 
 def test_bound_of_layers_is_refused() -> None:

@@ -83,5 +83,7 @@ def told(bounds: list[list[float]], novelty: list[float]) -> Told:
 def bounded(*comparisons: Comparison, **more: Any) -> Validation:
     """A validation of a surrogate with two outputs and an error bound, without an estimator."""
     surrogate = bounded_surrogate(Shape(n_outputs=2, cell=CellShape()))
-    own = tiny_state_space_recipe(data={"excitation": KINDS, "calibration": 150}, bound={})
+    own = tiny_state_space_recipe(
+        data={"excitation": KINDS, "calibration": 150, "duration": 4.0}, bound={}
+    )
     return Validation(Task(5, **more), surrogate, own, comparisons)

@@ -19,7 +19,7 @@ from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe
 
-RECIPE = tiny_state_space_recipe(bound={}, validation={"adversarial": 2})
+RECIPE = tiny_state_space_recipe(bound={}, data={"duration": 4.0}, validation={"adversarial": 2})
 
 
 def surrogate_of(recipe: Recipe, limit: float) -> Surrogate:

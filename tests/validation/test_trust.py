@@ -110,9 +110,9 @@ def test_bound_that_is_the_error_itself_has_all_skill() -> None:
     assert found["rank_correlation"] == pytest.approx(1)
 
 
-def test_bound_figures_of_errors_of_zero_are_finite() -> None:
+def test_bound_figures_of_errors_of_zero_have_neither_width_nor_skill() -> None:
     found = bound_figures([np.zeros(4)], [np.array([1.0, 2.0, 3.0, 4.0])])
-    assert np.isfinite([found["width"], found["skill"]]).all()
+    assert (found["width"], found["skill"]) == (None, None)
     assert found["coverage"] == 1
 
 
@@ -157,3 +157,10 @@ def test_estimate_figures_stand_beside_the_best_constant_without_errors_of_zero(
     assert best_constant(errors[1:]) == 1
     assert found["best_constant"]["mean_relative_deviation"] == pytest.approx((0.5 + 0.75) / 3)
     assert found["rank_correlation"] == pytest.approx(1)
+
+
+def test_harm_of_one_output_is_noticed_whatever_another_one_does() -> None:
+    """The first output errs much, below its bound; the second one a little, above its own."""
+    errors = [np.array([[9.0, 0.5]])]
+    found = harm_figures(errors, [told([[10.0, 0.1]], [0.5])], np.array([1.0, 1.0]))
+    assert (found["harmful"], found["harmful_unnoticed"]) == (1.0, 0.0)

@@ -177,3 +177,13 @@ def test_report_has_three_sections_on_the_bound_with_pictures() -> None:
     assert all(p.startswith(b"\x89PNG") for s in sections for p in s.pictures)
     assert [len(section.rows) for section in sections] == [5, 5, 0]
     assert "held_random (amplitude" in sections[0].text
+
+
+def test_samples_before_the_bound_counts_are_left_out() -> None:
+    late = replace(SECOND, first_told=2)
+    whole, part = (bounded(one).figures()["error_bound"] for one in (SECOND, late))
+    cut = late.where_told()
+    assert cut is not None
+    assert len(cut.time) == len(SECOND.time) - 2
+    assert bounded(cut).figures()["error_bound"] == part != whole
+    assert replace(SECOND, first_told=99).where_told() is None

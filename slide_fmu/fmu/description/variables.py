@@ -300,7 +300,7 @@ KINDS: tuple[Kind, ...] = (
         ERROR_BOUND,
         "The error of {signal} at this sample stays below it with the probability of the "
         "parameter confidence, for inputs of the kinds that it was calibrated on; where in_domain "
-        "is false it is a lower limit ('at least'). It costs time only when it is read.",
+        "is false it is not calibrated, and may be too small. It costs time only when it is read.",
         "output",
         per="output",
         when="bound",

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
@@ -151,6 +150,8 @@ def rank_correlation(one: FloatArray, other: FloatArray) -> float | None:
     """Return Spearman's rank correlation, or None where one of both is constant."""
     if np.ptp(one) == 0 or np.ptp(other) == 0:
         return None
+    from scipy.stats import spearmanr  # slow to import, and the command line needs none of it
+
     return float(spearmanr(one, other).statistic)
 
 

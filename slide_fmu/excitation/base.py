@@ -32,6 +32,8 @@ PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(_o
 """The value is a range whose ends are both above 0, the lower end first."""
 CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
 """The value is a range of whole numbers from 1, and both ends belong to it."""
+Limits = tuple[PositiveFloat, ...]
+"""The value holds one limit for each input, in their order, or nothing."""
 
 
 class Kind(BaseModel, abc.ABC):
@@ -91,3 +93,18 @@ def _as_text(value: object, is_list: bool) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return str(value)
+
+
+def require_one_each(
+    kind: str, name: str, limits: tuple[float, ...], signals: tuple[Signal, ...]
+) -> None:
+    """Refuse limits of a kind of excitation that are not one for each input.
+
+    Raises:
+        ValueError: the message has the kind, the limits' name, and the remedy.
+    """
+    if len(limits) != len(signals):
+        raise ValueError(
+            f"kind = {kind!r}: {name} has {len(limits)} values; expected {len(signals)}, one for "
+            f"each input {[signal.name for signal in signals]}: correct the list"
+        )

@@ -26,6 +26,7 @@ from slide_fmu.excitation.channels import (
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.excitation.speed_ramps import SpeedRamps
+from slide_fmu.excitation.vibration import Vibration
 
 Excitation = Annotated[
     HeldRandom
@@ -39,6 +40,7 @@ Excitation = Annotated[
     | Rest
     | SpeedRamps
     | PointToPoint
+    | Vibration
     | Recorded,
     Field(discriminator="kind"),
 ]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.base import Kind, PositiveFloat, PositiveRange, Share
+from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
 
 
 def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
@@ -25,8 +25,6 @@ def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
 
 Ramp = Annotated[PositiveRange, AfterValidator(_half_at_most)]
 """The value is a range of the share of a move that each of its two accelerated phases takes."""
-Limits = tuple[PositiveFloat, ...]
-"""The value holds one limit for each joint, in the inputs' order, or nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +124,8 @@ class PointToPoint(Kind):
             ValueError: the number of limits is neither 0 nor that of the inputs.
         """
         for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
-            if limits and len(limits) != len(signals):
-                raise ValueError(
-                    f"kind = 'point_to_point': {name} has {len(limits)} values; expected "
-                    f"{len(signals)}, one for each input {[signal.name for signal in signals]}, "
-                    "or none: complete the list, or remove it"
-                )
+            if limits:
+                require_one_each(self.kind, name, limits, signals)
 
     def inputs(
         self,

@@ -1,0 +1,83 @@
+"""Set points vibrate while they move slowly, as those of a shaken or a badly tuned machine do."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
+
+
+class Vibration(Kind):
+    """Every input moves from point to point, and a sine swells and fades on the way.
+
+    The way to the next point is the smoothest one, of least jerk (Flash and Hogan, 1985). A burst
+    lasts as long as it; its sines have one frequency, and a phase and an amplitude for each input.
+    The amplitude factor multiplies the amplitudes of the sines; the points stay.
+
+    Attributes:
+        angular_frequency: range in rad/s; its logarithm is drawn uniformly.
+        acceleration: largest acceleration of each input's sine, in its unit per s^2; every burst
+            draws its own between zero and this.
+        duration: range of the time from point to point in s, drawn uniformly.
+        reach: share of the range, about its middle, from which the points are drawn.
+        single: share of the bursts in which one random input vibrates alone.
+    """
+
+    kind: Literal["vibration"]
+    angular_frequency: PositiveRange
+    acceleration: Limits = Field(min_length=1)
+    duration: PositiveRange = (2.0, 8.0)
+    reach: float = Field(default=0.8, gt=0, le=1)
+    single: Share = 0.3
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        """Refuse accelerations that are not one for each input.
+
+        Raises:
+            ValueError: the number of accelerations is not that of the inputs.
+        """
+        require_one_each(self.kind, "acceleration", self.acceleration, signals)
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Draw the inputs at the sample times, shape (N, n_inputs); they stay in their ranges."""
+        low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
+        middle, half_range = 0.5 * (low + high), 0.5 * self.reach * (high - low)
+        elapsed = time - time[0]
+        point = rng.uniform(middle - half_range, middle + half_range)
+        values, begin = np.empty((len(time), len(signals))), 0.0
+        while begin <= elapsed[-1]:
+            duration = rng.uniform(*self.duration)
+            target = rng.uniform(middle - half_range, middle + half_range)
+            frequency = np.exp(rng.uniform(*np.log(self.angular_frequency)))
+            phase = rng.uniform(-np.pi, np.pi, len(signals))
+            share = rng.uniform(0, 1, len(signals))
+            if rng.random() < self.single:
+                share *= np.arange(len(signals)) == rng.integers(len(signals))
+            amplitude = factor * share * np.array(self.acceleration) / frequency**2
+            now = (elapsed >= begin) & (elapsed < begin + duration)
+            past = elapsed[now, None] - begin
+            done = past / duration
+            sine = amplitude * np.sin(frequency * past + phase)
+            values[now] = point + least_jerk(done) * (target - point) + swelling(done) * sine
+            point, begin = target, begin + duration
+        return np.clip(values, low, high)
+
+
+def least_jerk(done: FloatArray) -> FloatArray:
+    """Return the part of the way that is done after a part of the time, both 0 .. 1."""
+    return np.asarray(done**3 * (10 - 15 * done + 6 * done**2))
+
+
+def swelling(done: FloatArray) -> FloatArray:
+    """Return the amplitude of a burst after a part of its time: 0 at both ends, 1 between."""
+    return np.asarray(np.sin(np.pi * done) ** 2)

@@ -10,7 +10,7 @@ import typer
 from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
-from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
+from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
 from slide_fmu.pipeline.display import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
@@ -19,6 +19,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     run,
     window,
     generate,
+    cost,
     train,
     compare,
     export,

@@ -203,7 +203,9 @@ class _Staged:
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
         data = self.recipe.data.model_copy(update=numbers)
         # those of error estimator and bound come when all numbers are known
-        changes = {"data": data, "automatic": (), "estimator": None, "bound": None}
+        validation = self.recipe.validation.model_copy(update={"adversarial": 0})
+        without = {"automatic": (), "estimator": None, "bound": None, "validation": validation}
+        changes = {"data": data, **without}
         staged = self.recipe.model_copy(update=changes)
         self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(f"{train} trajectories")

@@ -88,6 +88,17 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     assert len(read_split(job.folder.store, "train").inputs) == train
 
 
+def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its trajectories are made without the bound, which comes when all numbers are known."""
+    pays(monkeypatch, 0.0)
+    text = OPEN.replace("duration = 2.0", "duration = 3.0")
+    text += "\n[bound]\n\n[validation]\nadversarial = 2\n"
+    job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
+    assert job.recipe.count("train") == 2 * FEW
+
+
 def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 0.0)
     job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)

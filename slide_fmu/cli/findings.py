@@ -115,7 +115,8 @@ def show_cost(figures: dict[str, Any]) -> None:
     )
     console.print(
         f"store   {figures['store_bytes'] / 1e9:.3g} GB in {figures['store_files']:.3g} files and "
-        f"folders; {figures['look_again_s'] / 60:.3g} minutes to see that all are there"
+        f"folders, {figures['files_per_s']:.3g} in a second; "
+        f"{figures['look_again_s'] / 60:.3g} minutes to see that all are there"
     )
     limits = table_of("what stops scaling", "beyond so many cores")
     limits.add_row("one process hands out all jobs", f"{ends['handing_out_cores']}")

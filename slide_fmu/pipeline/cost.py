@@ -82,7 +82,8 @@ def cost_figures(cost: Cost, simulations: int, cores: int) -> dict[str, Any]:
 
     Returns:
         The cost of one trajectory; wall time in s, hours of cores that are to be paid, the part
-        of them in which they work; size of the store in bytes and its files; the time in s to see
+        of them in which they work; size of the store in bytes and its files, of which the disk
+        makes so many in a second; the time in s to see
         what is there, should the generation go on when all are; and where it stops scaling: the
         cores that one process keeps busy, those for which so many parts are made (``--shard``),
         and the cores that keep a disk busy that writes one trajectory at a time.
@@ -97,6 +98,7 @@ def cost_figures(cost: Cost, simulations: int, cores: int) -> dict[str, Any]:
         "useful": simulations * cost.core_s / (cores * wall),
         "store_bytes": simulations * cost.bytes,
         "store_files": round(simulations * cost.files),
+        "files_per_s": simulations * cost.files / wall,
         "look_again_s": simulations * cost.look_s,
         "stops_scaling": {
             "handing_out_cores": int(cost.core_s / serial),

@@ -220,6 +220,8 @@ def test_cost_is_told_and_leaves_nothing_behind(tmp_path: Path) -> None:
     assert figures["useful"] == pytest.approx(busy / 1000 / slowest, rel=0.01)
     assert one["bytes"] > 8 * 80
     assert figures["store_bytes"] == pytest.approx(1e6 * one["bytes"])
+    files = figures["store_files"] / figures["wall_time_s"]
+    assert figures["files_per_s"] == pytest.approx(files)
     parts = 1000 / ends["handing_out_cores"]
     assert parts <= ends["shards_for_all_cores"] <= parts + 1.1
     assert list((runs / "lag").iterdir()) == []

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +21,14 @@ from slide_fmu.data import worker
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
 from slide_fmu.data.generation import recipe_json
 from slide_fmu.data.own_files import keep_own_files
-from slide_fmu.data.store import StoreError, open_store
+from slide_fmu.data.store import StoreError, missing_trajectories, open_store
 from slide_fmu.data.worker import Order, make_trajectories
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.systems.errors import SimulationError
 from tests.data.logging_system import LOG
 from tests.data.test_failures import failing
-from tests.data.test_generation import LONG, PROBED, SMALL, identities
+from tests.data.test_generation import LONG, PROBED, SMALL, identities, wait_until
+from tests.limits import HANGS
 from tests.progress import silent
 from tests.store_digest import store_digest
 
@@ -158,3 +162,44 @@ def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> Non
         Workplace(executor=address_of(scheduler)).make(
             failing(0.02, fail=0.9), None, tmp_path / "data.zarr", silent
         )
+
+
+@pytest.mark.extended
+def test_scheduler_that_dies_ends_the_work_with_a_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(LOG, str(tmp_path / "log"))
+    file = tmp_path / "scheduler.json"
+    common = ("--scheduler-file", str(file), "--no-dashboard")
+    with ExitStack() as programs:
+        scheduler, _ = (
+            programs.enter_context(running("dask", name, *common, *options))
+            for name, options in (
+                ("scheduler", ("--host", "127.0.0.1", "--port", "0")),
+                ("worker", ("--nthreads", "1")),
+            )
+        )
+        wait_until(file.exists, "no scheduler")
+
+        def kill_scheduler(done: int, total: int) -> None:
+            if done == 5:
+                scheduler.kill()
+
+        address = json.loads(file.read_text())["address"].replace("tcp://", "dask://")
+        with pytest.raises(ClusterError, match=r"the connection to the scheduler was lost.*again"):
+            Workplace(executor=address).make(LONG, None, tmp_path / "data.zarr", kill_scheduler)
+    assert len(missing_trajectories(tmp_path / "data.zarr", "train")) <= 55
+
+
+@contextmanager
+def running(*module: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a module of Python, and what it starts, during the block."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", *module], stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        yield program
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(program.pid, signal.SIGKILL)
+        program.wait(HANGS)

@@ -256,8 +256,7 @@ def generate(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make the trajectories of a recipe, alone or with others; go on where that was stopped."""
-    from slide_fmu.data.workplace import workplace
-    from slide_fmu.pipeline.generate import generate_recipe
+    from slide_fmu.pipeline.generate import generate_recipe, workplace
     from slide_fmu.pipeline.job import open_job
 
     with progress_bars() as bar:
@@ -283,13 +282,11 @@ def cost(
     executor: ExecutorOption = None,
 ) -> None:
     """Tell what very many simulations cost on many cores, and where more cores do not help."""
-    from slide_fmu.data.workplace import Workplace
     from slide_fmu.pipeline.cost import cost_figures, measure_cost
     from slide_fmu.pipeline.job import open_job
 
     with progress_bars() as bar:
-        place = Workplace(None if executor else 1, executor)
-        measured = measure_cost(open_job(recipe, runs, bar, data_seed=seed), place)
+        measured = measure_cost(open_job(recipe, runs, bar, data_seed=seed), executor)
         figures = cost_figures(measured, round(simulations), cores)
     write_json(json_path, figures)
     show_cost(figures)

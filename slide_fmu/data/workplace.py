@@ -12,26 +12,8 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.data import pool
 from slide_fmu.data.cluster import cluster, scheduler_of
 from slide_fmu.data.generation import generate
-from slide_fmu.data.shards import WHOLE, Shard, shard_of
+from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-
-
-def workplace(
-    workers: int | None, executor: str | None, shard: str | None, overwrite: bool
-) -> Workplace:
-    """Return the workplace that a command line asks for.
-
-    Raises:
-        ValueError: its options do not go together, or one is of another form.
-    """
-    if shard is None:
-        return Workplace(workers, executor)
-    if overwrite:
-        raise ValueError(
-            f"--shard {shard} and --overwrite; expected one of them, since each part would remove "
-            "what the others have made: remove the run folder first, then make the parts"
-        )
-    return Workplace(workers, executor, shard_of(shard))
 
 
 @dataclass(frozen=True)

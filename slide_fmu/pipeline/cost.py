@@ -108,16 +108,18 @@ def cost_figures(cost: Cost, simulations: int, cores: int) -> dict[str, Any]:
     }
 
 
-def measure_cost(job: Job, place: Workplace) -> Cost:
+def measure_cost(job: Job, executor: str | None) -> Cost:
     """Measure what a trajectory of a recipe costs here, on the disk of its run folder.
 
-    Nothing of it is kept. The workplace hands out empty jobs.
+    Nothing of it is kept. Empty jobs are handed out to the workers of an executor,
+    ``dask://HOST:PORT``, or to a process of this machine if None.
 
     Raises:
         ClusterError: the cluster cannot be used.
         LoadError, RecipeError: as of ``check_recipe``; or the recipe is of records.
         SimulationError: too many trajectories could not be simulated.
     """
+    place = Workplace(None if executor else 1, executor)
     source = recipe_source(job.recipe)
     if not isinstance(source, System):
         raise RecipeError(

@@ -5,11 +5,29 @@ from __future__ import annotations
 from contextlib import nullcontext
 from typing import Any
 
-from slide_fmu.data.shards import WHOLE
+from slide_fmu.data.shards import WHOLE, shard_of
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
 from slide_fmu.recipe.recipe import RecipeError
+
+
+def workplace(
+    workers: int | None, executor: str | None, shard: str | None, overwrite: bool
+) -> Workplace:
+    """Return the workplace that a command line asks for.
+
+    Raises:
+        ValueError: its options do not go together, or one is of another form.
+    """
+    if shard is None:
+        return Workplace(workers, executor)
+    if overwrite:
+        raise ValueError(
+            f"--shard {shard} and --overwrite; expected one of them, since each part would remove "
+            "what the others have made: remove the run folder first, then make the parts"
+        )
+    return Workplace(workers, executor, shard_of(shard))
 
 
 def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def opened(workers: int, is_cluster: bool) -> Iterator[tuple[Executor | None, An
         n_workers=workers,
         threads_per_worker=1,
         host="127.0.0.1",
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         silence_logs="CRITICAL",
     ) as cluster:
         address = cluster.scheduler_address.replace("tcp://", "dask://")

@@ -8,10 +8,11 @@ import pytest
 
 from slide_fmu.data.generation import generate
 from slide_fmu.data.shards import Shard, shard_of
-from slide_fmu.data.workplace import Workplace, workplace
-from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.data.workplace import Workplace
+from slide_fmu.recipe.recipe import SPLITS, RecipeError
 from tests.data.test_generation import SMALL
 from tests.progress import silent
+from tests.recipes import tiny_recipe
 from tests.store_digest import store_digest
 
 
@@ -54,7 +55,12 @@ def test_shards_make_their_parts_and_the_whole_finds_nothing_to_do(tmp_path: Pat
     assert store_digest(path) == store_digest(tmp_path / "s")
 
 
-def test_shard_that_would_overwrite_is_refused() -> None:
-    with pytest.raises(ValueError, match="--shard 1/2 and --overwrite; expected one of them"):
-        workplace(None, None, "1/2", overwrite=True)
-    assert workplace(3, None, None, overwrite=True) == Workplace(3)
+@pytest.mark.parametrize(
+    "place", [Workplace(0, shard=Shard(1, 2)), Workplace(executor="dask://127.0.0.1:9")]
+)
+def test_records_are_neither_made_in_parts_nor_elsewhere(tmp_path: Path, place: Workplace) -> None:
+    recipe = tiny_recipe()
+    system = recipe.system.model_copy(update={"kind": "record"})
+    records = recipe.model_copy(update={"system": system})
+    with pytest.raises(RecipeError, match=r"is of records.*neither --executor nor --shard"):
+        place.make(records, None, tmp_path / "data.zarr", silent)

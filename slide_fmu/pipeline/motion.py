@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.progress import Stages
+from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.motion.choose import Family, choose
@@ -72,7 +72,9 @@ class Solved:
         return figures
 
 
-def solve(fmu: Path, task: Task, seed: int, verify: bool, bar: Stages) -> Solved:
+def solve(
+    fmu: Path, task: Task, seed: int = 0, verify: bool = False, bar: Stages = quiet_stages
+) -> Solved:
     """Choose the motion of a task with an FMU.
 
     Args:

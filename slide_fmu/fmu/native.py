@@ -1,4 +1,4 @@
-"""A surrogate on the kernels of the C runtime, without FMI: many windows at once, on all cores.
+"""A surrogate on the kernels of the C runtime, without FMI: records and windows, on all cores.
 
 The compiled library exports the functions of ``runtime/native/native.h`` beside those of FMI.
 """
@@ -9,7 +9,9 @@ import ctypes
 import os
 import threading
 import weakref
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,8 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
+TOGETHER = 32
+"""Records that go together in the C runtime (``record_kernel.h``): threads share whole groups."""
 MESSAGE = 400
 """Bytes for the message of a refusal."""
 
@@ -93,9 +97,7 @@ class NativeSurrogate:
         """
         surrogate, window = self.surrogate, self.surrogate.window
         array = checked_batch("windows", windows, (window.n_in, len(surrogate.inputs)))
-        count = _available_cores() if threads is None else threads
-        if count < 1:
-            raise ValueError(f"threads {threads}; expected at least one")
+        count = _checked_threads(threads)
         if len(array) == 0:
             return np.empty((0, window.n_out, len(surrogate.outputs)))
         record, step = _record_behind(array)
@@ -108,12 +110,97 @@ class NativeSurrogate:
         elif isinstance(network, StateSpace):
             values = self._cells(network, scaled, len(array), step, count)
         else:
-            raise NativeError(
-                f"no batches of networks of type {type(network).__name__} in the runtime; use "
-                "Surrogate.predict_windows"
-            )
+            raise self._unknown("batches", "predict_windows")
         blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
         return surrogate.output_scaling.invert(blocks.astype(np.float64))
+
+    def predict(self, records: NDArray[Any], threads: int | None = None) -> FloatArray:
+        """Predict whole records as a co-simulation does, many of them side by side.
+
+        Of feed-forward networks the results are those of ``Surrogate.predict_newest``. A network
+        of cells runs one state along each record. It begins with what ``predict_newest`` has at
+        the first sample, the first input held for n_in samples, and forgets nothing after that,
+        where ``predict_newest`` starts its states anew every n_in samples. So both agree, but for
+        rounding, up to sample n_in - n_out, and after that they differ by what the surrogate's
+        memory is too short for: its truncation error. With n_in = n_out = N, ``predict_windows``
+        of records that rest at first is the same.
+
+        Args:
+            records: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
+            threads: that share the records; one per core if None. Results do not depend on it.
+
+        Returns:
+            Outputs at samples 1 .. N, shape (B, N, n_outputs) or (N, n_outputs), in their units.
+
+        Raises:
+            ValueError: wrong shape, values that are not finite, or no threads.
+            NativeError: a feature is not finite.
+        """
+        surrogate = self.surrogate
+        array, count = self._checked_records(records), _checked_threads(threads)
+        outputs = np.empty((*array.shape[:2], len(surrogate.outputs)))
+        if isinstance(surrogate.network, FeedForward):
+            for record, output in zip(array, outputs, strict=True):
+                output[:] = self._newest(surrogate.network, record, count)
+        elif isinstance(surrogate.network, StateSpace):
+            self._along(array, outputs, count)
+        else:
+            raise self._unknown("records", "predict_newest_batch")
+        return outputs if np.ndim(records) == 3 else outputs[0]
+
+    def _checked_records(self, records: NDArray[Any]) -> FloatArray:
+        """Records of shape (B, N, n_inputs), which lie in one piece of memory."""
+        channels, shape = len(self.surrogate.inputs), np.shape(records)
+        if len(shape) not in (2, 3) or shape[-1] != channels or shape[-2] < 1:
+            raise ValueError(
+                f"records: shape {shape}; expected (B, N, {channels}), or (N, {channels}) of a "
+                "single one, with at least one sample"
+            )
+        array = np.ascontiguousarray(records, dtype=np.float64).reshape(-1, *shape[-2:])
+        if not np.all(np.isfinite(array)):
+            raise ValueError("records hold values that are not finite; expected numbers")
+        return array
+
+    def _newest(self, network: FeedForward, record: FloatArray, threads: int) -> FloatArray:
+        """Outputs (N, n_outputs) of layers along one record, held before it."""
+        surrogate = self.surrogate
+        scaled = surrogate.input_scaling.apply(record)
+        padded = np.pad(scaled, ((network.n_samples - 1, 0), (0, 0)), mode="edge")
+        values = self._evaluated(network, padded[None], np.arange(len(record)), threads)
+        newest = values[:, -len(surrogate.outputs) :].astype(np.float64)
+        return surrogate.output_scaling.invert(newest)
+
+    def _along(self, records: FloatArray, outputs: FloatArray, threads: int) -> None:
+        """Each handle runs cells along some groups of the records."""
+
+        def run(handle: int, some: slice) -> int:
+            inputs, place = records[some], outputs[some]
+            pointers = inputs.ctypes.data, len(inputs), inputs.shape[1], place.ctypes.data
+            return int(self._library.slide_native_records(handle, *pointers))
+
+        self._in_threads(run, _groups(len(records), TOGETHER, threads))
+
+    def _in_threads(self, run: Callable[[int, slice], int], parts: list[slice]) -> None:
+        """Each handle does one part; all have states and scratch of their own."""
+        if not parts:
+            return
+        with self._lock:
+            while len(self._handles) < len(parts):
+                self._handles.append(self._open())
+            handles = self._handles[: len(parts)]
+            if len(parts) == 1:
+                failed = [run(handles[0], parts[0])]
+            else:
+                with ThreadPoolExecutor(len(parts)) as pool:
+                    failed = list(pool.map(run, handles, parts))
+        if any(failed):
+            raise NativeError("a feature of the inputs is not finite, or there is no memory left")
+
+    def _unknown(self, what: str, instead: str) -> NativeError:
+        kind = type(self.surrogate.network).__name__
+        return NativeError(
+            f"no {what} of networks of type {kind} in the runtime; use Surrogate.{instead}"
+        )
 
     def _layers(
         self, network: FeedForward, scaled: FloatArray, windows: int, step: int, threads: int
@@ -125,19 +212,30 @@ class NativeSurrogate:
             records, step = scaled[starts], n_in
         else:
             records = scaled[None]
+        firsts = step * np.arange(windows)[:, None] + np.arange(n_in - network.n_samples + 1)
+        return self._evaluated(network, records, firsts.reshape(-1), threads)
+
+    def _evaluated(
+        self,
+        network: FeedForward,
+        records: FloatArray,
+        firsts: NDArray[np.int64],
+        threads: int,
+    ) -> NDArray[np.float32]:
+        """Values (K, n_values) of the network's windows that begin at K rows of the records."""
+        seen = network.features
         with np.errstate(all="ignore"):
             features = seen.along(records).reshape(-1, seen.n_signals)
         rows = np.ascontiguousarray(features, dtype=np.float32)
         if not np.all(np.isfinite(rows)):
             raise NativeError("a feature of the windows is not finite")
-        firsts = step * np.arange(windows)[:, None] + np.arange(n_in - network.n_samples + 1)
         if network.ages:
             picked = network.n_samples - 1 - np.array(network.ages)
-            rows = np.ascontiguousarray(rows[firsts.reshape(-1, 1) + picked].reshape(-1, 1))
+            rows = np.ascontiguousarray(rows[firsts[:, None] + picked].reshape(-1, 1))
             firsts = len(picked) * seen.n_signals * np.arange(firsts.size)
         values = np.empty((firsts.size, network.n_values), dtype=np.float32)
         function, handles = self._library.slide_native_layers, self._handles * threads
-        _share(function, handles[:threads], rows, firsts.reshape(-1), values)
+        _share(function, handles[:threads], rows, firsts, values)
         return values
 
     def _cells(
@@ -195,6 +293,20 @@ def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
     return np.lib.stride_tricks.as_strided(windows, shape, strides, writeable=False), step
 
 
+def _groups(count: int, together: int, threads: int) -> list[slice]:
+    """Slices of so many records, at most one for each thread: whole groups, but for the end."""
+    groups = -(-count // together)
+    bounds = np.linspace(0, groups, min(threads, groups) + 1).astype(int) * together
+    return [slice(first, last) for first, last in pairwise(bounds.tolist())]
+
+
+def _checked_threads(threads: int | None) -> int:
+    count = _available_cores() if threads is None else threads
+    if count < 1:
+        raise ValueError(f"threads {threads}; expected at least one")
+    return count
+
+
 def _available_cores() -> int:
     return (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -215,6 +327,7 @@ def _library() -> ctypes.CDLL:
         "kernel": [text, size],
         "layers": [ctypes.c_int, handle, handle, size, handle],
         "cells": [ctypes.c_int, handle, handle, size, handle],
+        "records": [ctypes.c_int, handle, handle, size, size, handle],
     }
     for name, (result, *arguments) in signatures.items():
         function = getattr(library, f"slide_native_{name}")

@@ -2,6 +2,7 @@
 
 #include "batch.h"
 #include "payload.h"
+#include "records.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +16,7 @@ struct SlideNative {
     SlideNetworkState state;
     size_t n_values;
     double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
+    SlideRecords records; /* of cells */
 };
 
 const char *slide_native_kernel(size_t index) {
@@ -29,6 +31,9 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     slide_network_place(&native->network, view, view->n_values, arena);
     slide_parameters_place(&native->parameters, &payload->parameters, arena);
     native->network.family->place_state(&native->state, &native->network, arena);
+    if (slide_is_recurrent(native->network.family)) {
+        slide_records_place(&native->records, payload, &native->network, native->kernel, arena);
+    }
 }
 
 static bool build(SlideNative *native, const SlidePayload *payload) {
@@ -91,4 +96,9 @@ int slide_native_cells(SlideNative *native, const double *const *windows, size_t
                              count, native->before, values)
                ? 0
                : 1;
+}
+
+int slide_native_records(SlideNative *native, const double *inputs, size_t count, size_t length,
+                         double *outputs) {
+    return slide_records_run(&native->records, inputs, count, length, outputs) ? 0 : 1;
 }

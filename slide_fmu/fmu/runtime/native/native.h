@@ -1,5 +1,5 @@
-/* A surrogate without FMI, for programs that hold its file in memory: predictions of many windows.
- * Exported beside the functions of FMI and used by
+/* A surrogate without FMI, for programs that hold its file in memory: predictions of many windows,
+ * and of whole records. Exported beside the functions of FMI and used by
  * slide_fmu/fmu/native.py. A surrogate serves one thread at a time; its layers serve any number. */
 #ifndef SLIDE_NATIVE_H
 #define SLIDE_NATIVE_H
@@ -31,5 +31,10 @@ SLIDE_Export int slide_native_layers(const SlideNative *native, const float *con
 /* Windows of cells: scaled samples, by pointers. 0 on success. */
 SLIDE_Export int slide_native_cells(SlideNative *native, const double *const *windows,
                                     size_t count, float *values);
+
+/* Records of cells: physical inputs [count][length][n_inputs] to physical outputs
+ * [count][length][n_outputs], one state for each record (records.h). 0 on success. */
+SLIDE_Export int slide_native_records(SlideNative *native, const double *inputs, size_t count,
+                                      size_t length, double *outputs);
 
 #endif

@@ -1,0 +1,63 @@
+/* A serial chain in several samples at once, as many as a register holds. */
+#ifndef SLIDE_RECORD_CHAIN_H
+#define SLIDE_RECORD_CHAIN_H
+
+#include "record_kernel.h"
+
+#if defined(__AVX512F__)
+#define SLIDE_MOTIONS 8
+#elif defined(__AVX2__)
+#define SLIDE_MOTIONS 4
+#else
+#define SLIDE_MOTIONS 2
+#endif
+#include "chain.h"
+
+/* Motions at any place of memory. */
+typedef double LooseMotions
+    __attribute__((vector_size(8 * SLIDE_MOTIONS), aligned(8), may_alias));
+
+static inline Motions motions_at(const double *numbers) {
+    return *(const LooseMotions *)numbers;
+}
+
+/* How the joints follow the set points of samples from a place of the block on. */
+static void follow_points(const Chain *chain, const SlidePoints *points, size_t at,
+                          Joint *joints) {
+    const size_t records = points->records;
+    const double *input = points->inputs + at;
+    for (size_t i = 0; i < chain->n_joints; ++i, input += SLIDE_ROOM) {
+        set_joint(chain, i, motions_at(input), motions_at(input - records),
+                  motions_at(input - 2 * records), &joints[i]);
+    }
+}
+
+/* Numbers of the samples to rows of signals, which are stride apart. */
+INLINE void write_rows(const Motions *numbers, size_t count, double *rows, size_t stride) {
+    for (size_t i = 0; i < count; ++i) {
+        *(LooseMotions *)(rows + i * stride) = numbers[i];
+    }
+}
+
+/* All signals but the changes of the wrench. */
+static __attribute__((noinline)) void write_loads(const Chain *chain, Joint *joints,
+                                                  double *signals, size_t stride) {
+    double *after_rates = signals + chain->n_joints * stride;
+    Motions inertia[9], momentum[6], wrench[6];
+    Body body;
+    const Turn first = gather_body(chain, joints, &body);
+    turn_vector(body.tool, Z, first);
+    write_rows(body.tool, 3, signals + POSITION * stride, stride);
+    store_loads(&body, inertia, momentum);
+    write_rows(inertia, 9, after_rates + TURNED_INERTIA * stride, stride);
+    write_rows(momentum, 6, after_rates + TURNED_MOMENTUM * stride, stride);
+    weigh(chain, &body, first, wrench);
+    write_rows(wrench, 6, signals + WRENCH * stride, stride);
+    write_rows(&first.c, 1, after_rates + FRAME * stride, stride);
+    write_rows(&first.s, 1, after_rates + (FRAME + 1) * stride, stride);
+    for (size_t i = 0; i < chain->n_joints; ++i) {
+        write_rows(&joints[i].rate, 1, signals + (RATES + i) * stride, stride);
+    }
+}
+
+#endif

@@ -26,8 +26,9 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
-TOGETHER = 32
-"""Records that go together in the C runtime (``record_kernel.h``): threads share whole groups."""
+TOGETHER, TOGETHER_BACK = 32, 8
+"""Records that go together in the C runtime (``record_kernel.h``), and those on the way back, in
+double precision: threads share whole groups."""
 MESSAGE = 400
 """Bytes for the message of a refusal."""
 
@@ -147,6 +148,55 @@ class NativeSurrogate:
         else:
             raise self._unknown("records", "predict_newest_batch")
         return outputs if np.ndim(records) == 3 else outputs[0]
+
+    def vjp(
+        self, records: NDArray[Any], weights: NDArray[Any], threads: int | None = None
+    ) -> FloatArray:
+        """Compute the gradient of a weighted sum of the outputs of ``predict`` by all inputs.
+
+        Reverse mode in double precision, features included: those of a serial chain by
+        differences of a few points, exact to about 1e-12 of the largest terms, everything else in
+        closed form. What is differentiated is what ``predict`` computes, so an input of a first
+        sample also counts as held before the record. The memory that is needed beside the
+        arguments is that of a block of samples, and a state for each block.
+
+        Args:
+            records: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
+            weights: of the outputs, shape (B, N, n_outputs) or (N, n_outputs).
+            threads: that share the records; one per core if None. Results do not depend on it.
+
+        Returns:
+            Derivative of sum(weights * outputs) by the inputs, of the shape of the records; in
+            weight times output unit per input unit.
+
+        Raises:
+            ValueError: wrong shapes, values that are not finite, or no threads.
+            NativeError: the network is no cell, or a feature is not finite.
+        """
+        surrogate = self.surrogate
+        array, count = self._checked_records(records), _checked_threads(threads)
+        expected = (*np.shape(records)[:-1], len(surrogate.outputs))
+        if np.shape(weights) != expected:
+            raise ValueError(f"weights: shape {np.shape(weights)}; expected {expected}")
+        of_outputs = np.ascontiguousarray(weights, dtype=np.float64)
+        of_outputs = of_outputs.reshape(*array.shape[:2], expected[-1])
+        if not np.all(np.isfinite(of_outputs)):
+            raise ValueError("weights hold values that are not finite; expected numbers")
+        if not isinstance(surrogate.network, StateSpace):
+            kind = type(surrogate.network).__name__
+            raise NativeError(
+                f"no gradients of networks of type {kind} in the runtime; use slide_fmu.gradient, "
+                "window by window"
+            )
+        slopes = np.empty(array.shape)
+
+        def run(handle: int, some: slice) -> int:
+            inputs, of_some, place = array[some], of_outputs[some], slopes[some]
+            pointers = inputs.ctypes.data, of_some.ctypes.data, *inputs.shape[:2]
+            return int(self._library.slide_native_slopes(handle, *pointers, place.ctypes.data))
+
+        self._in_threads(run, _groups(len(array), TOGETHER_BACK, count))
+        return slopes.reshape(np.shape(records))
 
     def _checked_records(self, records: NDArray[Any]) -> FloatArray:
         """Records of shape (B, N, n_inputs), which lie in one piece of memory."""
@@ -328,6 +378,7 @@ def _library() -> ctypes.CDLL:
         "layers": [ctypes.c_int, handle, handle, size, handle],
         "cells": [ctypes.c_int, handle, handle, size, handle],
         "records": [ctypes.c_int, handle, handle, size, size, handle],
+        "slopes": [ctypes.c_int, handle, handle, handle, size, size, handle],
     }
     for name, (result, *arguments) in signatures.items():
         function = getattr(library, f"slide_native_{name}")

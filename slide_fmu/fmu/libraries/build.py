@@ -74,7 +74,7 @@ LINK_OF = {
 """Further options of the linker, by operating system."""
 
 
-PER_KERNEL = ("kernel.c", "record_forward.c", "record_signals.c")
+PER_KERNEL = ("kernel.c", "record_back.c", "record_forward.c", "record_signals.c")
 """Files that are compiled once for each instruction set; every other file is compiled once."""
 
 HOT_FOLDERS = ("features", "kernel", "records")

@@ -2,7 +2,7 @@
 
 #include "batch.h"
 #include "payload.h"
-#include "records.h"
+#include "slopes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,6 +17,7 @@ struct SlideNative {
     size_t n_values;
     double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
     SlideRecords records; /* of cells */
+    SlideSlopes *slopes;  /* from the first call on that needs them */
 };
 
 const char *slide_native_kernel(size_t index) {
@@ -77,6 +78,7 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
 
 void slide_native_close(SlideNative *native) {
     if (native != NULL) {
+        slide_slopes_close(native->slopes);
         free(native->block);
         free(native);
     }
@@ -101,4 +103,15 @@ int slide_native_cells(SlideNative *native, const double *const *windows, size_t
 int slide_native_records(SlideNative *native, const double *inputs, size_t count, size_t length,
                          double *outputs) {
     return slide_records_run(&native->records, inputs, count, length, outputs) ? 0 : 1;
+}
+
+int slide_native_slopes(SlideNative *native, const double *inputs, const double *weights,
+                        size_t count, size_t length, double *gradient) {
+    if (native->slopes == NULL) {
+        native->slopes = slide_slopes_open(&native->records);
+    }
+    return native->slopes != NULL &&
+                   slide_slopes_run(native->slopes, inputs, weights, count, length, gradient)
+               ? 0
+               : 1;
 }

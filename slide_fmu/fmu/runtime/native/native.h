@@ -37,4 +37,10 @@ SLIDE_Export int slide_native_cells(SlideNative *native, const double *const *wi
 SLIDE_Export int slide_native_records(SlideNative *native, const double *inputs, size_t count,
                                       size_t length, double *outputs);
 
+/* From these inputs and weights of these outputs to the gradient of the weighted sum by the inputs,
+ * [count][length][n_inputs]. The first call takes the memory for it. 0 on success. */
+SLIDE_Export int slide_native_slopes(SlideNative *native, const double *inputs,
+                                     const double *weights, size_t count, size_t length,
+                                     double *gradient);
+
 #endif

@@ -1,14 +1,13 @@
 /* The equations of cells (slide_fmu/network/state_space/equations.py) for many records, each of
  * them with one state. Who includes this says before what record_sums.h asks for, and after it
- * activate(cell, activation, values, count): an activation in place, count a multiple of
- * SLIDE_PANEL. */
+ * activate(activation, values, count): SLIDE_TANH or SLIDE_CUBIC in place, of whole panels of
+ * units. */
 #ifndef SLIDE_RECORD_CELL_H
 #define SLIDE_RECORD_CELL_H
 
-/* Numbers of all units of the records that go together, in whole SLIDE_PANELs. */
+/* Numbers of all units, or states, of the records that go together. */
 static size_t count_units(const SlideRecordCell *cell, size_t records) {
-    const size_t count = cell->unit_panels * SLIDE_LANES * records;
-    return (count + SLIDE_PANEL - 1) / SLIDE_PANEL * SLIDE_PANEL;
+    return cell->unit_panels * SLIDE_LANES * records;
 }
 
 static size_t count_states(const SlideRecordCell *cell, size_t records) {
@@ -53,7 +52,7 @@ static void prepare(const SlideRecordCell *cell, const SlideRecordScratch *scrat
     const size_t n_units = cell->unit_panels * SLIDE_LANES;
     if (cell->activation == SLIDE_GATED) {
         multiply_part(cell, &cell->to_gates, features, n_units, records, scratch->open);
-        activate(cell, SLIDE_TANH, scratch->open, count_units(cell, records));
+        activate(SLIDE_TANH, scratch->open, count_units(cell, records));
     }
     multiply_part(cell, &cell->to_units, features, n_units, records, scratch->offered);
     multiply_part(cell, &cell->to_states, features, cell->n_states, records, scratch->driven);
@@ -84,7 +83,7 @@ static void open_units(const SlideRecordCell *cell, const SlideRecordScratch *sc
             cubes[unit * records + k] = clipped_cube(h[unit * records + k]);
         }
     }
-    activate(cell, mixed ? SLIDE_TANH : cell->activation, h, count);
+    activate(mixed ? SLIDE_TANH : cell->activation, h, count);
     for (size_t unit = 0; mixed && unit < n_units; unit += 2) {
         memcpy(h + unit * records, cubes + unit * records, records * sizeof(Real));
     }

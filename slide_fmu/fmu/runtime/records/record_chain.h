@@ -2,7 +2,7 @@
 #ifndef SLIDE_RECORD_CHAIN_H
 #define SLIDE_RECORD_CHAIN_H
 
-#include "record_kernel.h"
+#include "record_differences.h"
 
 #if defined(__AVX512F__)
 #define SLIDE_MOTIONS 8
@@ -58,6 +58,36 @@ static __attribute__((noinline)) void write_loads(const Chain *chain, Joint *joi
     for (size_t i = 0; i < chain->n_joints; ++i) {
         write_rows(&joints[i].rate, 1, signals + (RATES + i) * stride, stride);
     }
+}
+
+/* The changes of the wrench, in the axes of the base and in those that turn with the first joint. */
+static void form_wrench_changes(const Chain *chain, const SlidePoints *points) {
+    const size_t after_rates = chain->n_joints;
+    const double *c = row(points->signals, after_rates + FRAME), *s = c + SLIDE_ROOM;
+    for (size_t part = 0; part < 6; ++part) {
+        form_changes(points, row(points->signals, WRENCH + part),
+                     row(points->signals, WRENCH_CHANGE + part));
+    }
+    for (size_t part = 0; part < 6; part += 3) {
+        const double *x = row(points->signals, WRENCH_CHANGE + part), *y = x + SLIDE_ROOM;
+        double *turned = row(points->signals, after_rates + TURNED_WRENCH_CHANGE + part);
+        for (size_t p = 0; p < points->n_points; ++p) {
+            turned[p] = c[p] * x[p] + s[p] * y[p];
+            (turned + SLIDE_ROOM)[p] = c[p] * y[p] - s[p] * x[p];
+        }
+        memcpy(turned + 2 * SLIDE_ROOM, y + SLIDE_ROOM, points->n_points * sizeof *y);
+    }
+}
+
+/* The wrench is that of the sample before, too. */
+static void form_chain(const SlideFeatures *features, const SlidePoints *points) {
+    const Chain *chain = features->own;
+    const size_t first = SLIDE_LEAD - points->records;
+    for (size_t at = first; at < SLIDE_LEAD + points->n_points; at += SLIDE_MOTIONS) {
+        follow_points(chain, points, at, chain->joints);
+        write_loads(chain, chain->joints, points->signals + at, SLIDE_ROOM);
+    }
+    form_wrench_changes(chain, points);
 }
 
 #endif

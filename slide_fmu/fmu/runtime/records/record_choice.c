@@ -1,6 +1,7 @@
 #include "record_kernel.h"
 
-#define TABLE(kernel) {kernel##_signals, kernel##_see, kernel##_run, kernel##_settle}
+#define ENTRY(kernel, result, name, arguments) kernel##_##name,
+#define TABLE(kernel) {SLIDE_RECORD_FUNCTIONS(ENTRY, kernel)}
 
 const SlideRecordKernel *slide_record_kernel(const SlideKernel *kernel) {
     static const SlideRecordKernel baseline = TABLE(slide_kernel_baseline);

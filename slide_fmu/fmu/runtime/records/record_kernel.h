@@ -12,7 +12,7 @@
 enum {
     SLIDE_TOGETHER = 32,      /* records that go together in single precision; or there is one */
     SLIDE_TOGETHER_EXACT = 8, /* the same in double precision */
-    SLIDE_POINTS = 256,       /* samples of a block, those of all its records counted */
+    SLIDE_POINTS = 512,       /* samples of a block, those of all its records counted */
     SLIDE_LEAD = SLIDE_BEFORE * SLIDE_TOGETHER, /* room for those before a block */
     SLIDE_ROOM = SLIDE_LEAD + SLIDE_POINTS + 8  /* and for a register that ends behind it */
 };
@@ -24,6 +24,8 @@ typedef struct {
     size_t n_points; /* samples times records, at most SLIDE_POINTS */
     double *inputs;  /* scaled, from SLIDE_LEAD on; SLIDE_BEFORE samples before are there too */
     double *signals; /* from SLIDE_LEAD on; others are scratch */
+    double *of_inputs, *of_signals; /* gradients by them; on the way back only */
+    double *scratch;                /* [n_signals][8] and [SLIDE_ROOM]; on the way back only */
 } SlidePoints;
 
 /* A matrix times some of the features, plus constants; numbers are of the cell's precision. */
@@ -50,40 +52,62 @@ typedef struct {
 
 /* Scratch of a cell, in its precision: rows of a vector times the records that go together. */
 typedef struct {
-    void *open, *offered, *units, *cubes; /* of the units, in whole SLIDE_PANELs */
+    void *open, *offered, *units, *cubes; /* of the units */
     void *driven, *seen, *pushed, *next;  /* of a state */
     void *rows;                           /* of the values */
+    void *of_units, *of_arguments, *of_seen, *of_rows; /* gradients; on the way back only */
 } SlideRecordScratch;
 
+/* Some samples of a cell in double precision. */
 typedef struct {
-    /* Signals of a block from its inputs. */
-    void (*signals)(const SlideFeatures *features, const SlidePoints *points);
-    /* What a network sees of them [sample][features->count][records]. False when one is not
-     * finite in single precision. */
-    bool (*see)(const SlideFeatures *features, const SlidePoints *points, float *seen);
-    /* Advance states [state_panels][SLIDE_LANES][records] by the features of a block; values
-     * [sample][n_values][records]. */
-    void (*run)(const SlideRecordCell *cell, const SlideRecordScratch *scratch, size_t records,
-                const float *features, size_t n_samples, float *states, float *values);
-    /* The same over n_samples samples with the same features, without values. */
-    void (*settle)(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
-                   size_t records, const float *features, size_t n_samples, float *states);
+    size_t records, n_samples;
+    bool held;         /* all samples have the features of the first */
+    double *features;  /* [n_samples][n_features][records], or of the first alone */
+    double *of_features; /* the gradient by them, and SLIDE_LANES more rows behind the last */
+    double *states;    /* [n_samples * substeps + 1][state_panels][SLIDE_LANES][records] */
+} SlidePath;
+
+/* The functions that are compiled as often as there are kernels, and their table. */
+#define SLIDE_RECORD_FUNCTIONS(DO, kernel)                                                        \
+    DO(kernel, void, signals, (const SlideFeatures *features, const SlidePoints *points))         \
+    DO(kernel, bool, see,                                                                         \
+       (const SlideFeatures *features, const SlidePoints *points, float *seen))                   \
+    DO(kernel, void, run,                                                                         \
+       (const SlideRecordCell *cell, const SlideRecordScratch *scratch, size_t records,           \
+        const float *features, size_t n_samples, float *states, float *values))                   \
+    DO(kernel, void, settle,                                                                      \
+       (const SlideRecordCell *cell, const SlideRecordScratch *scratch, size_t records,           \
+        const float *features, size_t n_samples, float *states))                                  \
+    DO(kernel, bool, see_exact,                                                                   \
+       (const SlideFeatures *features, const SlidePoints *points, double *seen))                  \
+    DO(kernel, void, path,                                                                        \
+       (const SlideRecordCell *cell, const SlideRecordScratch *scratch, const SlidePath *path))   \
+    DO(kernel, void, back,                                                                        \
+       (const SlideRecordCell *cell, const SlideRecordScratch *scratch, const SlidePath *path,    \
+        const double *weights, double *of_states))                                                \
+    DO(kernel, void, pull_signals, (const SlideFeatures *features, const SlidePoints *points))
+
+/* - signals: form the signals of a block from its inputs.
+ * - see: what a network sees of them, [sample][features->count][records]. False when one is not
+ *   finite in single precision. see_exact: the same in double precision.
+ * - run: advance states [state_panels][SLIDE_LANES][records] by the features of a block; values
+ *   [sample][n_values][records].
+ * - settle: the same over n_samples samples with the same features, without values.
+ * - path: the states after every step, in double precision, from the first ones on.
+ * - back: from weights of the values [sample][n_values][records], or none, and from the gradient
+ *   by the states at the end to that by the states before, in place, and by the features, which is
+ *   added.
+ * - pull_signals: from the gradient by the signals, which is spent, to that by the inputs, which is
+ *   added; after signals for the same inputs. */
+#define SLIDE_RECORD_MEMBER(kernel, result, name, arguments) result(*name) arguments;
+typedef struct {
+    SLIDE_RECORD_FUNCTIONS(SLIDE_RECORD_MEMBER, )
 } SlideRecordKernel;
 
-/* The functions that are compiled as often as there are kernels. */
-#define SLIDE_RECORDS_OF(kernel)                                                                  \
-    void kernel##_signals(const SlideFeatures *features, const SlidePoints *points);              \
-    bool kernel##_see(const SlideFeatures *features, const SlidePoints *points, float *seen);     \
-    void kernel##_run(const SlideRecordCell *cell, const SlideRecordScratch *scratch,             \
-                      size_t records, const float *features, size_t n_samples, float *states,     \
-                      float *values);                                                             \
-    void kernel##_settle(const SlideRecordCell *cell, const SlideRecordScratch *scratch,          \
-                         size_t records, const float *features, size_t n_samples,                 \
-                         float *states);
-
-SLIDE_RECORDS_OF(slide_kernel_baseline)
-SLIDE_RECORDS_OF(slide_kernel_avx2)
-SLIDE_RECORDS_OF(slide_kernel_avx512)
+#define SLIDE_RECORD_DECLARE(kernel, result, name, arguments) result kernel##_##name arguments;
+SLIDE_RECORD_FUNCTIONS(SLIDE_RECORD_DECLARE, slide_kernel_baseline)
+SLIDE_RECORD_FUNCTIONS(SLIDE_RECORD_DECLARE, slide_kernel_avx2)
+SLIDE_RECORD_FUNCTIONS(SLIDE_RECORD_DECLARE, slide_kernel_avx512)
 
 /* What defines one of them says SLIDE_RECORD(run) for its name. */
 #define SLIDE_RECORD_JOINED(kernel, name) kernel##_##name

@@ -2,13 +2,6 @@
 
 #include <string.h>
 
-/* Records that go together; where there are fewer, the last one fills the places. */
-typedef struct {
-    size_t count, places; /* of records */
-    size_t length;        /* samples of each */
-    const double *inputs; /* of the first record */
-} Group;
-
 static SlideChannel *place_channels(const unsigned char *rows, size_t row_size, size_t count,
                                     SlideArena *arena) {
     SlideChannel *channels = slide_place(arena, count, sizeof *channels);
@@ -24,7 +17,7 @@ static SlideRecordPart part_of(const SlideFeaturePart *part) {
 }
 
 /* The cell itself has all weights in single precision. */
-static SlideRecordCell cell_of(const SlideNetwork *network) {
+SlideRecordCell slide_records_cell(const SlideNetwork *network) {
     const SlideCells *cells = &network->of.cells;
     const SlideCell *cell = &cells->cell;
     return (SlideRecordCell){
@@ -50,16 +43,16 @@ static SlideRecordCell cell_of(const SlideNetwork *network) {
     };
 }
 
-static void place_scratch(SlideRecordScratch *scratch, const SlideRecordCell *cell,
-                          size_t records, size_t number, SlideArena *arena) {
-    const size_t panel = SLIDE_LANES * records * number;
+void slide_records_place_scratch(SlideRecordScratch *scratch, const SlideRecordCell *cell,
+                                 size_t places, size_t number, SlideArena *arena) {
+    const size_t panel = SLIDE_LANES * places * number;
     const size_t units = cell->unit_panels, states = cell->state_panels;
     void **const of_units[] = {&scratch->open, &scratch->offered, &scratch->units,
                                &scratch->cubes};
     void **const of_states[] = {&scratch->driven, &scratch->seen, &scratch->pushed,
                                 &scratch->next};
     for (size_t i = 0; i < sizeof of_units / sizeof of_units[0]; ++i) {
-        *of_units[i] = slide_place(arena, units + SLIDE_PANEL / SLIDE_LANES, panel);
+        *of_units[i] = slide_place(arena, units, panel);
     }
     for (size_t i = 0; i < sizeof of_states / sizeof of_states[0]; ++i) {
         *of_states[i] = slide_place(arena, states, panel);
@@ -78,8 +71,9 @@ void slide_records_place(SlideRecords *records, const SlidePayload *payload,
         place_channels(payload->input_scaling, SLIDE_INPUT_ROW, payload->n_inputs, arena);
     records->outputs =
         place_channels(payload->output_scaling, SLIDE_OUTPUT_ROW, payload->n_outputs, arena);
-    records->cell = cell_of(network);
-    place_scratch(&records->scratch, &records->cell, SLIDE_TOGETHER, sizeof(float), arena);
+    records->cell = slide_records_cell(network);
+    slide_records_place_scratch(&records->scratch, &records->cell, SLIDE_TOGETHER, sizeof(float),
+                                arena);
     records->points.inputs = slide_place(arena, seen->n_inputs, SLIDE_ROOM * sizeof(double));
     records->points.signals = slide_place(arena, seen->n_signals, SLIDE_ROOM * sizeof(double));
     records->seen = slide_place(arena, seen->count, SLIDE_POINTS * sizeof(float));
@@ -88,99 +82,93 @@ void slide_records_place(SlideRecords *records, const SlidePayload *payload,
     records->values = slide_place(arena, network->n_values, SLIDE_POINTS * sizeof(float));
 }
 
-/* Inputs of a block, scaled; those before it stay where they are. */
-static void take_in(const SlideRecords *records, const Group *group, size_t first,
+/* Inputs of a block, scaled, and those before it. */
+static void take_in(const SlideRecords *records, const SlideGroup *group, size_t first,
                     size_t n_samples) {
     const size_t n = records->n_inputs, places = group->places;
+    const size_t n_before = first < SLIDE_BEFORE ? first : SLIDE_BEFORE; /* of the record */
     for (size_t place = 0; place < places; ++place) {
         const size_t record = place < group->count ? place : group->count - 1;
         const double *from = group->inputs + (record * group->length + first) * n;
-        for (size_t i = 0; i < n; ++i) {
-            const SlideChannel channel = records->inputs[i];
+        for (size_t i = 0; i < n; ++i, ++from) {
+            const double offset = records->inputs[i].offset;
+            const double factor = 1 / records->inputs[i].scale;
             double *to = records->points.inputs + i * SLIDE_ROOM + SLIDE_LEAD + place;
             for (size_t sample = 0; sample < n_samples; ++sample) {
-                to[sample * places] =
-                    (from[sample * n + i] - channel.offset) / channel.scale;
+                to[sample * places] = (from[sample * n] - offset) * factor;
+            }
+            for (size_t age = 1; age <= SLIDE_BEFORE; ++age) {
+                const size_t known = age < n_before ? age : n_before;
+                *(to - age * places) = (*(from - known * n) - offset) * factor;
             }
         }
     }
 }
 
-/* The first inputs, and the same before them. */
-static void hold(const SlideRecords *records, const Group *group) {
-    const size_t places = group->places;
-    take_in(records, group, 0, 1);
-    for (size_t i = 0; i < records->n_inputs; ++i) {
-        double *input = records->points.inputs + i * SLIDE_ROOM + SLIDE_LEAD;
-        for (size_t before = 1; before <= SLIDE_BEFORE; ++before) {
-            memcpy(input - before * places, input, places * sizeof *input);
-        }
-    }
-}
-
-/* What was a block's end is before the next. */
-static void go_on(const SlideRecords *records, const Group *group, size_t n_samples) {
-    const size_t count = SLIDE_BEFORE * group->places;
-    for (size_t i = 0; i < records->n_inputs; ++i) {
-        double *input = records->points.inputs + i * SLIDE_ROOM + SLIDE_LEAD;
-        memmove(input - count, input + n_samples * group->places - count,
-                count * sizeof *input);
-    }
-}
-
-static bool see(const SlideRecords *records, const Group *group, size_t n_samples) {
+SlidePoints slide_records_look(const SlideRecords *records, const SlideGroup *group, size_t first,
+                               size_t n_samples) {
     SlidePoints points = records->points;
     points.records = group->places;
     points.n_points = n_samples * group->places;
+    take_in(records, group, first, n_samples);
     records->kernel->signals(&records->network->seen, &points);
+    return points;
+}
+
+static bool see(const SlideRecords *records, const SlideGroup *group, size_t first,
+                size_t n_samples) {
+    const SlidePoints points = slide_records_look(records, group, first, n_samples);
     return records->kernel->see(&records->network->seen, &points, records->seen);
 }
 
-static void give(const SlideRecords *records, const Group *group, size_t first, size_t n_samples,
-                 double *outputs) {
-    const size_t n = records->cell.n_values;
+static void give(const SlideRecords *records, const SlideGroup *group, size_t first,
+                 size_t n_samples, double *outputs) {
+    const size_t n = records->cell.n_values, places = group->places;
     for (size_t record = 0; record < group->count; ++record) {
         double *to = outputs + (record * group->length + first) * n;
-        const float *from = records->values + record;
-        for (size_t i = 0; i < n_samples * n; ++i) {
-            const SlideChannel channel = records->outputs[i % n];
-            to[i] = channel.offset + channel.scale * from[i * group->places];
+        for (size_t i = 0; i < n; ++i) {
+            const SlideChannel channel = records->outputs[i];
+            const float *from = records->values + i * places + record;
+            for (size_t sample = 0; sample < n_samples; ++sample) {
+                to[sample * n + i] = channel.offset + channel.scale * from[sample * n * places];
+            }
         }
     }
 }
 
-static bool run_group(const SlideRecords *records, const Group *group, double *outputs) {
+static bool run_group(const SlideRecords *records, const SlideGroup *group, double *outputs) {
     const SlideRecordCell *cell = &records->cell;
     const size_t places = group->places, block = SLIDE_POINTS / places;
     memset(records->states, 0,
            cell->state_panels * SLIDE_LANES * places * sizeof *records->states);
-    hold(records, group);
-    bool finite = see(records, group, 1);
+    bool finite = see(records, group, 0, 1);
     records->kernel->settle(cell, &records->scratch, places, records->seen,
                             records->network->n_samples - 1, records->states);
     for (size_t first = 0; finite && first < group->length; first += block) {
         const size_t left = group->length - first, n_samples = left < block ? left : block;
-        take_in(records, group, first, n_samples);
-        finite = see(records, group, n_samples);
+        finite = see(records, group, first, n_samples);
         records->kernel->run(cell, &records->scratch, places, records->seen, n_samples,
                              records->states, records->values);
         give(records, group, first, n_samples, outputs);
-        go_on(records, group, n_samples);
     }
     return finite;
 }
 
+SlideGroup slide_records_group(const SlideRecords *records, const double *inputs, size_t count,
+                               size_t length, size_t first, size_t together) {
+    const size_t left = count - first, places = left == 1 ? 1 : together;
+    return (SlideGroup){left < places ? left : places, places, length,
+                        inputs + first * length * records->n_inputs};
+}
+
 bool slide_records_run(const SlideRecords *records, const double *inputs, size_t count,
                        size_t length, double *outputs) {
-    const size_t of_inputs = length * records->n_inputs;
-    const size_t of_outputs = length * records->cell.n_values;
     bool finite = true;
-    for (size_t first = 0; finite && first < count;) {
-        const size_t left = count - first, places = left == 1 ? 1 : SLIDE_TOGETHER;
-        const Group group = {left < places ? left : places, places, length,
-                             inputs + first * of_inputs};
-        finite = run_group(records, &group, outputs + first * of_outputs);
-        first += group.count;
+    for (size_t first = 0; finite && first < count; first += SLIDE_TOGETHER) {
+        const SlideGroup group =
+            slide_records_group(records, inputs, count, length, first, SLIDE_TOGETHER);
+        finite =
+            run_group(records, &group, outputs + first * length * records->cell.n_values);
     }
     return finite;
 }

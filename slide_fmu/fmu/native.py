@@ -104,16 +104,17 @@ class NativeSurrogate:
         record, step = _record_behind(array)
         if not np.all(np.isfinite(record)):
             raise ValueError("windows hold values that are not finite; expected numbers")
-        scaled = surrogate.input_scaling.apply(record)
         network = surrogate.network
         if isinstance(network, FeedForward):
+            scaled = surrogate.input_scaling.apply(record)
             values = self._layers(network, scaled, len(array), step, count)
-        elif isinstance(network, StateSpace):
-            values = self._cells(network, scaled, len(array), step, count)
-        else:
+            blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
+            return surrogate.output_scaling.invert(blocks.astype(np.float64))
+        if not isinstance(network, StateSpace):
             raise self._unknown("batches", "predict_windows")
-        blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
-        return surrogate.output_scaling.invert(blocks.astype(np.float64))
+        outputs = np.empty((len(array), window.n_out, len(surrogate.outputs)))
+        self._cells(record, (window.n_in, step, 0), outputs, count)
+        return outputs
 
     def predict(self, records: NDArray[Any], threads: int | None = None) -> FloatArray:
         """Predict whole records as a co-simulation does, many of them side by side.
@@ -144,7 +145,9 @@ class NativeSurrogate:
             for record, output in zip(array, outputs, strict=True):
                 output[:] = self._newest(surrogate.network, record, count)
         elif isinstance(surrogate.network, StateSpace):
-            self._along(array, outputs, count)
+            samples, channels = array.shape[1:]
+            shape = (samples, samples, surrogate.window.n_in - 1)
+            self._cells(array.reshape(-1, channels), shape, outputs, count)
         else:
             raise self._unknown("records", "predict_newest_batch")
         return outputs if np.ndim(records) == 3 else outputs[0]
@@ -220,15 +223,31 @@ class NativeSurrogate:
         newest = values[:, -len(surrogate.outputs) :].astype(np.float64)
         return surrogate.output_scaling.invert(newest)
 
-    def _along(self, records: FloatArray, outputs: FloatArray, threads: int) -> None:
-        """Each handle runs cells along some groups of the records."""
+    def _cells(
+        self,
+        inputs: FloatArray,
+        shape: tuple[int, int, int],
+        outputs: FloatArray,
+        threads: int,
+    ) -> None:
+        """Run cells along records, some groups of them in each thread.
+
+        The inputs (samples, n_inputs) hold one record after the other; shape: samples of each,
+        samples between the first ones of two, and those that the first input is held before. The
+        outputs, (B, n_given, n_outputs), are those of the last n_given samples of each.
+        """
+        rows = np.ascontiguousarray(inputs)
+        length, step, held = shape
 
         def run(handle: int, some: slice) -> int:
-            inputs, place = records[some], outputs[some]
-            pointers = inputs.ctypes.data, len(inputs), inputs.shape[1], place.ctypes.data
-            return int(self._library.slide_native_records(handle, *pointers))
+            place = outputs[some]
+            begin = rows[some.start * step :].ctypes.data
+            sizes = len(place), length, step, held, place.shape[1]
+            return int(
+                self._library.slide_native_records(handle, begin, *sizes, place.ctypes.data)
+            )
 
-        self._in_threads(run, _groups(len(records), TOGETHER, threads))
+        self._in_threads(run, _groups(len(outputs), TOGETHER, threads))
 
     def _in_threads(self, run: Callable[[int, slice], int], parts: list[slice]) -> None:
         """Each handle does one part; all have states and scratch of their own."""
@@ -286,19 +305,6 @@ class NativeSurrogate:
         values = np.empty((firsts.size, network.n_values), dtype=np.float32)
         function, handles = self._library.slide_native_layers, self._handles * threads
         _share(function, handles[:threads], rows, firsts, values)
-        return values
-
-    def _cells(
-        self, network: StateSpace, scaled: FloatArray, windows: int, step: int, threads: int
-    ) -> NDArray[np.float32]:
-        """Values of every sample of the output windows; each handle has states of its own."""
-        values = np.empty((windows, network.n_out, network.n_values), dtype=np.float32)
-        rows, firsts = np.ascontiguousarray(scaled), step * np.arange(windows)
-        with self._lock:
-            while len(self._handles) < threads:
-                self._handles.append(self._open())
-            function, handles = self._library.slide_native_cells, self._handles[:threads]
-            _share(function, handles, rows, firsts, values)
         return values
 
 
@@ -376,8 +382,7 @@ def _library() -> ctypes.CDLL:
         "close": [None, handle],
         "kernel": [text, size],
         "layers": [ctypes.c_int, handle, handle, size, handle],
-        "cells": [ctypes.c_int, handle, handle, size, handle],
-        "records": [ctypes.c_int, handle, handle, size, size, handle],
+        "records": [ctypes.c_int, handle, handle, size, size, size, size, size, handle],
         "slopes": [ctypes.c_int, handle, handle, handle, size, size, handle],
     }
     for name, (result, *arguments) in signatures.items():

@@ -133,7 +133,7 @@ def test_slopes_of_layers_are_refused_with_what_to_use() -> None:
 
 
 def test_slopes_of_features_beyond_double_precision_are_refused() -> None:
-    surrogate = random_surrogate(Shape(cell=CELLS["tanh"], n_inputs=2, differences=1))
+    surrogate = random_surrogate(Shape(cell=CELLS["tanh"], n_inputs=2, differences=2))
     records = np.where(np.arange(9)[:, None] % 2, 1e308, -1e308) * np.ones((1, 9, 2))
     with pytest.raises(NativeError, match="a feature of the inputs is not finite"):
         NativeSurrogate(surrogate).vjp(records, weights_of(surrogate, records))

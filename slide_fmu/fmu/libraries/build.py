@@ -74,10 +74,16 @@ LINK_OF = {
 """Further options of the linker, by operating system."""
 
 
-PER_KERNEL = ("kernel.c", "record_back.c", "record_forward.c", "record_signals.c")
-"""Files that are compiled once for each instruction set; every other file is compiled once."""
+PER_KERNEL = {
+    "kernel.c": FAST,
+    "record_back.c": SMALL,
+    "record_forward.c": FAST,
+    "record_signals.c": FAST,
+}
+"""Files that are compiled once for each instruction set, and how; every other file is compiled
+once."""
 
-HOT_FOLDERS = ("features", "kernel", "records")
+HOT_FOLDERS = ("features", "kernel")
 """Folders whose files are compiled for speed."""
 
 LIBRARY_FOLDERS = (
@@ -200,7 +206,7 @@ def compile_objects(target: str) -> list[Path]:
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
             for table, processor in KERNELS[architecture].items():
-                flags = [FAST, "-mcpu=" + processor, "-ffp-contract=on"]
+                flags = [PER_KERNEL[source.name], "-mcpu=" + processor, "-ffp-contract=on"]
                 units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
         else:
             level = FAST if source.parent.name in HOT_FOLDERS else SMALL

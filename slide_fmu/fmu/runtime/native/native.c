@@ -13,9 +13,7 @@ struct SlideNative {
     const SlideKernel *kernel;
     SlideNetwork network;
     SlideParameters parameters; /* at their start values */
-    SlideNetworkState state;
     size_t n_values;
-    double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
     SlideRecords records; /* of cells */
     SlideSlopes *slopes;  /* from the first call on that needs them */
 };
@@ -28,10 +26,8 @@ const char *slide_native_kernel(size_t index) {
 static void place(SlideNative *native, const SlidePayload *payload, SlideArena *arena) {
     const SlideNetworkView *view = &payload->predictor;
     native->n_values = view->n_values;
-    native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
     slide_network_place(&native->network, view, view->n_values, arena);
     slide_parameters_place(&native->parameters, &payload->parameters, arena);
-    native->network.family->place_state(&native->state, &native->network, arena);
     if (slide_is_recurrent(native->network.family)) {
         slide_records_place(&native->records, payload, &native->network, native->kernel, arena);
     }
@@ -92,26 +88,20 @@ int slide_native_layers(const SlideNative *native, const float *const *rows, siz
                : 1;
 }
 
-int slide_native_cells(SlideNative *native, const double *const *windows, size_t count,
-                       float *values) {
-    return slide_batch_cells(&native->network, native->kernel, &native->state, windows,
-                             count, native->before, values)
-               ? 0
-               : 1;
-}
-
 int slide_native_records(SlideNative *native, const double *inputs, size_t count, size_t length,
-                         double *outputs) {
-    return slide_records_run(&native->records, inputs, count, length, outputs) ? 0 : 1;
+                         size_t stride, size_t n_held, size_t n_given, double *outputs) {
+    const SlideRecordList list = {inputs, count, length, stride};
+    return slide_records_run(&native->records, &list, n_held, n_given, outputs) ? 0 : 1;
 }
 
 int slide_native_slopes(SlideNative *native, const double *inputs, const double *weights,
                         size_t count, size_t length, double *gradient) {
+    const SlideRecordList list = {inputs, count, length, length};
     if (native->slopes == NULL) {
         native->slopes = slide_slopes_open(&native->records);
     }
     return native->slopes != NULL &&
-                   slide_slopes_run(native->slopes, inputs, weights, count, length, gradient)
+                   slide_slopes_run(native->slopes, &list, weights, gradient)
                ? 0
                : 1;
 }

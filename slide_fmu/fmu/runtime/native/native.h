@@ -28,16 +28,15 @@ SLIDE_Export void slide_native_close(SlideNative *native);
 SLIDE_Export int slide_native_layers(const SlideNative *native, const float *const *rows,
                                      size_t count, float *values);
 
-/* Windows of cells: scaled samples, by pointers. 0 on success. */
-SLIDE_Export int slide_native_cells(SlideNative *native, const double *const *windows,
-                                    size_t count, float *values);
-
-/* Records of cells: physical inputs [count][length][n_inputs] to physical outputs
- * [count][length][n_outputs], one state for each record (records.h). 0 on success. */
+/* Records of cells [length][n_inputs] in physical units, stride samples after each other; windows of a
+ * record may overlap. Each has one state, which first sees the first input n_held times. To the last
+ * n_given outputs of each, [count][n_given][n_outputs]; 1 <= n_given <= length. 0 on success. */
 SLIDE_Export int slide_native_records(SlideNative *native, const double *inputs, size_t count,
-                                      size_t length, double *outputs);
+                                      size_t length, size_t stride, size_t n_held,
+                                      size_t n_given, double *outputs);
 
-/* From these inputs and weights of these outputs to the gradient of the weighted sum by the inputs,
+/* From weights of all outputs [count][length][n_outputs], with the first inputs held as long as the
+ * window is, but for one sample, to the gradient of their weighted sum by the inputs
  * [count][length][n_inputs]. The first call takes the memory for it. 0 on success. */
 SLIDE_Export int slide_native_slopes(SlideNative *native, const double *inputs,
                                      const double *weights, size_t count, size_t length,

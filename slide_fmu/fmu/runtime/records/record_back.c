@@ -40,11 +40,13 @@ static inline double tanh_of(double x) {
 
 static void activate(uint32_t activation, double *x, size_t count) {
     if (activation == SLIDE_TANH) {
+        SLIDE_EACH
         for (size_t i = 0; i < count; ++i) {
             x[i] = tanh_of(x[i]);
         }
         return;
     }
+    SLIDE_EACH
     for (size_t i = 0; i < count; ++i) { /* SLIDE_CUBIC */
         x[i] = x[i] * x[i] * x[i];
     }
@@ -60,6 +62,7 @@ bool SLIDE_RECORD(see_exact)(const SlideFeatures *features, const SlidePoints *p
         const double *signals = points->signals + SLIDE_LEAD + sample * records;
         for (size_t i = 0; i < features->count; ++i, seen += records) {
             const double *signal = signals + features->chosen[i] * SLIDE_ROOM;
+            SLIDE_EACH
             for (size_t k = 0; k < records; ++k) {
                 seen[k] = (signal[k] - features->offset[i]) * features->factor[i];
                 finite &= isfinite(seen[k]) != 0;
@@ -86,7 +89,7 @@ void SLIDE_RECORD(path)(const SlideRecordCell *cell, const SlideRecordScratch *s
 }
 
 /* Add what a gradient gives by the transposed matrix of a part of the features. */
-static void pull_part(const SlideRecordCell *cell, const SlideRecordPart *part, const double *of,
+SLIDE_CALLED void pull_part(const SlideRecordCell *cell, const SlideRecordPart *part, const double *of,
                       size_t n_in, size_t records, double *of_features) {
     double *to = of_features + (cell->n_factors + part->first) * records;
     const Product product = {part->transposed, n_in, of};
@@ -97,7 +100,7 @@ static void pull_part(const SlideRecordCell *cell, const SlideRecordPart *part, 
 
 /* From weights of the values after a sample to the gradient by the states then, and by factors and
  * static features. */
-static void pull_values(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void pull_values(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                         const double *features, const double *states, const double *weights,
                         size_t records, double *of_states, double *of_features) {
     const double *rows = scratch->rows;
@@ -109,6 +112,7 @@ static void pull_values(const SlideRecordCell *cell, const SlideRecordScratch *s
         memcpy(of_rows, weights, records * sizeof *weights);
         rows += records, of_rows += records;
         for (size_t j = 0; j < cell->n_factors; ++j, rows += records, of_rows += records) {
+            SLIDE_EACH
             for (size_t k = 0; k < records; ++k) {
                 of_rows[k] = weights[k] * features[j * records + k];
                 of_features[j * records + k] += weights[k] * rows[k];
@@ -121,12 +125,13 @@ static void pull_values(const SlideRecordCell *cell, const SlideRecordScratch *s
 }
 
 /* The gradient by cosine and sine of what turned vectors give, the sine times a sign. */
-static void pull_turn(const SlideRecordCell *cell, const double *of_turned, const double *vectors,
+SLIDE_CALLED void pull_turn(const SlideRecordCell *cell, const double *of_turned, const double *vectors,
                       double sign, size_t records, double *of_features) {
     double *of_c = of_features + cell->n_factors * records, *of_s = of_c + records;
     for (size_t pair = 0; pair < cell->turned; ++pair) {
         const double *a = of_turned + 2 * pair * records, *b = a + records;
         const double *x = vectors + 2 * pair * records, *y = x + records;
+        SLIDE_EACH
         for (size_t k = 0; k < records; ++k) {
             of_c[k] += a[k] * x[k] + b[k] * y[k];
             of_s[k] += sign * (b[k] * x[k] - a[k] * y[k]);
@@ -135,16 +140,18 @@ static void pull_turn(const SlideRecordCell *cell, const double *of_turned, cons
 }
 
 /* From the gradient by the values of units to that by their arguments; z are the arguments. */
-static void pull_activation(const SlideRecordCell *cell, size_t records, const double *z,
+SLIDE_CALLED void pull_activation(const SlideRecordCell *cell, size_t records, const double *z,
                             double *of_units) {
     const size_t n_units = cell->unit_panels * SLIDE_LANES;
     for (size_t unit = 0; unit < n_units; ++unit, z += records, of_units += records) {
         const bool cubic = cell->activation == SLIDE_CUBIC ||
                            (cell->activation == SLIDE_MIXED && unit % 2 == 0);
         const double bound = cell->activation == SLIDE_MIXED ? 8 : INFINITY;
+        SLIDE_EACH
         for (size_t k = 0; cubic && k < records; ++k) {
             of_units[k] *= fabs(z[k]) <= bound ? 3 * z[k] * z[k] : 0;
         }
+        SLIDE_EACH
         for (size_t k = 0; !cubic && k < records; ++k) {
             const double value = tanh_of(z[k]);
             of_units[k] *= 1 - value * value;
@@ -156,6 +163,7 @@ static void pull_activation(const SlideRecordCell *cell, size_t records, const d
  * to them, in place. products: what is offered; spent, it is what the units are. */
 static void pull_gates(size_t count, const double *open, double *products, double *of_units,
                        double *of_arguments) {
+    SLIDE_EACH
     for (size_t i = 0; i < count; ++i) {
         of_arguments[i] = of_units[i] * products[i] * (1 - open[i] * open[i]);
         of_units[i] *= open[i];

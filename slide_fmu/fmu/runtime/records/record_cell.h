@@ -28,12 +28,13 @@ static void multiply_part(const SlideRecordCell *cell, const SlideRecordPart *pa
 }
 
 /* Turn the first pairs of states; sign -1 turns back. y may be x. */
-static void turn_states(const SlideRecordCell *cell, const Real *features, Real sign,
+SLIDE_CALLED void turn_states(const SlideRecordCell *cell, const Real *features, Real sign,
                         size_t records, const Real *x, Real *y) {
     const Real *c = features + cell->n_factors * records, *s = c + records;
     for (size_t pair = 0; pair < cell->turned; ++pair) {
         const Real *first = x + 2 * pair * records, *second = first + records;
         Real *to_first = y + 2 * pair * records, *to_second = to_first + records;
+        SLIDE_EACH
         for (size_t k = 0; k < records; ++k) {
             const Real u = first[k], v = second[k], sine = sign * s[k];
             to_first[k] = c[k] * u - sine * v;
@@ -47,7 +48,7 @@ static void turn_states(const SlideRecordCell *cell, const Real *features, Real 
 }
 
 /* What does not depend on the states. */
-static void prepare(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void prepare(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                     const Real *features, size_t records) {
     const size_t n_units = cell->unit_panels * SLIDE_LANES;
     if (cell->activation == SLIDE_GATED) {
@@ -66,12 +67,13 @@ static inline Real clipped_cube(Real x) {
 }
 
 /* Units from what is offered to them. */
-static void open_units(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void open_units(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                        size_t records) {
     const size_t n_units = cell->unit_panels * SLIDE_LANES, count = count_units(cell, records);
     Real *h = scratch->units, *cubes = scratch->cubes;
     const Real *open = scratch->open;
     if (cell->activation == SLIDE_GATED) {
+        SLIDE_EACH
         for (size_t i = 0; i < count; ++i) {
             h[i] *= open[i];
         }
@@ -79,6 +81,7 @@ static void open_units(const SlideRecordCell *cell, const SlideRecordScratch *sc
     }
     const bool mixed = cell->activation == SLIDE_MIXED;
     for (size_t unit = 0; mixed && unit < n_units; unit += 2) {
+        SLIDE_EACH
         for (size_t k = 0; k < records; ++k) {
             cubes[unit * records + k] = clipped_cube(h[unit * records + k]);
         }
@@ -90,7 +93,7 @@ static void open_units(const SlideRecordCell *cell, const SlideRecordScratch *sc
 }
 
 /* What is offered to the units by states, in the frame that they see. */
-static void offer(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void offer(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                   const Real *features, size_t records, const Real *states) {
     const Real *seen = states;
     if (cell->turned > 0) {
@@ -103,7 +106,7 @@ static void offer(const SlideRecordCell *cell, const SlideRecordScratch *scratch
 }
 
 /* One step of the states by what was prepared; next is not states. */
-static void move(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void move(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                  const Real *features, size_t records, const Real *states, Real *next) {
     const size_t n = cell->n_states, n_units = cell->unit_panels * SLIDE_LANES;
     const Product by_units = {cell->states_of_units.plain, n_units, scratch->units};
@@ -119,6 +122,7 @@ static void move(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
     memset(pushed, 0, count_states(cell, records) * sizeof(Real));
     sum_up(&(Sum){pushed, NULL, 1, {by_units}, n}, records, pushed);
     turn_states(cell, features, 1, records, pushed, pushed);
+    SLIDE_EACH
     for (size_t i = 0; i < n * records; ++i) {
         pushed[i] += driven[i];
     }
@@ -126,7 +130,7 @@ static void move(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
 }
 
 /* Rows of the values, and the values [n_values][records] from them. */
-static void form_rows(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
+SLIDE_CALLED void form_rows(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                       const Real *features, size_t records, const Real *states) {
     const SlideRecordPart *part = &cell->to_rows;
     const Product by_features = {part->weights, part->count,

@@ -22,7 +22,7 @@ static inline Motions motions_at(const double *numbers) {
 }
 
 /* How the joints follow the set points of samples from a place of the block on. */
-static void follow_points(const Chain *chain, const SlidePoints *points, size_t at,
+SLIDE_CALLED void follow_points(const Chain *chain, const SlidePoints *points, size_t at,
                           Joint *joints) {
     const size_t records = points->records;
     const double *input = points->inputs + at;
@@ -40,7 +40,7 @@ INLINE void write_rows(const Motions *numbers, size_t count, double *rows, size_
 }
 
 /* All signals but the changes of the wrench. */
-static __attribute__((noinline)) void write_loads(const Chain *chain, Joint *joints,
+SLIDE_CALLED void write_loads(const Chain *chain, Joint *joints,
                                                   double *signals, size_t stride) {
     double *after_rates = signals + chain->n_joints * stride;
     Motions inertia[9], momentum[6], wrench[6];
@@ -61,7 +61,7 @@ static __attribute__((noinline)) void write_loads(const Chain *chain, Joint *joi
 }
 
 /* The changes of the wrench, in the axes of the base and in those that turn with the first joint. */
-static void form_wrench_changes(const Chain *chain, const SlidePoints *points) {
+SLIDE_CALLED void form_wrench_changes(const Chain *chain, const SlidePoints *points) {
     const size_t after_rates = chain->n_joints;
     const double *c = row(points->signals, after_rates + FRAME), *s = c + SLIDE_ROOM;
     for (size_t part = 0; part < 6; ++part) {
@@ -71,6 +71,7 @@ static void form_wrench_changes(const Chain *chain, const SlidePoints *points) {
     for (size_t part = 0; part < 6; part += 3) {
         const double *x = row(points->signals, WRENCH_CHANGE + part), *y = x + SLIDE_ROOM;
         double *turned = row(points->signals, after_rates + TURNED_WRENCH_CHANGE + part);
+        SLIDE_EACH
         for (size_t p = 0; p < points->n_points; ++p) {
             turned[p] = c[p] * x[p] + s[p] * y[p];
             (turned + SLIDE_ROOM)[p] = c[p] * y[p] - s[p] * x[p];

@@ -8,7 +8,7 @@
 
 /* Weights of the changes of the wrench become weights of the wrench, in a sample and in the one
  * before, and of the frame in which they are seen. */
-static void pull_wrench_changes(const Chain *chain, const SlidePoints *points) {
+SLIDE_CALLED void pull_wrench_changes(const Chain *chain, const SlidePoints *points) {
     const size_t after_rates = chain->n_joints;
     const double *c = row(points->signals, after_rates + FRAME), *s = c + SLIDE_ROOM;
     double *of_c = row(points->of_signals, after_rates + FRAME), *of_s = of_c + SLIDE_ROOM;
@@ -19,6 +19,7 @@ static void pull_wrench_changes(const Chain *chain, const SlidePoints *points) {
         const double *turned_x =
             row(points->of_signals, after_rates + TURNED_WRENCH_CHANGE + part);
         const double *turned_y = turned_x + SLIDE_ROOM, *turned_z = turned_y + SLIDE_ROOM;
+        SLIDE_EACH
         for (size_t p = 0; p < points->n_points; ++p) {
             of_x[p] += c[p] * turned_x[p] - s[p] * turned_y[p];
             of_y[p] += s[p] * turned_x[p] + c[p] * turned_y[p];
@@ -34,7 +35,7 @@ static void pull_wrench_changes(const Chain *chain, const SlidePoints *points) {
 }
 
 /* The weighted sum of all signals but the changes, in samples from a place on. */
-static Motions weighted_loads(const Chain *chain, const SlidePoints *points, size_t at) {
+SLIDE_CALLED Motions weighted_loads(const Chain *chain, const SlidePoints *points, size_t at) {
     const size_t after_rates = chain->n_joints, n_signals = after_rates + TURNED_MOMENTUM + 6;
     const size_t ranges[][2] = {{WRENCH, WRENCH_CHANGE},
                                 {POSITION, after_rates + TURNED_WRENCH_CHANGE},
@@ -51,7 +52,7 @@ static Motions weighted_loads(const Chain *chain, const SlidePoints *points, siz
 }
 
 /* By the place of a joint, in rad or m: the five-point formula. */
-static Motions slope_by_place(const Chain *chain, const SlidePoints *points, size_t at,
+SLIDE_CALLED Motions slope_by_place(const Chain *chain, const SlidePoints *points, size_t at,
                               size_t joint) {
     static const double weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
     static const double moves[] = {-2, -1, 1, 2};
@@ -99,7 +100,7 @@ static Motions slope_by_acceleration(const Chain *chain, const SlidePoints *poin
 }
 
 /* From how a joint moves to the three set points that it follows (set_joint of chain.h). */
-static void pull_joint(const Chain *chain, const SlidePoints *points, size_t at, size_t joint,
+SLIDE_CALLED void pull_joint(const Chain *chain, const SlidePoints *points, size_t at, size_t joint,
                        Motions base) {
     const Link *link = &chain->links[joint];
     const double *law = chain->law, half = link->prismatic ? link->slide_half_range

@@ -10,7 +10,8 @@
 static double *row(double *rows, size_t index) { return rows + index * SLIDE_ROOM + SLIDE_LEAD; }
 
 /* What an input or signal changes in a step. */
-static void form_changes(const SlidePoints *points, const double *of, double *changes) {
+SLIDE_CALLED void form_changes(const SlidePoints *points, const double *of, double *changes) {
+    SLIDE_EACH
     for (size_t p = 0; p < points->n_points; ++p) {
         changes[p] = of[p] - (of - points->records)[p];
     }
@@ -25,6 +26,7 @@ static void form_differences(const SlideFeatures *features, const SlidePoints *p
             form_changes(points, input, row(points->signals, n + i));
         }
         double *second = row(points->signals, 2 * n + i);
+        SLIDE_EACH
         for (size_t p = 0; features->n_signals > 2 * n && p < points->n_points; ++p) {
             second[p] = (input[p] - before[p]) - (before[p] - (before - records)[p]);
         }
@@ -33,11 +35,12 @@ static void form_differences(const SlideFeatures *features, const SlidePoints *p
 
 /* Add what weights of numbers, of their changes or of the changes of these (order 0 to 2) give to the
  * gradient by the numbers. */
-static void pull_changes(const SlidePoints *points, int order, const double *weights,
+SLIDE_CALLED void pull_changes(const SlidePoints *points, int order, const double *weights,
                          double *gradient) {
     static const double factors[3][3] = {{1, 0, 0}, {1, -1, 0}, {1, -2, 1}};
     for (int age = 0; age <= order; ++age) {
         double *to = gradient - (size_t)age * points->records;
+        SLIDE_EACH
         for (size_t p = 0; p < points->n_points; ++p) {
             to[p] += factors[order][age] * weights[p];
         }

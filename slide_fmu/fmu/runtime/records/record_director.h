@@ -45,14 +45,16 @@ static inline double angle_between(double x_before, double y_before, double x, d
 }
 
 /* Cosine and sine of an angle, two rows; that of no vector is 1, 0. */
-static void form_direction(const Angle *angle, const double *x, size_t count, double *direction) {
+SLIDE_CALLED void form_direction(const Angle *angle, const double *x, size_t count, double *direction) {
     const double *y = x + SLIDE_ROOM;
     double *c = direction, *s = direction + SLIDE_ROOM;
+    SLIDE_EACH
     for (size_t p = 0; angle->director && p < count; ++p) {
         const double length = sqrt(x[p] * x[p] + y[p] * y[p]);
         c[p] = length > 0 ? x[p] / length : 1;
         s[p] = length > 0 ? y[p] / length : 0;
     }
+    SLIDE_EACH
     for (size_t p = 0; !angle->director && p < count; ++p) {
         const double turn = angle->middle + angle->half_range * x[p];
         c[p] = cos(turn), s[p] = sin(turn);
@@ -60,26 +62,29 @@ static void form_direction(const Angle *angle, const double *x, size_t count, do
 }
 
 /* The turns of an angle, also in the sample before. */
-static void form_turns(const Angle *angle, const SlidePoints *points, double *turns) {
+SLIDE_CALLED void form_turns(const Angle *angle, const SlidePoints *points, double *turns) {
     const size_t records = points->records, count = points->n_points + records;
     const double *x = row(points->inputs, angle->input) - records, *x_before = x - records;
     const double *y = x + SLIDE_ROOM, *y_before = x_before + SLIDE_ROOM;
     turns -= records;
     if (angle->director) {
+        SLIDE_EACH
         for (size_t p = 0; p < count; ++p) {
             turns[p] = angle_between(x_before[p], y_before[p], x[p], y[p]);
         }
         return;
     }
+    SLIDE_EACH
     for (size_t p = 0; p < count; ++p) {
         const double before = angle->middle + angle->half_range * x_before[p];
         turns[p] = wrapped_turn(angle->middle + angle->half_range * x[p] - before);
     }
 }
 
-static void form_directors(const SlideFeatures *features, const SlidePoints *points) {
+SLIDE_CALLED void form_directors(const SlideFeatures *features, const SlidePoints *points) {
     const Directors *directors = features->own;
     const size_t n = directors->n_angles, m = directors->n_others;
+    SLIDE_EACH
     for (size_t k = 0; k < n; ++k) {
         const Angle *angle = &directors->angles[k];
         double *turns = row(points->signals, 2 * n + k);
@@ -88,6 +93,7 @@ static void form_directors(const SlideFeatures *features, const SlidePoints *poi
         form_turns(angle, points, turns);
         form_changes(points, turns, row(points->signals, 3 * n + k));
     }
+    SLIDE_EACH
     for (size_t k = 0; k < m; ++k) {
         const double *input = row(points->inputs, directors->others[k]);
         memcpy(row(points->signals, 4 * n + k), input, points->n_points * sizeof *input);
@@ -97,30 +103,34 @@ static void form_directors(const SlideFeatures *features, const SlidePoints *poi
 
 /* From the gradient by angles, from a place of the inputs on, to that by these inputs. An angle moves
  * with its director across it, over its length squared. */
-static void pull_angles(const Angle *angle, const double *x, size_t count, const double *of_angles,
+SLIDE_CALLED void pull_angles(const Angle *angle, const double *x, size_t count, const double *of_angles,
                         double *of_x) {
     const double *y = x + SLIDE_ROOM;
+    SLIDE_EACH
     for (size_t p = 0; angle->director && p < count; ++p) {
         const double square = x[p] * x[p] + y[p] * y[p];
         const double slope = square > 0 ? of_angles[p] / square : 0;
         of_x[p] -= y[p] * slope;
         (of_x + SLIDE_ROOM)[p] += x[p] * slope;
     }
+    SLIDE_EACH
     for (size_t p = 0; !angle->director && p < count; ++p) {
         of_x[p] += angle->half_range * of_angles[p];
     }
 }
 
-static void pull_directors(const SlideFeatures *features, const SlidePoints *points) {
+SLIDE_CALLED void pull_directors(const SlideFeatures *features, const SlidePoints *points) {
     const Directors *directors = features->own;
     const size_t n = directors->n_angles, m = directors->n_others;
     const size_t before = 2 * points->records; /* the angles of two samples before count, too */
     double *of_angles = points->scratch + SLIDE_LEAD;
+    SLIDE_EACH
     for (size_t k = 0; k < n; ++k) {
         const Angle *angle = &directors->angles[k];
         const double *c = row(points->signals, 2 * k), *s = c + SLIDE_ROOM;
         const double *of_c = row(points->of_signals, 2 * k), *of_s = of_c + SLIDE_ROOM;
         memset(points->scratch, 0, SLIDE_ROOM * sizeof *points->scratch);
+        SLIDE_EACH
         for (size_t p = 0; p < points->n_points; ++p) {
             of_angles[p] = of_s[p] * c[p] - of_c[p] * s[p];
         }
@@ -129,6 +139,7 @@ static void pull_directors(const SlideFeatures *features, const SlidePoints *poi
         pull_angles(angle, row(points->inputs, angle->input) - before, points->n_points + before,
                     of_angles - before, row(points->of_inputs, angle->input) - before);
     }
+    SLIDE_EACH
     for (size_t k = 0; k < m; ++k) {
         double *of_input = row(points->of_inputs, directors->others[k]);
         pull_changes(points, 0, row(points->of_signals, 4 * n + k), of_input);

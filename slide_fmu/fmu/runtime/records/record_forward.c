@@ -29,6 +29,7 @@ static inline float tanh_parts(float x, float *denominator) {
 /* Two units of a record share a division, which takes longer than all else. */
 static void tanh_each(float *x, size_t count) {
     float *other = x + count / 2;
+    SLIDE_EACH
     for (size_t i = 0; i < count / 2; ++i) {
         float below, other_below;
         const float above = tanh_parts(x[i], &below);
@@ -44,6 +45,7 @@ static void activate(uint32_t activation, float *x, size_t count) {
         tanh_each(x, count);
         return;
     }
+    SLIDE_EACH
     for (size_t i = 0; i < count; ++i) { /* SLIDE_CUBIC */
         x[i] = x[i] * x[i] * x[i];
     }
@@ -62,6 +64,7 @@ bool SLIDE_RECORD(see)(const SlideFeatures *features, const SlidePoints *points,
             float *to = seen + sample * stride + i * records;
             const double *from = signal + sample * records;
             unsigned good = 1;
+            SLIDE_EACH
             for (size_t k = 0; k < records; ++k) {
                 const double feature = (from[k] - offset) * factor;
                 to[k] = (float)feature;
@@ -81,6 +84,7 @@ static void give_values(const SlideRecordCell *cell, const SlideRecordScratch *s
         rows += records;
         for (size_t factor = 0; factor < cell->n_factors; ++factor, rows += records) {
             const float *of_records = features + factor * records;
+            SLIDE_EACH
             for (size_t k = 0; k < records; ++k) {
                 values[k] += of_records[k] * rows[k];
             }

@@ -17,6 +17,17 @@ enum {
     SLIDE_ROOM = SLIDE_LEAD + SLIDE_POINTS + 8  /* and for a register that ends behind it */
 };
 
+/* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
+#define SLIDE_CALLED static __attribute__((noinline))
+
+/* Before loops over numbers that lie one after the other: a register at a time is enough, and several
+ * would make libraries larger. */
+#if defined(__clang__)
+#define SLIDE_EACH _Pragma("clang loop interleave(disable) unroll(disable)")
+#else
+#define SLIDE_EACH
+#endif
+
 /* Inputs or signals of a block [][SLIDE_ROOM]: first those of the first sample of all records;
  * those of the sample before lie so many numbers before these, down to SLIDE_LEAD. */
 typedef struct {

@@ -107,7 +107,7 @@ static void sum_of_one(const Sum *sum, Real *y) {
 }
 
 /* y [panels of n_rows][SLIDE_LANES][records], of the rows behind n_rows not all; y may be start. */
-static __attribute__((noinline)) void sum_up(const Sum *sum, size_t records, Real *y) {
+SLIDE_CALLED void sum_up(const Sum *sum, size_t records, Real *y) {
     if (records == 1) {
         sum_of_one(sum, y);
         return;

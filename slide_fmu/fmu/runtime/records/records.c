@@ -85,11 +85,12 @@ void slide_records_place(SlideRecords *records, const SlidePayload *payload,
 /* Inputs of a block, scaled, and those before it. */
 static void take_in(const SlideRecords *records, const SlideGroup *group, size_t first,
                     size_t n_samples) {
+    const SlideRecordList *list = &group->list;
     const size_t n = records->n_inputs, places = group->places;
     const size_t n_before = first < SLIDE_BEFORE ? first : SLIDE_BEFORE; /* of the record */
     for (size_t place = 0; place < places; ++place) {
-        const size_t record = place < group->count ? place : group->count - 1;
-        const double *from = group->inputs + (record * group->length + first) * n;
+        const size_t record = place < list->count ? place : list->count - 1;
+        const double *from = list->inputs + (record * list->stride + first) * n;
         for (size_t i = 0; i < n; ++i, ++from) {
             const double offset = records->inputs[i].offset;
             const double factor = 1 / records->inputs[i].scale;
@@ -121,54 +122,61 @@ static bool see(const SlideRecords *records, const SlideGroup *group, size_t fir
     return records->kernel->see(&records->network->seen, &points, records->seen);
 }
 
+/* Outputs of a block, as far as they are among the last n_given. */
 static void give(const SlideRecords *records, const SlideGroup *group, size_t first,
-                 size_t n_samples, double *outputs) {
+                 size_t n_samples, size_t n_given, double *outputs) {
     const size_t n = records->cell.n_values, places = group->places;
-    for (size_t record = 0; record < group->count; ++record) {
-        double *to = outputs + (record * group->length + first) * n;
+    const size_t n_silent = group->list.length - n_given; /* at the begin of each record */
+    const size_t begin = first < n_silent ? n_silent - first : 0;
+    for (size_t record = 0; record < group->list.count; ++record) {
+        double *to = outputs + record * n_given * n;
         for (size_t i = 0; i < n; ++i) {
             const SlideChannel channel = records->outputs[i];
             const float *from = records->values + i * places + record;
-            for (size_t sample = 0; sample < n_samples; ++sample) {
-                to[sample * n + i] = channel.offset + channel.scale * from[sample * n * places];
+            for (size_t sample = begin; sample < n_samples; ++sample) {
+                to[(first + sample - n_silent) * n + i] =
+                    channel.offset + channel.scale * from[sample * n * places];
             }
         }
     }
 }
 
-static bool run_group(const SlideRecords *records, const SlideGroup *group, double *outputs) {
+static bool run_group(const SlideRecords *records, const SlideGroup *group, size_t n_held,
+                      size_t n_given, double *outputs) {
     const SlideRecordCell *cell = &records->cell;
-    const size_t places = group->places, block = SLIDE_POINTS / places;
+    const size_t places = group->places, length = group->list.length;
+    const size_t block = SLIDE_POINTS / places;
     memset(records->states, 0,
            cell->state_panels * SLIDE_LANES * places * sizeof *records->states);
-    bool finite = see(records, group, 0, 1);
-    records->kernel->settle(cell, &records->scratch, places, records->seen,
-                            records->network->n_samples - 1, records->states);
-    for (size_t first = 0; finite && first < group->length; first += block) {
-        const size_t left = group->length - first, n_samples = left < block ? left : block;
+    bool finite = n_held == 0 || see(records, group, 0, 1);
+    records->kernel->settle(cell, &records->scratch, places, records->seen, n_held,
+                            records->states);
+    for (size_t first = 0; finite && first < length; first += block) {
+        const size_t left = length - first, n_samples = left < block ? left : block;
         finite = see(records, group, first, n_samples);
         records->kernel->run(cell, &records->scratch, places, records->seen, n_samples,
                              records->states, records->values);
-        give(records, group, first, n_samples, outputs);
+        give(records, group, first, n_samples, n_given, outputs);
     }
     return finite;
 }
 
-SlideGroup slide_records_group(const SlideRecords *records, const double *inputs, size_t count,
-                               size_t length, size_t first, size_t together) {
-    const size_t left = count - first, places = left == 1 ? 1 : together;
-    return (SlideGroup){left < places ? left : places, places, length,
-                        inputs + first * length * records->n_inputs};
+SlideGroup slide_records_group(const SlideRecords *records, const SlideRecordList *list,
+                               size_t first, size_t together) {
+    const size_t left = list->count - first, places = left == 1 ? 1 : together;
+    SlideGroup group = {*list, places};
+    group.list.inputs += first * list->stride * records->n_inputs;
+    group.list.count = left < places ? left : places;
+    return group;
 }
 
-bool slide_records_run(const SlideRecords *records, const double *inputs, size_t count,
-                       size_t length, double *outputs) {
+bool slide_records_run(const SlideRecords *records, const SlideRecordList *list, size_t n_held,
+                       size_t n_given, double *outputs) {
     bool finite = true;
-    for (size_t first = 0; finite && first < count; first += SLIDE_TOGETHER) {
-        const SlideGroup group =
-            slide_records_group(records, inputs, count, length, first, SLIDE_TOGETHER);
-        finite =
-            run_group(records, &group, outputs + first * length * records->cell.n_values);
+    for (size_t first = 0; finite && first < list->count; first += SLIDE_TOGETHER) {
+        const SlideGroup group = slide_records_group(records, list, first, SLIDE_TOGETHER);
+        finite = run_group(records, &group, n_held, n_given,
+                           outputs + first * n_given * records->cell.n_values);
     }
     return finite;
 }

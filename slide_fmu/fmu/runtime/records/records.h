@@ -6,11 +6,17 @@
 #include "payload.h"
 #include "record_kernel.h"
 
-/* Records that go together; where there are fewer than places, the last one fills them. */
+/* Records [length][n_inputs] of physical inputs, stride samples after each other: windows of one
+ * record may overlap. */
 typedef struct {
-    size_t count, places; /* of records */
-    size_t length;        /* samples of each */
-    const double *inputs; /* of the first record, physical */
+    const double *inputs;
+    size_t count, length, stride;
+} SlideRecordList;
+
+/* Some of them that go together; where there are fewer than places, the last one fills them. */
+typedef struct {
+    SlideRecordList list;
+    size_t places;
 } SlideGroup;
 
 /* physical = offset + scale * scaled */
@@ -38,10 +44,10 @@ void slide_records_place(SlideRecords *records, const SlidePayload *payload,
                          const SlideNetwork *network, const SlideKernel *kernel,
                          SlideArena *arena);
 
-/* Physical inputs [count][length][n_inputs] to outputs [count][length][n_values]; before a record,
- * its first input has been held for n_samples - 1 samples. False when a feature is not finite. */
-bool slide_records_run(const SlideRecords *records, const double *inputs, size_t count,
-                       size_t length, double *outputs);
+/* The last n_given outputs of each record [count][n_given][n_values], physical, after its first input
+ * has been held for n_held samples; 1 <= n_given <= length. False when a feature is not finite. */
+bool slide_records_run(const SlideRecords *records, const SlideRecordList *list, size_t n_held,
+                       size_t n_given, double *outputs);
 
 /* Inputs of a block from a sample on, scaled, and the signals of it; before a record, its first
  * input counts. Gives the block with its number of points. */
@@ -55,8 +61,8 @@ SlideRecordCell slide_records_cell(const SlideNetwork *network);
 void slide_records_place_scratch(SlideRecordScratch *scratch, const SlideRecordCell *cell,
                                  size_t places, size_t number, SlideArena *arena);
 
-/* Records that go together from a record on: all that are left, at most so many; or one. */
-SlideGroup slide_records_group(const SlideRecords *records, const double *inputs, size_t count,
-                               size_t length, size_t first, size_t together);
+/* Records that go together from one on: all that are left, at most so many; or one. */
+SlideGroup slide_records_group(const SlideRecords *records, const SlideRecordList *list,
+                               size_t first, size_t together);
 
 #endif

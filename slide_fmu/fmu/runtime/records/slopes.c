@@ -149,8 +149,8 @@ static void take_weights(const SlideSlopes *slopes, const SlideGroup *group, siz
                          size_t n_samples, const double *weights) {
     const size_t n = slopes->cell.n_values, places = group->places;
     for (size_t place = 0; place < places; ++place) {
-        const size_t record = place < group->count ? place : group->count - 1;
-        const double *from = weights + (record * group->length + first) * n;
+        const size_t record = place < group->list.count ? place : group->list.count - 1;
+        const double *from = weights + (record * group->list.length + first) * n;
         for (size_t i = 0; i < n_samples * n; ++i) {
             slopes->weights[i * places + place] =
                 slopes->records->outputs[i % n].scale * from[i];
@@ -185,9 +185,9 @@ static void pull_features(const SlideSlopes *slopes, const SlideGroup *group, si
         for (size_t at = 0; at < n_samples + SLIDE_BEFORE; ++at) {
             const size_t later = first + at; /* than SLIDE_BEFORE samples before the record */
             const size_t sample = later < SLIDE_BEFORE ? 0 : later - SLIDE_BEFORE;
-            for (size_t place = 0; place < group->count; ++place) {
+            for (size_t place = 0; place < group->list.count; ++place) {
                 const double slope = *(from + at * places + place - SLIDE_BEFORE * places);
-                gradient[(place * group->length + sample) * n + i] +=
+                gradient[(place * group->list.length + sample) * n + i] +=
                     slope / records->inputs[i].scale;
             }
         }
@@ -203,7 +203,7 @@ static bool run_forward(const SlideSlopes *slopes, const SlideGroup *group, cons
     memset(held->states, 0, size * sizeof *kept);
     kernel->path(&slopes->cell, &slopes->scratch, held);
     memcpy(kept, held->states + held->n_samples * substeps * size, size * sizeof *kept);
-    for (size_t first = 0; finite && first + path->n_samples < group->length; kept += size) {
+    for (size_t first = 0; finite && first + path->n_samples < group->list.length; kept += size) {
         finite = see(slopes, group, first, path->n_samples, path);
         memcpy(path->states, kept, size * sizeof *kept);
         kernel->path(&slopes->cell, &slopes->scratch, path);
@@ -219,7 +219,7 @@ static bool pull_block(const SlideSlopes *slopes, const SlideGroup *group, size_
                        SlidePath path, const double *states, const double *weights,
                        double *gradient) {
     const SlideRecordKernel *kernel = slopes->records->kernel;
-    const size_t left = group->length - first;
+    const size_t left = group->list.length - first;
     path.n_samples = left < path.n_samples ? left : path.n_samples;
     memcpy(path.states, states, state_size(slopes, group) * sizeof *states);
     const bool finite = see(slopes, group, first, path.n_samples, &path);
@@ -235,7 +235,7 @@ static bool pull_group(const SlideSlopes *slopes, const SlideGroup *group, const
                        double *gradient) {
     const SlideRecords *records = slopes->records;
     const size_t size = state_size(slopes, group), block = SLIDE_POINTS / group->places;
-    const size_t n_blocks = (group->length + block - 1) / block;
+    const size_t n_blocks = (group->list.length + block - 1) / block;
     SlidePath held = slopes->held, path = slopes->path;
     held.records = path.records = group->places;
     held.n_samples = records->network->n_samples - 1;
@@ -256,16 +256,15 @@ static bool pull_group(const SlideSlopes *slopes, const SlideGroup *group, const
     return good;
 }
 
-bool slide_slopes_run(const SlideSlopes *slopes, const double *inputs, const double *weights,
-                      size_t count, size_t length, double *gradient) {
+bool slide_slopes_run(const SlideSlopes *slopes, const SlideRecordList *list,
+                      const double *weights, double *gradient) {
     const SlideRecords *records = slopes->records;
-    const size_t of_outputs = length * slopes->cell.n_values;
-    const size_t of_inputs = length * records->n_inputs;
+    const size_t of_outputs = list->length * slopes->cell.n_values;
+    const size_t of_inputs = list->length * records->n_inputs;
     bool good = true;
-    memset(gradient, 0, count * of_inputs * sizeof *gradient);
-    for (size_t first = 0; good && first < count; first += TOGETHER) {
-        const SlideGroup group =
-            slide_records_group(records, inputs, count, length, first, TOGETHER);
+    memset(gradient, 0, list->count * of_inputs * sizeof *gradient);
+    for (size_t first = 0; good && first < list->count; first += TOGETHER) {
+        const SlideGroup group = slide_records_group(records, list, first, TOGETHER);
         good = pull_group(slopes, &group, weights + first * of_outputs,
                           gradient + first * of_inputs);
     }

@@ -12,10 +12,11 @@ typedef struct SlideSlopes SlideSlopes;
 SlideSlopes *slide_slopes_open(const SlideRecords *records);
 void slide_slopes_close(SlideSlopes *slopes);
 
-/* From physical inputs [count][length][n_inputs] and weights of the outputs of slide_records_run
- * [count][length][n_values] to the gradient of their weighted sum by the inputs, of the same shape
- * as these. False when a feature is not finite, or when there is no memory. */
-bool slide_slopes_run(const SlideSlopes *slopes, const double *inputs, const double *weights,
-                      size_t count, size_t length, double *gradient);
+/* From weights of all outputs of slide_records_run [count][length][n_values], the first input being
+ * held for n_samples - 1 samples before each record, to the gradient of their weighted sum by the
+ * inputs [count][length][n_inputs]; the list's stride is its length. False when a feature is not
+ * finite, or when there is no memory. */
+bool slide_slopes_run(const SlideSlopes *slopes, const SlideRecordList *list,
+                      const double *weights, double *gradient);
 
 #endif

@@ -49,9 +49,11 @@ INLINE void sum_tile(const Sum *sum, size_t first, size_t n_rows, size_t at, Rea
     Wide sums[TILE][STRIP];
     for (size_t i = 0; i < n_rows; ++i) {
         for (size_t k = 0; k < STRIP; ++k) {
-            const Real *start = sum->start + (first + i) * TOGETHER + at;
-            sums[i][k] = sum->start == NULL ? sum->constants[first + i] - (Wide){0}
-                                            : ((const Wide *)start)[k];
+            if (sum->start == NULL) {
+                sums[i][k] = sum->constants[first + i] - (Wide){0};
+            } else {
+                sums[i][k] = ((const Wide *)(sum->start + (first + i) * TOGETHER + at))[k];
+            }
         }
     }
     for (size_t part = 0; part < sum->n_products; ++part) {

@@ -5,49 +5,31 @@ The compiled library exports the functions of ``runtime/native/native.h`` beside
 
 from __future__ import annotations
 
-import ctypes
-import os
-import threading
-import weakref
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import checked_batch
-from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
+from slide_fmu.fmu.native_layers import Layers
+from slide_fmu.fmu.native_library import (
+    Handles,
+    NativeError,
+    checked_threads,
+    groups,
+    kernels,
+    library_path,
+)
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
+__all__ = ["NativeError", "NativeSurrogate", "kernels", "library_path"]
+
 TOGETHER, TOGETHER_BACK = 32, 8
 """Records that go together in the C runtime (``record_kernel.h``), and those on the way back, in
 double precision: threads share whole groups."""
-MESSAGE = 400
-"""Bytes for the message of a refusal."""
-
-
-class NativeError(RuntimeError):
-    """The library is missing, refused the surrogate, or a result is not finite."""
-
-
-def kernels() -> list[str]:
-    """Name the kernels that this processor supports, the fastest first.
-
-    Raises:
-        NativeError: there is no compiled library.
-    """
-    library = _library()
-    names: list[str] = []
-    while (name := library.slide_native_kernel(len(names))) is not None:
-        names.append(name.decode().removeprefix("slide_kernel_"))
-    return names
 
 
 class NativeSurrogate:
@@ -63,20 +45,7 @@ class NativeSurrogate:
 
     def __init__(self, surrogate: Surrogate, kernel: int = 0) -> None:
         self.surrogate = surrogate
-        self._payload, self._kernel = surrogate.to_bytes(), kernel
-        self._library = _library()
-        self._handles = [self._open()]
-        self._lock = threading.Lock()
-
-    def _open(self) -> int:
-        message = ctypes.create_string_buffer(MESSAGE)
-        handle = self._library.slide_native_open(
-            self._payload, len(self._payload), self._kernel, message, MESSAGE
-        )
-        if not handle:
-            raise NativeError(f"surrogate {self.surrogate.name!r}: {message.value.decode()}")
-        weakref.finalize(self, self._library.slide_native_close, handle)
-        return int(handle)
+        self._handles = Handles(surrogate.name, surrogate.to_bytes(), kernel)
 
     def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
         """Predict the outputs of single windows, as ``Surrogate.predict_windows`` does.
@@ -98,7 +67,7 @@ class NativeSurrogate:
         """
         surrogate, window = self.surrogate, self.surrogate.window
         array = checked_batch("windows", windows, (window.n_in, len(surrogate.inputs)))
-        count = _checked_threads(threads)
+        count = checked_threads(threads)
         if len(array) == 0:
             return np.empty((0, window.n_out, len(surrogate.outputs)))
         record, step = _record_behind(array)
@@ -107,7 +76,8 @@ class NativeSurrogate:
         network = surrogate.network
         if isinstance(network, FeedForward):
             scaled = surrogate.input_scaling.apply(record)
-            values = self._layers(network, scaled, len(array), step, count)
+            shape = (len(array), step, window.n_in)
+            values = Layers(network, self._handles).windows(scaled, shape, count)
             blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
             return surrogate.output_scaling.invert(blocks.astype(np.float64))
         if not isinstance(network, StateSpace):
@@ -139,11 +109,14 @@ class NativeSurrogate:
             NativeError: a feature is not finite.
         """
         surrogate = self.surrogate
-        array, count = self._checked_records(records), _checked_threads(threads)
+        array, count = self._checked_records(records), checked_threads(threads)
         outputs = np.empty((*array.shape[:2], len(surrogate.outputs)))
         if isinstance(surrogate.network, FeedForward):
+            layers = Layers(surrogate.network, self._handles)
             for record, output in zip(array, outputs, strict=True):
-                output[:] = self._newest(surrogate.network, record, count)
+                values = layers.along(surrogate.input_scaling.apply(record), count)
+                newest = values[:, -len(surrogate.outputs) :].astype(np.float64)
+                output[:] = surrogate.output_scaling.invert(newest)
         elif isinstance(surrogate.network, StateSpace):
             samples, channels = array.shape[1:]
             shape = (samples, samples, surrogate.window.n_in - 1)
@@ -177,7 +150,7 @@ class NativeSurrogate:
             NativeError: the network is no cell, or a feature is not finite.
         """
         surrogate = self.surrogate
-        array, count = self._checked_records(records), _checked_threads(threads)
+        array, count = self._checked_records(records), checked_threads(threads)
         expected = (*np.shape(records)[:-1], len(surrogate.outputs))
         if np.shape(weights) != expected:
             raise ValueError(f"weights: shape {np.shape(weights)}; expected {expected}")
@@ -196,9 +169,11 @@ class NativeSurrogate:
         def run(handle: int, some: slice) -> int:
             inputs, of_some, place = array[some], of_outputs[some], slopes[some]
             pointers = inputs.ctypes.data, of_some.ctypes.data, *inputs.shape[:2]
-            return int(self._library.slide_native_slopes(handle, *pointers, place.ctypes.data))
+            return int(
+                self._handles.library.slide_native_slopes(handle, *pointers, place.ctypes.data)
+            )
 
-        self._in_threads(run, _groups(len(array), TOGETHER_BACK, count))
+        self._handles.run(run, groups(len(array), TOGETHER_BACK, count))
         return slopes.reshape(np.shape(records))
 
     def _checked_records(self, records: NDArray[Any]) -> FloatArray:
@@ -213,15 +188,6 @@ class NativeSurrogate:
         if not np.all(np.isfinite(array)):
             raise ValueError("records hold values that are not finite; expected numbers")
         return array
-
-    def _newest(self, network: FeedForward, record: FloatArray, threads: int) -> FloatArray:
-        """Outputs (N, n_outputs) of layers along one record, held before it."""
-        surrogate = self.surrogate
-        scaled = surrogate.input_scaling.apply(record)
-        padded = np.pad(scaled, ((network.n_samples - 1, 0), (0, 0)), mode="edge")
-        values = self._evaluated(network, padded[None], np.arange(len(record)), threads)
-        newest = values[:, -len(surrogate.outputs) :].astype(np.float64)
-        return surrogate.output_scaling.invert(newest)
 
     def _cells(
         self,
@@ -244,94 +210,18 @@ class NativeSurrogate:
             begin = rows[some.start * step :].ctypes.data
             sizes = len(place), length, step, held, place.shape[1]
             return int(
-                self._library.slide_native_records(handle, begin, *sizes, place.ctypes.data)
+                self._handles.library.slide_native_records(
+                    handle, begin, *sizes, place.ctypes.data
+                )
             )
 
-        self._in_threads(run, _groups(len(outputs), TOGETHER, threads))
-
-    def _in_threads(self, run: Callable[[int, slice], int], parts: list[slice]) -> None:
-        """Each handle does one part; all have states and scratch of their own."""
-        if not parts:
-            return
-        with self._lock:
-            while len(self._handles) < len(parts):
-                self._handles.append(self._open())
-            handles = self._handles[: len(parts)]
-            if len(parts) == 1:
-                failed = [run(handles[0], parts[0])]
-            else:
-                with ThreadPoolExecutor(len(parts)) as pool:
-                    failed = list(pool.map(run, handles, parts))
-        if any(failed):
-            raise NativeError("a feature of the inputs is not finite, or there is no memory left")
+        self._handles.run(run, groups(len(outputs), TOGETHER, threads))
 
     def _unknown(self, what: str, instead: str) -> NativeError:
         kind = type(self.surrogate.network).__name__
         return NativeError(
             f"no {what} of networks of type {kind} in the runtime; use Surrogate.{instead}"
         )
-
-    def _layers(
-        self, network: FeedForward, scaled: FloatArray, windows: int, step: int, threads: int
-    ) -> NDArray[np.float32]:
-        """Values of every evaluation: one a window, or one at each of its last positions."""
-        n_in, seen = self.surrogate.window.n_in, network.features
-        if seen.features.n_before > 0:
-            starts = step * np.arange(windows)[:, None] + np.arange(n_in)
-            records, step = scaled[starts], n_in
-        else:
-            records = scaled[None]
-        firsts = step * np.arange(windows)[:, None] + np.arange(n_in - network.n_samples + 1)
-        return self._evaluated(network, records, firsts.reshape(-1), threads)
-
-    def _evaluated(
-        self,
-        network: FeedForward,
-        records: FloatArray,
-        firsts: NDArray[np.int64],
-        threads: int,
-    ) -> NDArray[np.float32]:
-        """Values (K, n_values) of the network's windows that begin at K rows of the records."""
-        seen = network.features
-        with np.errstate(all="ignore"):
-            features = seen.along(records).reshape(-1, seen.n_signals)
-        rows = np.ascontiguousarray(features, dtype=np.float32)
-        if not np.all(np.isfinite(rows)):
-            raise NativeError("a feature of the windows is not finite")
-        if network.ages:
-            picked = network.n_samples - 1 - np.array(network.ages)
-            rows = np.ascontiguousarray(rows[firsts[:, None] + picked].reshape(-1, 1))
-            firsts = len(picked) * seen.n_signals * np.arange(firsts.size)
-        values = np.empty((firsts.size, network.n_values), dtype=np.float32)
-        function, handles = self._library.slide_native_layers, self._handles * threads
-        _share(function, handles[:threads], rows, firsts, values)
-        return values
-
-
-def _share(
-    function: Any,
-    handles: list[int],
-    rows: NDArray[Any],
-    firsts: NDArray[np.int64],
-    values: NDArray[np.float32],
-) -> None:
-    """Each handle evaluates some of the windows, which begin at rows ``firsts``, in a thread."""
-    begins = rows.ctypes.data + firsts.astype(np.uintp) * np.uintp(rows.strides[0])
-    bounds = np.linspace(0, len(firsts), len(handles) + 1).astype(int)
-
-    def run(index: int) -> int:
-        first, last = bounds[index], bounds[index + 1]
-        pointers = np.ascontiguousarray(begins[first:last])
-        place = values[first:last].ctypes.data
-        return int(function(handles[index], pointers.ctypes.data, len(pointers), place))
-
-    if len(handles) == 1:
-        failed = [run(0)]
-    else:
-        with ThreadPoolExecutor(len(handles)) as pool:
-            failed = list(pool.map(run, range(len(handles))))
-    if any(failed):
-        raise NativeError("a feature of the windows is not finite, or there is no memory left")
 
 
 def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
@@ -347,58 +237,3 @@ def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
     shape = ((count - 1) * step + n_in, channels)
     strides = (sample, windows.strides[2])
     return np.lib.stride_tricks.as_strided(windows, shape, strides, writeable=False), step
-
-
-def _groups(count: int, together: int, threads: int) -> list[slice]:
-    """Slices of so many records, at most one for each thread: whole groups, but for the end."""
-    groups = -(-count // together)
-    bounds = np.linspace(0, groups, min(threads, groups) + 1).astype(int) * together
-    return [slice(first, last) for first, last in pairwise(bounds.tolist())]
-
-
-def _checked_threads(threads: int | None) -> int:
-    count = _available_cores() if threads is None else threads
-    if count < 1:
-        raise ValueError(f"threads {threads}; expected at least one")
-    return count
-
-
-def _available_cores() -> int:
-    return (
-        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
-
-
-def _library() -> ctypes.CDLL:
-    path = library_path()
-    if not path.is_file():
-        raise NativeError(
-            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
-        )
-    library = ctypes.CDLL(str(path))
-    handle, text, size = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t
-    signatures: dict[str, list[Any]] = {
-        "open": [handle, text, size, size, text, size],
-        "close": [None, handle],
-        "kernel": [text, size],
-        "layers": [ctypes.c_int, handle, handle, size, handle],
-        "records": [ctypes.c_int, handle, handle, size, size, size, size, size, handle],
-        "slopes": [ctypes.c_int, handle, handle, handle, size, size, handle],
-    }
-    for name, (result, *arguments) in signatures.items():
-        function = getattr(library, f"slide_native_{name}")
-        function.restype, function.argtypes = result, arguments
-    return library
-
-
-def library_path() -> Path:
-    """Find the compiled library of this platform.
-
-    Raises:
-        NativeError: there is none for it.
-    """
-    names = [name for name in TARGETS if name.startswith(f"{fmpy.platform_tuple}/")]
-    if not names:
-        known = [*map(os.path.dirname, TARGETS)]
-        raise NativeError(f"no library for {fmpy.platform_tuple}; expected one of {known}")
-    return BINARIES / names[0]

@@ -3,10 +3,10 @@
     python tests/benchmarks/whole_records.py fmus/*/*.fmu --json -
 
 Inputs are drawn by the excitation of the recipe that an FMU names, with a seed that no training
-saw; records are cut out of one long drawn record, so that each begins elsewhere. Times are those of
-the processor, medians over the rounds, but for the candidates, which several threads share: there
-it is the time that passes. torch has one thread and runs the cells alone: the features are given to
-it. numpy does all, by ``Surrogate.predict_newest_batch``.
+saw; records are cut out of one long drawn record, so that each begins elsewhere. Times are those
+of the processor, medians over the rounds, but for the candidates, which several threads share:
+there it is also the time that passes. torch has one thread and runs the cells alone: the features
+are given to it. numpy does all, by ``Surrogate.predict_newest_batch``.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ SLOPES = 160
 CANDIDATES, SHORT = 10_000, 120
 """Records of so many samples that are predicted at once by all threads."""
 FEW = 64
-"""Records that numpy and torch are given: they are slower, and use as many at once as they like."""
+"""Records that numpy and torch are given, which are slower."""
 
 
 def cut(record: FloatArray, count: int, length: int) -> FloatArray:
@@ -79,14 +80,15 @@ def times(tasks: dict[str, Callable[[], object]], rounds: int) -> dict[str, floa
     return {name: float(np.median(seconds)) for name, seconds in found.items()}
 
 
-def passed(task: Callable[[], object], rounds: int) -> float:
-    """Median time that passes in s."""
+def passed(task: Callable[[], object], rounds: int) -> dict[str, float]:
+    """Median time that passes in s, and that of all threads' processors."""
     found = []
     for _ in range(rounds):
-        begin = time.perf_counter()
+        begin = time.perf_counter(), time.process_time()
         task()
-        found.append(time.perf_counter() - begin)
-    return float(np.median(found))
+        found.append((time.perf_counter() - begin[0], time.process_time() - begin[1]))
+    seconds = np.median(found, axis=0)
+    return {"passed": float(seconds[0]), "processors": float(seconds[1])}
 
 
 def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
@@ -95,7 +97,7 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
     Returns:
         ``simulated_seconds_per_second`` on one core, of every kernel of this processor, of numpy
         and of torch; ``gradient_ms``, of a record of 160 samples, and of each of 64 at once;
-        ``candidates_s``, the time of 10 000 records of 120 samples; ``difference``, the largest
+        ``candidates_s``, of 10 000 records of 120 samples; ``difference``, the largest
         one from ``predict_newest`` over the scale of its output, in the first n_in - n_out
         samples of a record and in all.
     """
@@ -110,7 +112,7 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
     seconds = times(
         {
             **{
-                name: lambda it=it: it.predict(records, threads=1)
+                name: partial(it.predict, records, threads=1)
                 for name, it in zip(kernels(), natives, strict=True)
             },
             "numpy": lambda: surrogate.predict_newest_batch(few),

@@ -74,14 +74,16 @@ LINK_OF = {
 """Further options of the linker, by operating system."""
 
 
+KERNEL = RUNTIME / "kernel" / "kernel.c"
+
 PER_KERNEL = {
-    "kernel.c": FAST,
+    KERNEL.name: FAST,
     "record_back.c": SMALL,
     "record_forward.c": FAST,
     "record_signals.c": FAST,
 }
 """Files that are compiled once for each instruction set, and how; every other file is compiled
-once."""
+once. Where there are several kernels, records of the slowest one are compiled small, too."""
 
 HOT_FOLDERS = ("features", "kernel")
 """Folders whose files are compiled for speed."""
@@ -206,7 +208,9 @@ def compile_objects(target: str) -> list[Path]:
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
             for table, processor in KERNELS[architecture].items():
-                flags = [PER_KERNEL[source.name], "-mcpu=" + processor, "-ffp-contract=on"]
+                slowest = choice == [] and table == "slide_kernel_baseline"
+                level = SMALL if slowest and source != KERNEL else PER_KERNEL[source.name]
+                flags = [level, "-mcpu=" + processor, "-ffp-contract=on"]
                 units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
         else:
             level = FAST if source.parent.name in HOT_FOLDERS else SMALL

@@ -1,6 +1,6 @@
-/* Cosine and sine of SLIDE_MOTIONS angles at once. Within 5e4 rad of 0 they are within 4e-16 of the exact
- * ones; to 1e14 rad, within half of the rounding of the angle itself; beyond, where the next
- * double is 0.02 rad away, they mean nothing. */
+/* Cosine and sine of SLIDE_MOTIONS angles at once. Within 5e4 rad of 0 they are within 4e-16 of
+ * the exact ones; to 1e14 rad, within half of the rounding of the angle itself; beyond, where the
+ * next double is 0.02 rad away, they mean nothing. */
 #ifndef SLIDE_CHAIN_ANGLE_H
 #define SLIDE_CHAIN_ANGLE_H
 

@@ -28,7 +28,7 @@ static void place(SlideNative *native, const SlidePayload *payload, SlideArena *
     native->n_values = view->n_values;
     slide_network_place(&native->network, view, view->n_values, arena);
     slide_parameters_place(&native->parameters, &payload->parameters, arena);
-    if (slide_is_recurrent(native->network.family)) {
+    if (native->network.family == &slide_state_space_family) {
         slide_records_place(&native->records, payload, &native->network, native->kernel, arena);
     }
 }
@@ -56,6 +56,12 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
     SlidePayload payload;
     SlideNative *native = calloc(1, sizeof *native);
     bool good = native != NULL && slide_payload_read(&payload, data, size, &why);
+    if (good && payload.predictor.family == &slide_state_space_family) {
+        good = slide_records_know(payload.predictor.features.set) ||
+               slide_say(&why, "features of set %u along records of cells; expected a set that "
+                               "record_signals.c forms",
+                         (unsigned)payload.predictor.features.set->number);
+    }
     if (good && slide_kernel(kernel) == NULL) {
         good = slide_say(&why, "kernel %u; expected one that this processor supports",
                          (unsigned)kernel);

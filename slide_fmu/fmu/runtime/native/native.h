@@ -28,9 +28,10 @@ SLIDE_Export void slide_native_close(SlideNative *native);
 SLIDE_Export int slide_native_layers(const SlideNative *native, const float *const *rows,
                                      size_t count, float *values);
 
-/* Records of cells [length][n_inputs] in physical units, stride samples after each other; windows of a
- * record may overlap. Each has one state, which first sees the first input n_held times. To the last
- * n_given outputs of each, [count][n_given][n_outputs]; 1 <= n_given <= length. 0 on success. */
+/* Records of cells [length][n_inputs] in physical units, stride samples after each other; windows
+ * of a record may overlap. Each has one state, which first sees the first input n_held times. To
+ * the last n_given outputs of each, [count][n_given][n_outputs]; 1 <= n_given <= length. 0 on
+ * success. */
 SLIDE_Export int slide_native_records(SlideNative *native, const double *inputs, size_t count,
                                       size_t length, size_t stride, size_t n_held,
                                       size_t n_given, double *outputs);

@@ -89,8 +89,9 @@ void SLIDE_RECORD(path)(const SlideRecordCell *cell, const SlideRecordScratch *s
 }
 
 /* Add what a gradient gives by the transposed matrix of a part of the features. */
-SLIDE_CALLED void pull_part(const SlideRecordCell *cell, const SlideRecordPart *part, const double *of,
-                      size_t n_in, size_t records, double *of_features) {
+SLIDE_CALLED void pull_part(const SlideRecordCell *cell, const SlideRecordPart *part,
+                            const double *of, size_t n_in, size_t records,
+                            double *of_features) {
     double *to = of_features + (cell->n_factors + part->first) * records;
     const Product product = {part->transposed, n_in, of};
     if (part->count > 0) {
@@ -98,8 +99,8 @@ SLIDE_CALLED void pull_part(const SlideRecordCell *cell, const SlideRecordPart *
     }
 }
 
-/* From weights of the values after a sample to the gradient by the states then, and by factors and
- * static features. */
+/* From weights of the values after a sample to the gradient by the states then, and by factors
+ * and static features. */
 SLIDE_CALLED void pull_values(const SlideRecordCell *cell, const SlideRecordScratch *scratch,
                         const double *features, const double *states, const double *weights,
                         size_t records, double *of_states, double *of_features) {
@@ -125,8 +126,9 @@ SLIDE_CALLED void pull_values(const SlideRecordCell *cell, const SlideRecordScra
 }
 
 /* The gradient by cosine and sine of what turned vectors give, the sine times a sign. */
-SLIDE_CALLED void pull_turn(const SlideRecordCell *cell, const double *of_turned, const double *vectors,
-                      double sign, size_t records, double *of_features) {
+SLIDE_CALLED void pull_turn(const SlideRecordCell *cell, const double *of_turned,
+                            const double *vectors, double sign, size_t records,
+                            double *of_features) {
     double *of_c = of_features + cell->n_factors * records, *of_s = of_c + records;
     for (size_t pair = 0; pair < cell->turned; ++pair) {
         const double *a = of_turned + 2 * pair * records, *b = a + records;

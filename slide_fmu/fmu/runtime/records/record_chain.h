@@ -60,7 +60,8 @@ SLIDE_CALLED void write_loads(const Chain *chain, Joint *joints,
     }
 }
 
-/* The changes of the wrench, in the axes of the base and in those that turn with the first joint. */
+/* The changes of the wrench, in the axes of the base and in those that turn with the first
+ * joint. */
 SLIDE_CALLED void form_wrench_changes(const Chain *chain, const SlidePoints *points) {
     const size_t after_rates = chain->n_joints;
     const double *c = row(points->signals, after_rates + FRAME), *s = c + SLIDE_ROOM;

@@ -33,8 +33,8 @@ static void form_differences(const SlideFeatures *features, const SlidePoints *p
     }
 }
 
-/* Add what weights of numbers, of their changes or of the changes of these (order 0 to 2) give to the
- * gradient by the numbers. */
+/* Add what weights of numbers, of their changes or of the changes of these (order 0 to 2) give to
+ * the gradient by the numbers. */
 SLIDE_CALLED void pull_changes(const SlidePoints *points, int order, const double *weights,
                          double *gradient) {
     static const double factors[3][3] = {{1, 0, 0}, {1, -1, 0}, {1, -2, 1}};

@@ -45,7 +45,8 @@ static inline double angle_between(double x_before, double y_before, double x, d
 }
 
 /* Cosine and sine of an angle, two rows; that of no vector is 1, 0. */
-SLIDE_CALLED void form_direction(const Angle *angle, const double *x, size_t count, double *direction) {
+SLIDE_CALLED void form_direction(const Angle *angle, const double *x, size_t count,
+                                 double *direction) {
     const double *y = x + SLIDE_ROOM;
     double *c = direction, *s = direction + SLIDE_ROOM;
     SLIDE_EACH
@@ -101,10 +102,10 @@ SLIDE_CALLED void form_directors(const SlideFeatures *features, const SlidePoint
     }
 }
 
-/* From the gradient by angles, from a place of the inputs on, to that by these inputs. An angle moves
- * with its director across it, over its length squared. */
-SLIDE_CALLED void pull_angles(const Angle *angle, const double *x, size_t count, const double *of_angles,
-                        double *of_x) {
+/* From the gradient by angles, from a place of the inputs on, to that by these inputs. An angle
+ * moves with its director across it, over its length squared. */
+SLIDE_CALLED void pull_angles(const Angle *angle, const double *x, size_t count,
+                              const double *of_angles, double *of_x) {
     const double *y = x + SLIDE_ROOM;
     SLIDE_EACH
     for (size_t p = 0; angle->director && p < count; ++p) {

@@ -20,8 +20,8 @@ enum {
 /* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
 #define SLIDE_CALLED static __attribute__((noinline))
 
-/* Before loops over numbers that lie one after the other: a register at a time is enough, and several
- * would make libraries larger. */
+/* Before loops over numbers that lie one after the other: a register at a time is enough, and
+ * several would make libraries larger. */
 #if defined(__clang__)
 #define SLIDE_EACH _Pragma("clang loop interleave(disable) unroll(disable)")
 #else

@@ -2,6 +2,10 @@
 
 #include <string.h>
 
+bool slide_records_know(const SlideFeatureSet *set) {
+    return set == &slide_chain_motion || set == &slide_director || set == &slide_differences;
+}
+
 static SlideChannel *place_channels(const unsigned char *rows, size_t row_size, size_t count,
                                     SlideArena *arena) {
     SlideChannel *channels = slide_place(arena, count, sizeof *channels);

@@ -38,14 +38,18 @@ typedef struct {
     float *values; /* of a block */
 } SlideRecords;
 
+/* Whether the signals of a set are formed along records (record_signals.c). */
+bool slide_records_know(const SlideFeatureSet *set);
+
 /* Place what a network of cells needs for whole records; the network stays where it is. While the
  * arena measures, it is not usable. */
 void slide_records_place(SlideRecords *records, const SlidePayload *payload,
                          const SlideNetwork *network, const SlideKernel *kernel,
                          SlideArena *arena);
 
-/* The last n_given outputs of each record [count][n_given][n_values], physical, after its first input
- * has been held for n_held samples; 1 <= n_given <= length. False when a feature is not finite. */
+/* The last n_given outputs of each record [count][n_given][n_values], physical, after its first
+ * input has been held for n_held samples; 1 <= n_given <= length. False when a feature is not
+ * finite. */
 bool slide_records_run(const SlideRecords *records, const SlideRecordList *list, size_t n_held,
                        size_t n_given, double *outputs);
 

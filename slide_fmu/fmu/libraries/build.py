@@ -74,16 +74,14 @@ LINK_OF = {
 """Further options of the linker, by operating system."""
 
 
-KERNEL = RUNTIME / "kernel" / "kernel.c"
-
 PER_KERNEL = {
-    KERNEL.name: FAST,
-    "record_back.c": SMALL,
-    "record_forward.c": FAST,
-    "record_signals.c": FAST,
+    "kernel.c": (FAST, FAST),
+    "record_back.c": (SMALL, SMALL),
+    "record_forward.c": (FAST, FAST),
+    "record_signals.c": (FAST, SMALL),
 }
-"""Files that are compiled once for each instruction set, and how; every other file is compiled
-once. Where there are several kernels, records of the slowest one are compiled small, too."""
+"""Files that are compiled once for each instruction set, and how: usually, and for the slowest of
+several. Every other file is compiled once."""
 
 HOT_FOLDERS = ("features", "kernel")
 """Folders whose files are compiled for speed."""
@@ -208,8 +206,8 @@ def compile_objects(target: str) -> list[Path]:
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
             for table, processor in KERNELS[architecture].items():
-                slowest = choice == [] and table == "slide_kernel_baseline"
-                level = SMALL if slowest and source != KERNEL else PER_KERNEL[source.name]
+                slowest = not choice and table == "slide_kernel_baseline"
+                level = PER_KERNEL[source.name][slowest]
                 flags = [level, "-mcpu=" + processor, "-ffp-contract=on"]
                 units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
         else:

@@ -155,8 +155,9 @@ def test_tasks_of_the_job_array_make_parts_of_one_store(tmp_path: Path, machine:
 
 
 SBATCH = """
-log=$(mktemp)
-(setsid bash "$1" >"$log" 2>&1 & echo $! >>"{folder}/jobs")
+job=$(mktemp "{folder}/job.XXXXXX")
+cp "$1" "$job"  # who submits it removes it at once
+(setsid bash "$job" >"$job.log" 2>&1 & echo $! >>"{folder}/jobs")
 echo "Submitted batch job $(wc -l <"{folder}/jobs")"
 """
 SCANCEL = 'kill -- -$(sed -n "$1p" "{folder}/jobs")'

@@ -30,24 +30,35 @@ def motion(
     seed: Annotated[int, typer.Option(min=0, help="Draw the candidates with this seed.")] = 0,
     json_path: JsonOption = None,
 ) -> None:
-    """Choose or shape a motion from rest to rest that excites the system little."""
-    from slide_fmu.motion.task import read_task
+    """Choose set points that excite the system little, or correct those of a path."""
+    from slide_fmu.motion.task import PathTask, read_task
     from slide_fmu.pipeline.motion import solve, write_set_points
     from slide_fmu.pipeline.motion_report import motion_report, move_rows
+    from slide_fmu.pipeline.path_correction import correct, write_corrected
+    from slide_fmu.pipeline.path_report import path_report, path_rows
 
     with progress_bars() as bar:
-        solved = solve(fmu, read_task(task), seed, verify, bar)
-        folder = output or Path("runs") / solved.surrogate.name / "motion"
+        wanted = read_task(task)
+        if isinstance(wanted, PathTask):
+            corrected = correct(fmu, wanted, verify, bar)
+            report, tables = path_report(corrected), {"errors": path_rows(corrected)}
+        else:
+            solved = solve(fmu, wanted, seed, verify, bar)
+            report, tables = motion_report(solved), move_rows(solved)
+        folder = output or Path("runs") / str(report.data["fmu"]) / "motion"
         folder.mkdir(parents=True, exist_ok=True)
-        path = write_set_points(solved, folder / "set_points.csv")
-        report = motion_report(solved)
+        place = folder / "set_points.csv"
+        if isinstance(wanted, PathTask):
+            write_corrected(corrected, place)
+        else:
+            write_set_points(solved, place)
         page = report.write(folder)
     write_json(json_path, {**report.data, "seed": seed})
-    for title, rows in move_rows(solved).items():
+    for title, rows in tables.items():
         console.print(title)
         table = table_of(*rows[0])
         for row in rows[1:]:
             table.add_row(*row)
         console.print(table)
-    console.print(f"set points  {path}")
+    console.print(f"set points  {place}")
     console.print(f"report      {page}")

@@ -22,7 +22,8 @@ from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, moves
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
-from slide_fmu.motion.response import MotionError, Response
+from slide_fmu.motion.records import MotionError
+from slide_fmu.motion.response import Response
 from slide_fmu.network.base import batches
 
 AT_ONCE = 500

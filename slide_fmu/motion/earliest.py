@@ -11,7 +11,8 @@ from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, shaped_move
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.profile import Profiles, fastest
-from slide_fmu.motion.response import MotionError, Response
+from slide_fmu.motion.records import MotionError
+from slide_fmu.motion.response import Response
 from slide_fmu.motion.shape import shape
 from slide_fmu.motion.shapers import NONE, Shaper, ringing_modes, shapers
 

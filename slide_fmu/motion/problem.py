@@ -8,7 +8,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.limits import Limits
-from slide_fmu.motion.response import MotionError, Response
+from slide_fmu.motion.records import MotionError
+from slide_fmu.motion.response import Response
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

@@ -9,7 +9,7 @@ from slide_fmu.motion.earliest import Found, left_by, ringing_shapers
 from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, shaped_move
 from slide_fmu.motion.problem import Problem
-from slide_fmu.motion.response import MotionError
+from slide_fmu.motion.records import MotionError
 from slide_fmu.motion.shape import shape
 from slide_fmu.motion.shapers import NONE
 

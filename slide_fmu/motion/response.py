@@ -1,63 +1,50 @@
-"""The surrogate's answer to motions from rest to rest, and what is left of it after them."""
+"""The surrogate's answer to motions from rest to rest."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.window import MAX_WINDOW, Window
-from slide_fmu.fmu.native import NativeSurrogate
-from slide_fmu.motion.coordinates import Coordinate, coordinates_of, inputs_of
-from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.motion.coordinates import Coordinate, inputs_of
+from slide_fmu.motion.records import Records
 from slide_fmu.surrogate.surrogate import Surrogate
-
-
-class MotionError(ValueError):
-    """A motion cannot be had: a limit, a goal, a tolerance, or the surrogate is in the way."""
 
 
 class Response:
     """A Response answers motions of one length between two points. Final.
 
     Args:
-        surrogate: of a family whose response to a whole record has no window: a state space.
+        surrogate: what predicts.
         start, goal: coordinates before and after the motion, (n_coordinates,) each.
         samples: longest motion in samples; the response after it is looked at for as long as the
             window is.
 
     Raises:
-        MotionError: the surrogate is of another family, or the record is too long.
+        MotionError: as for ``Records``.
     """
 
     def __init__(
         self, surrogate: Surrogate, start: FloatArray, goal: FloatArray, samples: int
     ) -> None:
-        network = surrogate.network
-        if not isinstance(network, StateSpace):
-            raise MotionError(
-                f"surrogate {surrogate.name!r} has a network of type {type(network).__name__}; "
-                "expected one of the family 'state_space', which answers whole records"
-            )
-        self.surrogate, self.start, self.goal = surrogate, start, goal
-        self.coordinates: tuple[Coordinate, ...] = coordinates_of(surrogate.inputs)
-        self.samples, self.lead = samples, surrogate.window.n_in
-        self.count = samples + surrogate.window.n_in
-        length = self.lead + self.count
-        if length > MAX_WINDOW:
-            raise MotionError(
-                f"a motion of {samples} samples needs records of {length} samples; expected at "
-                f"most {MAX_WINDOW}: go over to a shorter motion"
-            )
-        record = StateSpace(
-            network.cell, length, length, network.features, network.roles, network.turned
-        )
-        whole = Window(surrogate.window.step, length, length)
-        self._native = NativeSurrogate(
-            replace(surrogate, window=whole, network=record, estimator=None, bound=None)
-        )
+        self.surrogate, self.start, self.goal, self.samples = surrogate, start, goal, samples
+        self._records = Records(surrogate, samples + surrogate.window.n_in)
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """What moves."""
+        return self._records.coordinates
+
+    @property
+    def count(self) -> int:
+        """The samples of a motion with the rest after it."""
+        return self._records.count
+
+    @property
+    def lead(self) -> int:
+        """The samples of rest before a motion."""
+        return self._records.lead
 
     @property
     def step(self) -> float:
@@ -83,16 +70,13 @@ class Response:
         """Give the outputs after every step of motions (B, count, n_coordinates).
 
         They are (B, count, n_outputs), about what they are at rest at the goal. Before a motion
-        the system rests at its first sample.
+        the system rests at the start.
         """
-        predicted = self._native.predict_windows(self.record(motions))[:, self.lead :]
-        return np.asarray(predicted - self.rest)
+        return self._records.outputs(motions, self.start) - self.rest
 
     def record(self, motions: FloatArray) -> FloatArray:
         """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
 
         In these the system rests at the start. They are (..., lead + count, n_inputs).
         """
-        shape = (*motions.shape[:-2], self.lead, len(self.start))
-        first = np.broadcast_to(self.start, shape)
-        return inputs_of(self.coordinates, np.concatenate([first, motions], axis=-2))
+        return self._records.inputs(motions, self.start)

@@ -21,7 +21,7 @@ from slide_fmu.motion.margin import what_margins_are
 from slide_fmu.motion.move import Move
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.quietest import quietest
-from slide_fmu.motion.task import Task
+from slide_fmu.motion.task import MoveTask, limits_of
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -39,7 +39,7 @@ class Solved:
     """
 
     surrogate: Surrogate
-    task: Task
+    task: MoveTask
     limits: Limits
     found: Found
     truths: tuple[FloatArray, ...]
@@ -73,7 +73,7 @@ class Solved:
 
 
 def solve(
-    fmu: Path, task: Task, seed: int = 0, verify: bool = False, bar: Stages = quiet_stages
+    fmu: Path, task: MoveTask, seed: int = 0, verify: bool = False, bar: Stages = quiet_stages
 ) -> Solved:
     """Choose the motion of a task with an FMU.
 
@@ -92,7 +92,7 @@ def solve(
     """
     surrogate, provenance = read_fmu(fmu)
     coordinates = coordinates_of(surrogate.inputs)
-    (start, goal), limits = task.points(coordinates), task.limits_of(coordinates)
+    (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
     problem = Problem(surrogate, start, goal, limits, task.tolerance)
     progress = bar("motions")
     if task.kind == "earliest":
@@ -119,13 +119,20 @@ def solve(
 
 
 def write_set_points(solved: Solved, path: Path) -> Path:
-    """Write the inputs of the move as CSV: the time in s, then one column for each input."""
+    """Write the inputs of the move as CSV, from the last sample of rest to the first one after."""
     response, move = solved.found.response, solved.found.move
     inputs = response.record(move.motion)[response.lead - 1 : response.lead + move.end + 1]
-    first = response.time[0] - response.step
-    names = ",".join(["time", *(signal.name for signal in solved.surrogate.inputs)])
+    return write_inputs(solved.surrogate, inputs, float(response.time[0]) - response.step, path)
+
+
+def write_inputs(surrogate: Surrogate, inputs: FloatArray, first: float, path: Path) -> Path:
+    """Write inputs (N, n_inputs) as CSV: the time in s, then one column for each input.
+
+    The first of them stands at the time ``first`` in s.
+    """
+    names = ",".join(["time", *(signal.name for signal in surrogate.inputs)])
     rows = [
-        ",".join(f"{value:.12g}" for value in (first + response.step * k, *row))
+        ",".join(f"{value:.12g}" for value in (first + surrogate.window.step * k, *row))
         for k, row in enumerate(inputs)
     ]
     write_whole(path, ("\n".join([names, *rows]) + "\n").encode())

@@ -47,7 +47,7 @@ def motion_report(solved: Solved) -> Report:
         Section(
             "Set points",
             "The coordinates of the move, and which part of each limit they use.",
-            _limits(move),
+            limit_rows(move),
             [_set_points(solved)],
         )
     )
@@ -94,7 +94,7 @@ def _cell(value: float | None, unit: str) -> str:
     return "not" if value is None else f"{value:.{4 if unit == 's' else 3}g} {unit}"
 
 
-def _limits(move: dict[str, Any]) -> list[tuple[str, str]]:
+def limit_rows(move: dict[str, Any]) -> list[tuple[str, str]]:
     used = move["limits_used"].items()
     return [("limit", "used"), *((name, f"{100 * part:.4g} %") for name, part in used)]
 

@@ -96,3 +96,27 @@ def test_a_task_that_is_not_there_or_no_toml_is_named(tmp_path: Path) -> None:
         assert done.exit_code == 1
         assert message in done.output
         assert "recipe" not in done.output
+
+
+def test_a_corrected_path_stands_beside_the_path_as_it_was(tmp_path: Path) -> None:
+    robot = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
+    task, place = ROOT / "docs" / "tutorials" / "closed_path.toml", tmp_path / "path"
+    done = invoke("motion", robot, task, "-o", place, "--json", "-")
+    assert done.exit_code == 0, done.output
+    figures = json.loads(done.stdout)
+    found = figures["predicted"]
+    assert found["rms_after"] < found["rms_before"] / 1000
+    assert found["times_less"] == pytest.approx(found["rms_before"] / found["rms_after"])
+    assert max(figures["limits_used"].values()) <= 1
+    assert figures["margin_is"].startswith(("the error bound", "twice the error estimate"))
+    table = np.genfromtxt(place / "set_points.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("time", *(f"joint_{i}" for i in range(1, 7)))
+    assert (place / "report.html").read_text(encoding="utf-8").count("data:image/webp") == 2
+
+
+def test_a_path_that_is_not_there_is_named(tmp_path: Path) -> None:
+    task = tmp_path / "task.toml"
+    task.write_text('kind = "compensate"\npath = "absent.csv"\n', encoding="utf-8")
+    done = invoke("motion", DUFFING, task)
+    assert done.exit_code == 1
+    assert "absent.csv" in done.output

@@ -19,7 +19,7 @@ from seeds import CHOSEN_MOTIONS
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import load
-from slide_fmu.motion import Task, coordinates_of, read_task
+from slide_fmu.motion import MoveTask, coordinates_of, read_task
 from slide_fmu.pipeline.motion import solve
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -30,17 +30,17 @@ REACH = 0.6
 OPTIMISED = "optimised"
 
 
-def random_task(surrogate: Surrogate, rng: np.random.Generator) -> Task:
+def random_task(surrogate: Surrogate, rng: np.random.Generator) -> MoveTask:
     """Draw start and goal of a task; the rest is that of the tutorial."""
     joints = coordinates_of(surrogate.inputs)
     low, high = (REACH * np.array([getattr(j, end) for j in joints]) for end in ("low", "high"))
     start, goal = rng.uniform(low, high, (2, len(joints)))
-    return read_task(TASK).model_copy(
-        update={"start": tuple(start.tolist()), "goal": tuple(goal.tolist())}
-    )
+    task = read_task(TASK)
+    assert isinstance(task, MoveTask)
+    return task.model_copy(update={"start": tuple(start.tolist()), "goal": tuple(goal.tolist())})
 
 
-def judged(task: Task) -> dict[str, Any]:
+def judged(task: MoveTask) -> dict[str, Any]:
     """Solve a task, and judge all its moves by the reference model."""
     begin = time.process_time()
     solve(FMU, task)

@@ -1,0 +1,82 @@
+"""The page of an FMU: one HTML file that needs nothing else, and no network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.credentials import members
+from slide_fmu.credentials.experiment import read_experiment
+from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
+from slide_fmu.fmu.libraries.platforms import compiled
+from slide_fmu.page.facts import facts_of
+from slide_fmu.page.scripts import WEB, joined_modules
+from slide_fmu.surrogate.surrogate import Surrogate
+
+TRAJECTORY = {
+    "inputs": members.INPUTS,
+    "results": members.RESULTS,
+    "reference": members.REFERENCE_MODEL,
+}
+"""Files of the experiment that an FMU carries, by their names in the page."""
+
+
+def write_page(fmu: Path, path: Path, title: str | None = None) -> Path:
+    """Write the page of an FMU, with the trajectory that it carries, and return its path.
+
+    Args:
+        fmu: an FMU that slide-fmu wrote.
+        path: the HTML file; replaced as a whole when it is there.
+        title: heading; the name of the surrogate if None.
+
+    Raises:
+        CredentialError: the experiment that the FMU carries is damaged.
+        FileNotFoundError: the runtime has not been compiled.
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        OSError: a file cannot be read or written.
+        ValueError: the path does not end in ``.html``.
+    """
+    if path.suffix != ".html":
+        raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+    surrogate, _ = read_fmu(fmu)
+    experiment = read_experiment(fmu)
+    files = {}
+    facts = {"title": title or surrogate.name, **facts_of(surrogate), "trajectory": None}
+    if experiment is not None:
+        facts["trajectory"] = {"parameters": dict(experiment.parameters)}
+        files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
+    write_whole(path, page_html(surrogate, facts, files).encode("utf-8"))
+    return path
+
+
+def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:
+    """Return the page; the same arguments give the same text.
+
+    Args:
+        surrogate: what runs in it.
+        facts: what it shows of it.
+        files: further files that it reads, by their names in the page.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
+    return environment.get_template("page.html").render(
+        facts=facts,
+        json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
+        blobs={name: packed(content) for name, content in blobs.items()},
+        style=(WEB / "style.css").read_text(encoding="utf-8"),
+        script=joined_modules("main"),
+    )
+
+
+def packed(content: bytes) -> str:
+    """Return bytes as text, compressed; browsers unpack it."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")

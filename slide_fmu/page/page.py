@@ -70,6 +70,8 @@ def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, byte
     blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
     return environment.get_template("page.html").render(
         facts=facts,
+        summary=_summary(facts),
+        columns=", ".join(signal["name"] for signal in facts["inputs"]),
         json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=(WEB / "style.css").read_text(encoding="utf-8"),
@@ -80,3 +82,13 @@ def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, byte
 def packed(content: bytes) -> str:
     """Return bytes as text, compressed; browsers unpack it."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def _summary(facts: dict[str, Any]) -> str:
+    """Say in one line what the surrogate is."""
+    inputs, outputs = len(facts["inputs"]), len(facts["outputs"])
+    return (
+        f"surrogate {facts['name']}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
+        f"output{'s' * (outputs > 1)}, a step of {facts['step']:.4g} s, which remembers "
+        f"{facts['memory']:.3g} s"
+    )

@@ -1,0 +1,60 @@
+// What is shown of a run, live or of a record: cards, inputs, lamp, clock.
+
+import { Card } from "./cards.js";
+import { byId, element } from "./elements.js";
+import { InputsPlot } from "./inputs.js";
+import { showLamp } from "./lamp.js";
+
+/** A View draws runs. */
+export class View {
+  constructor(facts, channels, point) {
+    this.facts = facts;
+    this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
+    byId("plots").prepend(...this.cards.map((card) => card.block));
+    this.inputs = new InputsPlot(channels, byId("inputs-plot"));
+    this.cards.forEach((card) => card.onPoint(point));
+    byId("plots").scrollTo(0, 0); // where they lie side by side, as on a phone
+  }
+
+  /** Shows nothing: there is no run. */
+  clear() {
+    byId("plots").hidden = true;
+    byId("lamp").hidden = true;
+    byId("clock").textContent = "";
+  }
+
+  /** Draws a run, as Card.draw wants it, with its rows of inputs. */
+  draw(run) {
+    byId("plots").hidden = false;
+    byId("lamp").hidden = false;
+    this.cards.forEach((card) => card.draw(run));
+    this.inputs.draw(run);
+    showLamp(run.answers[run.at].flags);
+    byId("clock").textContent = `${run.time[run.at].toFixed(2)} s`;
+  }
+
+  drawLive(live, confidence) {
+    const { now, span, time, rows, answers } = live;
+    const xRange = [Math.max(0, now - span), Math.max(span, now)];
+    const at = time.length - 1;
+    this.draw({ live: true, time, rows, answers, references: null, xRange, at, cursor: false, confidence });
+  }
+
+  drawCourse(player, confidence) {
+    const { course, at } = player;
+    byId("time").value = course.time[at];
+    const { time, rows, answers, references, xRange } = course;
+    this.draw({ live: false, time, rows, answers, references, xRange, at, cursor: true, confidence });
+  }
+
+  /** The table of errors beside a reference; difference: to what the FMU stores, or null. */
+  showErrors(course, difference) {
+    const rows = course.errors(this.facts).map(([name, text]) =>
+      element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, text)),
+    );
+    byId("record-name").textContent = course.name;
+    byId("errors").replaceChildren(...rows);
+    byId("errors-block").hidden = rows.length === 0;
+    byId("same").textContent = difference === null ? "" : `${difference.toExponential(1)} of the range`;
+  }
+}

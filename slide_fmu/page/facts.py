@@ -22,11 +22,11 @@ def facts_of(surrogate: Surrogate) -> dict[str, Any]:
     """
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
     window, estimated = surrogate.window, surrogate.estimator is not None
-    kinds = {"estimate": BY_KEY["ERROR_ESTIMATE"], "bound": BY_KEY["ERROR_BOUND"]}
-    outputs = [
-        {**fact, **{what: references.get(kind.name_for(fact["name"])) for what, kind in kinds.items()}}
-        for fact in _signals(surrogate.outputs, references)
-    ]
+    errors = {"estimate": BY_KEY["ERROR_ESTIMATE"], "bound": BY_KEY["ERROR_BOUND"]}
+    outputs = _signals(surrogate.outputs, references)
+    for output in outputs:
+        for what, kind in errors.items():
+            output[what] = references.get(kind.name_for(output["name"]))
     return {
         "name": surrogate.name,
         "step": window.step,

@@ -27,7 +27,7 @@ class Browser:
     """One page in a headless browser."""
 
     def __init__(self, writer: int, reader: int) -> None:
-        self._writer, self._reader, self._buffer = writer, os.fdopen(reader, "rb", 0), b""
+        self._writer, self._reader, self._buffer = writer, reader, b""
         self._count, self._session = 0, ""
         self.events: list[dict[str, Any]] = []
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
@@ -52,7 +52,7 @@ class Browser:
 
     def _receive(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
-            part = self._reader.read(1 << 16)
+            part = os.read(self._reader, 1 << 16)
             assert part, "the browser has ended"
             self._buffer += part
         text, _, self._buffer = self._buffer.partition(b"\0")
@@ -145,6 +145,7 @@ def browser(folder: Path) -> Iterator[Browser]:
         yield Browser(write, read)
     finally:
         os.close(write)  # the browser ends with its pipe
+        os.close(read)
         try:
             process.wait(timeout=20)
         except subprocess.TimeoutExpired:

@@ -5,10 +5,9 @@ import { channelsOf, limitsOf } from "./channels.js";
 import { differenceTo, ownCourse, storedCourse } from "./course.js";
 import { byId } from "./elements.js";
 import { Live } from "./live.js";
-import { Pad } from "./pad.js";
+import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
-import { Slider } from "./sliders.js";
 import { beginTheme } from "./theme.js";
 import { View } from "./view.js";
 
@@ -27,11 +26,22 @@ export class App {
     const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored));
     this.live = new Live(this.session, facts, this.channels, limits);
     this.player = new Player();
+    this.panel = new Panel(facts, this.channels, {
+      target: (i, value) => this.setTarget(i, value),
+      parameter: (i, value) => {
+        this.parameters[i] = value;
+        this.settings();
+      },
+      confidence: (value) => {
+        this.confidence = value;
+        this.settings();
+      },
+    });
     this.view = new View(facts, this.channels, (time) => this.point(time));
   }
 
   begin() {
-    this.makeSliders();
+    this.panel.show(this.live.targets);
     this.makeButtons();
     this.makeFiles();
     beginTheme(() => this.wish());
@@ -41,33 +51,6 @@ export class App {
     const stored = location.hash === "#stored" && this.courses.stored !== null;
     this.choose(stored ? "stored" : "live");
     requestAnimationFrame((now) => this.frame(now));
-  }
-
-  makeSliders() {
-    this.sliders = this.channels.map(
-      (channel, i) => new Slider(channel, (value) => this.setTarget(i, value)),
-    );
-    this.pad = new Pad(this.channels, (i, value) => this.setTarget(i, value));
-    byId("pad").append(this.pad.block);
-    byId("sliders").append(...this.sliders.map((slider) => slider.block));
-    const others = this.facts.parameters.map(
-      (parameter, i) =>
-        new Slider(parameter, (value) => {
-          this.parameters[i] = value;
-          this.settings();
-        }),
-    );
-    if (this.facts.confidence !== null) {
-      const what = { ...this.facts.confidence, name: "confidence of the bound", unit: "1" };
-      others.push(
-        new Slider(what, (value) => {
-          this.confidence = value;
-          this.settings();
-        }),
-      );
-    }
-    byId("parameters").append(...others.map((slider) => slider.block));
-    this.showTargets();
   }
 
   makeButtons() {
@@ -169,12 +152,7 @@ export class App {
   setTarget(index, value) {
     this.live.targets[index] = value;
     this.wander(false);
-    this.showTargets();
-  }
-
-  showTargets() {
-    this.live.targets.forEach((value, i) => this.sliders[i].show(value));
-    this.pad.show(this.live.targets);
+    this.panel.show(this.live.targets);
   }
 
   /** Marks a time of a record, where people point at one. */
@@ -238,7 +216,7 @@ export class App {
     if (this.way === "live") {
       this.attempt(() => this.live.advance(seconds));
       if (this.live.wandering) {
-        this.showTargets();
+        this.panel.show(this.live.targets);
       }
     } else {
       this.player.go(this.player.time + seconds);

@@ -1,8 +1,9 @@
 // Runs the runtime as WebAssembly on a task, a JSON file, and prints what came of it as JSON.
 //
-// task: { runtime, surrogate: paths, facts, time, inputs: columns, parameters, confidence, rounds }
-// The result has columns by name, and the median seconds of a step without and with all that can
-// be read, if there are rounds.
+// task: { runtime, surrogate: paths, facts, time, inputs: columns, parameters, confidence, rounds,
+// timed: value references by name }. The result has columns by name, and the seconds of a step
+// that reads the variables of each name in timed: the least of all rounds, since other programs
+// may be at work.
 
 import { readFileSync } from "node:fs";
 import { loadRuntime, Machine } from "../../slide_fmu/page/web/machine.js";
@@ -23,7 +24,7 @@ for (const [name, references] of Object.entries(task.timed ?? {})) {
 }
 console.log(JSON.stringify({ columns, seconds }));
 
-/** The seconds of a step that sets the inputs and reads a port: the least of all rounds, since others work on the machine too. */
+/** The seconds of a step that sets the inputs and reads a port. */
 function timeOf(port) {
   const rows = task.time.map((_, k) => task.inputs.map((column) => column[k]));
   const found = [];

@@ -17,12 +17,13 @@ class Port {
     this.count = references.length;
     this.references = machine.room(4 * this.count);
     this.place = machine.room(8 * this.count);
+    this.view = new Float64Array(0);
     new Uint32Array(machine.runtime.memory.buffer, this.references, this.count).set(references);
   }
 
-  /** The values in the memory of the runtime; a view is lost when that memory grows. */
+  /** The values in the memory of the runtime; when that memory grows, a view becomes empty. */
   get values() {
-    if (this.view === undefined || this.view.buffer !== this.machine.runtime.memory.buffer) {
+    if (this.view.length === 0) {
       this.view = new Float64Array(this.machine.runtime.memory.buffer, this.place, this.count);
     }
     return this.view;
@@ -30,7 +31,10 @@ class Port {
 
   /** Sets the variables to values. */
   set(values) {
-    this.values.set(values);
+    const place = this.values;
+    for (let i = 0; i < this.count; i += 1) {
+      place[i] = values[i];
+    }
     const { runtime, page } = this.machine;
     this.machine.expect(runtime.slide_page_set(page, this.references, this.count, this.place));
   }

@@ -82,11 +82,18 @@ int slide_page_set(SlidePage *page, const uint32_t *references, size_t count,
     return instance == NULL ? SLIDE_ERROR : slide_set(instance, &of, values);
 }
 
-static SlideStatus get_one(SlideInstance *instance, const uint32_t *reference, double *value) {
-    int truth = 0;
-    if (slide_variable(instance, *reference).type == SLIDE_REAL) {
-        return slide_get(instance, &(SlideValues){reference, 1, 1, SLIDE_DOUBLES}, value);
+/* How many of the variables, from the first on, are Real. */
+static size_t count_reals(const SlideInstance *instance, const uint32_t *references,
+                          size_t count) {
+    size_t found = 0;
+    while (found < count && slide_variable(instance, references[found]).type == SLIDE_REAL) {
+        ++found;
     }
+    return found;
+}
+
+static SlideStatus get_truth(SlideInstance *instance, const uint32_t *reference, double *value) {
+    int truth = 0;
     SlideStatus status = slide_get(instance, &(SlideValues){reference, 1, 1, SLIDE_INTS}, &truth);
     *value = truth;
     return status;
@@ -96,7 +103,13 @@ int slide_page_get(SlidePage *page, const uint32_t *references, size_t count, do
     SlideInstance *instance = slide_enter(page->instance, SLIDE_READABLE, __func__);
     SlideStatus status = instance == NULL ? SLIDE_ERROR : SLIDE_OK;
     for (size_t i = 0; i < count && status == SLIDE_OK; ++i) {
-        status = get_one(instance, references + i, values + i);
+        const size_t n = count_reals(instance, references + i, count - i);
+        const SlideValues reals = {references + i, n, n, SLIDE_DOUBLES};
+        status = n > 0 ? slide_get(instance, &reals, values + i) : SLIDE_OK;
+        i += n;
+        if (status == SLIDE_OK && i < count) {
+            status = get_truth(instance, references + i, values + i);
+        }
     }
     return status;
 }

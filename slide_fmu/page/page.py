@@ -16,6 +16,7 @@ from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
+from slide_fmu.page.drawing import load_drawing
 from slide_fmu.page.facts import facts_of
 from slide_fmu.page.scripts import WEB, joined_modules
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -28,15 +29,21 @@ TRAJECTORY = {
 """Files of the experiment that an FMU carries, by their names in the page."""
 
 
-def write_page(fmu: Path, path: Path, title: str | None = None) -> Path:
+def write_page(
+    fmu: Path, path: Path, title: str | None = None, drawing: str | None = None
+) -> Path:
     """Write the page of an FMU, with the trajectory that it carries, and return its path.
 
     Args:
         fmu: an FMU that slide-fmu wrote.
         path: the HTML file; replaced as a whole when it is there.
         title: heading; the name of the surrogate if None.
+        drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
+            (``slide_fmu/page/drawing.py``); it is not drawn if None.
 
     Raises:
+        DrawingError: the drawing is not usable.
+        LoadError: the module of the drawing cannot be imported.
         CredentialError: the experiment that the FMU carries is damaged.
         FileNotFoundError: the runtime has not been compiled.
         FmuError: the file is no FMU of slide-fmu, or damaged.
@@ -48,10 +55,15 @@ def write_page(fmu: Path, path: Path, title: str | None = None) -> Path:
     surrogate, _ = read_fmu(fmu)
     experiment = read_experiment(fmu)
     files = {}
-    facts = {"title": title or surrogate.name, **facts_of(surrogate), "trajectory": None}
+    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
+    facts |= {"trajectory": None, "drawn": drawing is not None}
     if experiment is not None:
         facts["trajectory"] = {"parameters": dict(experiment.parameters)}
         files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
+    if drawing is not None:
+        owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
+        described = load_drawing(drawing, [signal.name for group in owners for signal in group])
+        files["drawing"] = json.dumps(described).encode("utf-8")
     write_whole(path, page_html(surrogate, facts, files).encode("utf-8"))
     return path
 

@@ -15,7 +15,7 @@ const WAYS = ["live", "stored", "own"];
 
 /** An App does what people ask for. */
 export class App {
-  constructor(facts, machine, files) {
+  constructor(facts, machine, files, drawing) {
     this.facts = facts;
     this.session = new Session(machine, facts);
     this.files = files;
@@ -37,7 +37,7 @@ export class App {
         this.settings();
       },
     });
-    this.view = new View(facts, this.channels, (time) => this.point(time));
+    this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
   }
 
   begin() {
@@ -229,7 +229,7 @@ export class App {
 
   draw() {
     if (this.way === "live") {
-      this.view.drawLive(this.live, this.confidence);
+      this.view.drawLive(this.live, this.parameters, this.confidence);
     } else if (this.course !== null) {
       this.view.drawCourse(this.player, this.confidence);
     } else {

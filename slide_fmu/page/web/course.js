@@ -17,6 +17,7 @@ export class Course {
 
   /** Runs the surrogate over it. */
   run(session, facts, parameters, confidence) {
+    this.given = parameters;
     this.answers = runRecord(session, this.time, this.inputs, parameters, confidence);
     this.columns = columnsOf(facts, this.answers);
   }

@@ -12,8 +12,9 @@ async function begin() {
   for (const name of facts.trajectory === null ? [] : ["inputs", "results", "reference"]) {
     files[name] = await unpackText(name);
   }
+  const drawing = facts.drawn ? JSON.parse(await unpackText("drawing")) : null;
   const machine = new Machine(await loadRuntime(runtime), surrogate);
-  new App(facts, machine, files).begin();
+  new App(facts, machine, files, drawing).begin();
   document.documentElement.dataset.ready = "yes";
 }
 

@@ -8,12 +8,12 @@ const TOP = 8;
 const BOTTOM = 20;
 
 /** The colour that the style sheet gives to a name. */
-function colourOf(name) {
+export function colourOf(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
 /** Makes the canvas as sharp as the screen; its context, in CSS pixels, and its size. */
-function prepare(canvas) {
+export function prepare(canvas) {
   const ratio = window.devicePixelRatio || 1;
   const { clientWidth: width, clientHeight: height } = canvas;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {

@@ -78,7 +78,7 @@ def test_page_fits_phones_and_screens_dark_and_light(
     for dark in (False, True):
         chromium.resize(width, height, dark)
         chromium.open(page_of(name), "#stored")
-        chromium.until("document.querySelector('canvas').width > 300")
+        chromium.until("document.querySelector('.plot.main').width > 300")
         assert chromium.evaluate("document.documentElement.scrollWidth") <= width
         colours.append(chromium.evaluate("getComputedStyle(document.body).backgroundColor"))
         path = tmp_path / f"{name}-{width}-{dark}.png"

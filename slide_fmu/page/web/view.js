@@ -17,9 +17,8 @@ export class View {
   constructor(facts, channels, point, drawing) {
     this.facts = facts;
     this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
-    byId("plots").prepend(...this.cards.map((card) => card.block));
+    byId("plots").append(...this.cards.map((card) => card.block));
     byId("drawing").hidden = drawing === null;
-    byId("plots").prepend(byId("drawing"));
     byId("drawing-text").textContent = drawing?.text ?? "";
     this.drawing = drawing === null ? null : new Drawing(drawing, facts, byId("drawing-canvas"));
     this.inputs = new InputsPlot(channels, byId("inputs-plot"));

@@ -141,7 +141,7 @@ def validate(
     ] = None,
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
-    from slide_fmu.pipeline.measurement import validate_fmu_file, validation_report
+    from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
     from slide_fmu.validation.comparison import Task
 
     with progress_bars() as bar:
@@ -150,7 +150,7 @@ def validate(
         task = Task(seed, trajectories, amplitude, duration, held_out)
         result = validate_fmu_file(fmu, task, bar)
         figures = result.figures()
-        folder = report or Path("runs") / result.surrogate.name / "validation"
+        folder = report or Path("runs") / result.surrogate.name / report_folder(task)
         page = validation_report(result).write(folder)
     write_json(json_path, figures)
     show_validation(figures, "validation, kinds that were held out" if held_out else "validation")

@@ -22,3 +22,12 @@ class Progress(Protocol):
 
 Stages = Callable[[str], Progress]
 """Opens the progress of a named stage."""
+
+
+def quiet(done: int, total: int, error: float | None = None) -> None:
+    """Show no progress."""
+
+
+def quiet_stages(stage: str) -> Progress:
+    """Open the progress of a stage that shows none."""
+    return quiet

@@ -23,8 +23,8 @@ STAGE = "companion"
 """The stage has this name in the progress and in the figures."""
 
 ACCURATE = 1.3
-"""A companion whose validation error is at most so many times the surrogate's is accurate enough;
-with one three times as large, bounds of a Duffing oscillator became a fifth wider."""
+"""A companion whose validation error is at most so many times the surrogate's is accurate enough.
+A less accurate one makes bounds wider, since its own error is most of the disagreement."""
 
 
 def fit_companion(

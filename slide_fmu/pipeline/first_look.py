@@ -92,10 +92,6 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     return FirstLook(step, origin, low, high, still, count, tuple(remarks))
 
 
-def quiet(done: int, total: int, error: float | None = None) -> None:
-    """Show no progress: what shows it cannot cross to another program."""
-
-
 def _step(looking: Looking) -> tuple[float, str, str | None]:
     """Return the sample step in s, where it comes from, and a remark or None."""
     given = looking.specification

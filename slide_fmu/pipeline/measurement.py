@@ -87,3 +87,11 @@ def _title(task: Task) -> str:
         return f"validation on {HELD_OUT}"
     low, high = task.amplitude
     return "validation" if low == high == 1 else f"validation at {low:g} to {high:g} x amplitude"
+
+
+def report_folder(task: Task) -> str:
+    """Name the folder for the report of a task; tasks of other inputs have other folders."""
+    if task.held_out:
+        return "validation_held_out"
+    low, high = task.amplitude
+    return "validation" if low == high == 1 else f"validation_at_{low:g}_to_{high:g}"

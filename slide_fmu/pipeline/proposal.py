@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import hold_of
 from slide_fmu.data.apart import guarded
 from slide_fmu.pipeline.draft_signals import (
@@ -18,7 +18,7 @@ from slide_fmu.pipeline.draft_signals import (
     ranged_outputs,
     require_name,
 )
-from slide_fmu.pipeline.first_look import FirstLook, Looking, MakeTables, look, quiet
+from slide_fmu.pipeline.first_look import FirstLook, Looking, MakeTables, look
 from slide_fmu.pipeline.job import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
@@ -146,6 +146,7 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
     found, system = begun.found, begun.system
     looking = Looking(begun.specification, _origin(wish), None if begun.own else begun.tables)
+    # what shows progress cannot cross to another program
     shown = quiet if system.may_crash else progress
     return guarded(system, (found.model, found.kind), look, looking, shown)
 

@@ -112,6 +112,11 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
     assert again["outputs"] == figures["outputs"]
     other = json.loads(invoke(*call[:5], 6, *call[6:]).stdout)
     assert other["outputs"] != figures["outputs"]
+    kept = tmp_path / "runs" / duffing.name / "validation" / "report.html"
+    page = kept.read_bytes()
+    assert invoke(*call, "--amplitude", 1, 2).exit_code == 0
+    assert kept.read_bytes() == page
+    assert kept.parent.with_name("validation_at_1_to_2").joinpath("report.html").is_file()
 
 
 def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:

@@ -48,9 +48,10 @@ def unseen_inputs(fmu: Path, steps: int, seed: int) -> FloatArray:
 
 
 class Batch:
-    """A batch holds windows of scaled inputs, and a library of an FMU that predicts them."""
+    """A batch holds windows of physical inputs, and a library of an FMU that predicts them."""
 
-    def __init__(self, fmu: UnpackedFmu, scaled: FloatArray, surrogate: Surrogate) -> None:
+    def __init__(self, fmu: UnpackedFmu, inputs: FloatArray, surrogate: Surrogate) -> None:
+        n_in = surrogate.window.n_in
         platforms = (fmpy.platform, fmpy.platform_tuple)
         binaries = fmu.folder / "binaries"
         paths = [
@@ -58,6 +59,11 @@ class Batch:
         ]
         payload, message = (fmu.folder / "resources/surrogate.slide").read_bytes(), bytes(400)
         self._library = ctypes.CDLL(str(paths[0]))
+        if not hasattr(self._library, "slide_native_records"):
+            raise RuntimeError(
+                f"{paths[0].name} is of a version whose windows of cells were others; compare two "
+                "FMUs that have slide_native_records"
+            )
         size = ctypes.c_size_t
         self._library.slide_native_open.restype = ctypes.c_void_p
         self._handle = ctypes.c_void_p(
@@ -67,33 +73,27 @@ class Batch:
         )
         if not self._handle:
             raise RuntimeError(message.split(b"\0")[0].decode())
-        self._record = np.ascontiguousarray(scaled)
-        count = len(scaled) - surrogate.window.n_in + 1
-        begins = self._record.ctypes.data + self._record.strides[0] * np.arange(count)
-        self._windows = begins.astype(np.uintp)
-        self.values = np.empty(
-            (count, surrogate.window.n_out, len(surrogate.outputs)), dtype=np.float32
-        )
+        self._record, self._count = np.ascontiguousarray(inputs), len(inputs) - n_in + 1
+        shape = (self._count, surrogate.window.n_out, len(surrogate.outputs))
+        self.values = np.empty(shape)
+        self._sizes = [ctypes.c_size_t(k) for k in (self._count, n_in, 1, 0, shape[1])]
 
     def seconds(self) -> float:
         """Predict all windows, and return the processor's time for one."""
         begin = time.thread_time()
-        failed = self._library.slide_native_cells(
-            self._handle,
-            self._windows.ctypes,
-            ctypes.c_size_t(len(self._windows)),
-            self.values.ctypes,
+        failed = self._library.slide_native_records(
+            self._handle, self._record.ctypes, *self._sizes, self.values.ctypes
         )
         if failed:
             raise RuntimeError("a feature of the windows is not finite")
-        return (time.thread_time() - begin) / len(self._windows)
+        return (time.thread_time() - begin) / self._count
 
 
 def batch_times(
-    old: UnpackedFmu, new: UnpackedFmu, scaled: FloatArray, surrogate: Surrogate, rounds: int
+    old: UnpackedFmu, new: UnpackedFmu, inputs: FloatArray, surrogate: Surrogate, rounds: int
 ) -> dict[str, float]:
     """Median times (microseconds) of a window, the two libraries in turns."""
-    batches = {"old": Batch(old, scaled, surrogate), "new": Batch(new, scaled, surrogate)}
+    batches = {"old": Batch(old, inputs, surrogate), "new": Batch(new, inputs, surrogate)}
     found: dict[str, list[float]] = {name: [] for name in batches}
     for _ in range(rounds):
         for name, batch in batches.items():
@@ -116,8 +116,7 @@ def compare(old: Path, new: Path, steps: int, rounds: int, seed: int) -> dict[st
                 runs[name].append(run_fmu(fmu, inputs, names, step=surrogate.window.step))
         batches: dict[str, float] = {}
         if isinstance(surrogate.network, StateSpace):
-            scaled = surrogate.input_scaling.apply(rows)
-            batches = batch_times(before, after, scaled, surrogate, rounds)
+            batches = batch_times(before, after, rows, surrogate, rounds)
     difference = np.abs(runs["old"][0].values - runs["new"][0].values).max(axis=0) / widths
     times = {
         name: 1e6 * statistics.median(float(np.median(run.seconds)) for run in found)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.fmu.libraries.build import BUILD, KERNEL, WARNINGS, include_flags, runtime_files
+from slide_fmu.fmu.libraries.build import BUILD, PER_KERNEL, WARNINGS, include_flags, runtime_files
 
 NAMES = ("driver.c", "cell_driver.c")
 DRIVERS = [Path(__file__).parent / "c" / name for name in NAMES]
@@ -89,16 +89,16 @@ def build_program(
         own: sources of the test.
         defines: more flags for sources of the runtime, by their names without the ending.
     """
-    sources = [path for path in runtime_files(".c") if path != KERNEL]
-    units: list[tuple[Path, str, list[str]]] = [
-        (path, path.stem, defines.get(path.stem, [])) for path in sources
-    ]
-    units += [(path, f"own_{path.stem}", []) for path in own]
-    units.append((KERNEL, "baseline", ["-DSLIDE_KERNEL=slide_kernel_baseline"]))
     wide = ["-mavx2", "-mfma", "-ffp-contract=fast"]
-    units.append((KERNEL, "avx2", ["-DSLIDE_KERNEL=slide_kernel_avx2", *wide]))
     widest = [*wide, "-mavx512f", "-mavx512dq", "-mavx512bw", "-mavx512vl"]
-    units.append((KERNEL, "avx512", ["-DSLIDE_KERNEL=slide_kernel_avx512", *widest]))
+    units: list[tuple[Path, str, list[str]]] = [(path, f"own_{path.stem}", []) for path in own]
+    for path in runtime_files(".c"):
+        if path.name in PER_KERNEL:
+            for name, processor in (("baseline", []), ("avx2", wide), ("avx512", widest)):
+                table = f"-DSLIDE_KERNEL=slide_kernel_{name}"
+                units.append((path, f"{path.stem}_{name}", [table, *processor]))
+        else:
+            units.append((path, path.stem, defines.get(path.stem, [])))
     objects = []
     for source, stem, extra in units:
         objects.append(str(program.with_name(f"{stem}.o")))

@@ -107,7 +107,7 @@ def test_bad_windows_are_refused() -> None:
     broken[4, 3, 1] = np.nan
     with pytest.raises(ValueError, match="not finite"):
         native.predict_windows(broken)
-    with pytest.raises(NativeError, match="a feature of the windows is not finite"):
+    with pytest.raises(NativeError, match="a feature of the inputs is not finite"):
         native.predict_windows(1e39 * np.ones_like(windows))
     with pytest.raises(ValueError, match="threads 0"):
         native.predict_windows(windows, threads=0)

@@ -83,25 +83,33 @@ LINK_OF = {
 """Further options of the linker, by operating system."""
 
 
-KERNEL = RUNTIME / "kernel" / "kernel.c"
-"""Compiled once for each instruction set; every other file is compiled once."""
+PER_KERNEL = {
+    "kernel.c": (FAST, FAST),
+    "record_back.c": (SMALL, SMALL),
+    "record_forward.c": (FAST, FAST),
+    "record_signals.c": (FAST, SMALL),
+}
+"""Files that are compiled once for each instruction set, and how: usually, and for the slowest of
+several. Every other file is compiled once."""
 
 HOT_FOLDERS = ("features", "kernel")
 """Folders whose files are compiled for speed."""
 
 LIBRARY_FOLDERS = (
     *("bytes", "kernel", "features", "network", "window", "derivative"),
-    *("calls", "fmi2", "fmi3", "native"),
+    *("calls", "fmi2", "fmi3", "records", "native"),
 )
 """Folders of the runtime whose files make the library, from the bottom up."""
 
 PAGE_FOLDERS = (
-    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", "native")),
+    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", "records", "native")),
     "wasm",
 )
 """Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
 
-SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", "native"))
+SOURCE_FOLDERS = tuple(
+    name for name in LIBRARY_FOLDERS if name not in ("fmi3", "records", "native")
+)
 """Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
 
 STANDARD_HEADERS = {
@@ -211,13 +219,17 @@ def compile_objects(target: str) -> list[Path]:
     common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
     units: dict[str, list[str]] = {}
     for source in compiled_sources(target):
-        if source != KERNEL:
+        compiled = ["-c", str(source.relative_to(RUNTIME))]
+        if source.name in PER_KERNEL:
+            for table, processor in KERNELS[architecture].items():
+                slowest = not choice and table == "slide_kernel_baseline"
+                level = PER_KERNEL[source.name][slowest]
+                flags = [level, "-mcpu=" + processor, "-ffp-contract=on"]
+                units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
+        else:
             level = FAST if source.parent.name in HOT_FOLDERS else SMALL
             flags = [level, "-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
-            units[source.stem] = [*flags, "-c", str(source.relative_to(RUNTIME))]
-    for table, processor in KERNELS[architecture].items():
-        flags = [FAST, "-mcpu=" + processor, "-ffp-contract=on", f"-DSLIDE_KERNEL={table}"]
-        units[table] = [*flags, "-c", str(KERNEL.relative_to(RUNTIME))]
+            units[source.stem] = [*flags, *compiled]
     commands = {folder / f"{stem}.o": [*common, *unit] for stem, unit in units.items()}
     arguments = [[*command, "-o", str(object_)] for object_, command in commands.items()]
     with ThreadPoolExecutor(os.cpu_count()) as threads:  # each waits for a compiler

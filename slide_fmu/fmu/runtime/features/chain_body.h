@@ -1,5 +1,5 @@
 /* The links of a serial chain, from the last one inwards, as they move seen from each joint: the
- * recursion of chain_motion.c. */
+ * recursion of chain.h. */
 #ifndef SLIDE_CHAIN_BODY_H
 #define SLIDE_CHAIN_BODY_H
 
@@ -28,23 +28,22 @@ typedef struct {
     double square[3], mixed[3]; /* kg m^2; integrals of xx, yy, zz and of yz, xz, xy */
 } Link;
 
-/* A joint at the end and at the begin of the step. */
-typedef struct {
+/* A joint in each of the motions. */
+typedef struct Joint {
     Turn turned;
-    Two slide, rate, acceleration;
+    Motions slide, rate, acceleration;
 } Joint;
 
 /* All links from some joint on, as they move seen from the frame before it: sums over their masses
- * m at places r with velocities v. Two motions at once: that at the end of the step, and that at
- * its begin. */
+ * m at places r with velocities v, in each of the motions. */
 typedef struct {
-    Two first[3];            /* m r */
-    Two momentum[3];         /* m v */
-    Two force[3];            /* m dv/dt */
-    Two square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
-    Two flow[3][3];          /* m v r': [component of v][component of r] */
-    Two moment[3];           /* m r x dv/dt */
-    Two tool[3];             /* its place */
+    Motions first[3];            /* m r */
+    Motions momentum[3];         /* m v */
+    Motions force[3];            /* m dv/dt */
+    Motions square[3], mixed[3]; /* of m r r': xx, yy, zz and yz, xz, xy */
+    Motions flow[3][3];          /* m v r': [component of v][component of r] */
+    Motions moment[3];           /* m r x dv/dt */
+    Motions tool[3];             /* its place */
 } Body;
 
 enum { X, Y, Z };
@@ -53,30 +52,30 @@ enum { X, Y, Z };
 #define INLINE static inline __attribute__((always_inline))
 
 /* Two components of a vector, the axis being across them. */
-INLINE void turn_pair(Two *x, Two *y, Turn turn) {
-    const Two u = *x, v = *y;
+INLINE void turn_pair(Motions *x, Motions *y, Turn turn) {
+    const Motions u = *x, v = *y;
     *x = turn.c * u - turn.s * v;
     *y = turn.s * u + turn.c * v;
 }
 
 /* A two by two block of a matrix, from both sides. With e = s (xx - yy) + c (xy + yx), all that
  * changes follows from s e and c e. */
-INLINE void turn_block(Two *xx, Two *xy, Two *yx, Two *yy, Turn turn) {
-    const Two before[2] = {*xy, *yx};
-    const Two e = turn.s * (*xx - *yy) + turn.c * (*xy + *yx);
-    const Two moved = turn.s * e, mixed = turn.c * e;
+INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn turn) {
+    const Motions before[2] = {*xy, *yx};
+    const Motions e = turn.s * (*xx - *yy) + turn.c * (*xy + *yx);
+    const Motions moved = turn.s * e, mixed = turn.c * e;
     *xx -= moved, *yy += moved;
     *xy = mixed - before[1], *yx = mixed - before[0];
 }
 
-INLINE void turn_vector(Two *v, int axis, Turn turn) {
+INLINE void turn_vector(Motions *v, int axis, Turn turn) {
     turn_pair(&v[(axis + 1) % 3], &v[(axis + 2) % 3], turn);
 }
 
 /* What does not depend on motion. */
 INLINE void turn_masses(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
-    Two other = body->mixed[axis];
+    Motions other = body->mixed[axis];
     turn_vector(body->first, axis, turn);
     turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
     turn_pair(&body->mixed[q], &body->mixed[p], turn);
@@ -95,29 +94,29 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
 
 /* Seen from a point that lies back by the link's step; but for its mass in the present origin. */
 INLINE void shift_masses(Body *body, const Link *link) {
-    const Two *first = body->first;
+    const Motions *first = body->first;
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
-        const Two step = both(link->step[i]);
+        const Motions step = each(link->step[i]);
         body->square[i] += (step + step) * first[i];
-        body->mixed[i] += both(link->step[p]) * first[q] + both(link->step[q]) * first[p];
+        body->mixed[i] += each(link->step[p]) * first[q] + each(link->step[q]) * first[p];
     }
 }
 
 INLINE void shift_motion(Body *body, const Link *link) {
-    const Two *momentum = body->momentum, *force = body->force;
+    const Motions *momentum = body->momentum, *force = body->force;
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
         for (int j = X; j <= Z; ++j) {
-            body->flow[i][j] += both(link->step[j]) * momentum[i];
+            body->flow[i][j] += each(link->step[j]) * momentum[i];
         }
-        body->moment[i] += both(link->step[p]) * force[q] - both(link->step[q]) * force[p];
+        body->moment[i] += each(link->step[p]) * force[q] - each(link->step[q]) * force[p];
     }
 }
 
-INLINE void add_to(Two *v, const double *constants) {
+INLINE void add_to(Motions *v, const double *constants) {
     for (int i = X; i <= Z; ++i) {
-        v[i] += both(constants[i]);
+        v[i] += each(constants[i]);
     }
 }
 
@@ -132,18 +131,18 @@ INLINE void add_link(Body *body, const Link *link) {
 /* The body turns about z besides. With v as before, this adds to accelerations at places r:
  * acceleration z x r + 2 rate z x v + rate^2 z x (z x r). */
 INLINE void spin(Body *body, const Joint *joint) {
-    const Two rate = joint->rate, acceleration = joint->acceleration;
-    const Two *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
-    const Two *first = body->first;
-    Two(*flow)[3] = body->flow, *momentum = body->momentum;
-    const Two before[2] = {flow[X][Z], flow[Y][Z]}, along = flow[X][X] + flow[Y][Y];
+    const Motions rate = joint->rate, acceleration = joint->acceleration;
+    const Motions *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
+    const Motions *first = body->first;
+    Motions(*flow)[3] = body->flow, *momentum = body->momentum;
+    const Motions before[2] = {flow[X][Z], flow[Y][Z]}, along = flow[X][X] + flow[Y][Y];
     flow[X][X] -= turned, flow[Y][Y] += turned;
     flow[X][Y] -= rate * square[Y], flow[Y][X] += rate * square[X];
     flow[X][Z] -= rate * mixed[X], flow[Y][Z] += rate * mixed[Y];
     body->moment[X] -= acceleration * mixed[Y] + rate * (before[X] + flow[X][Z]);
     body->moment[Y] -= acceleration * mixed[X] + rate * (before[Y] + flow[Y][Z]);
     body->moment[Z] += acceleration * (square[X] + square[Y]) + rate * (along + along);
-    const Two linear[2] = {momentum[X], momentum[Y]};
+    const Motions linear[2] = {momentum[X], momentum[Y]};
     momentum[X] -= rate * first[Y], momentum[Y] += rate * first[X];
     body->force[X] -= acceleration * first[Y] + rate * (linear[Y] + momentum[Y]);
     body->force[Y] += acceleration * first[X] + rate * (linear[X] + momentum[X]);
@@ -152,8 +151,8 @@ INLINE void spin(Body *body, const Joint *joint) {
 /* The body slides along z besides, its mass with it. With v as before, this adds the rate to
  * velocities and the acceleration to accelerations. */
 INLINE void slide(Body *body, const Link *link, const Joint *joint) {
-    const Two way = joint->slide, mass = both(link->all);
-    Two *first = body->first, *force = body->force;
+    const Motions way = joint->slide, mass = each(link->all);
+    Motions *first = body->first, *force = body->force;
     for (int i = X; i <= Z; ++i) {
         body->flow[i][Z] += way * body->momentum[i];
     }
@@ -173,7 +172,7 @@ INLINE void slide(Body *body, const Link *link, const Joint *joint) {
 
 /* One link and the joint that moves it. */
 INLINE void pass(const Link *link, const Joint *joint, Body *body) {
-    const Turn twist = {both(link->cos_alpha), both(link->sin_alpha)};
+    const Turn twist = {each(link->cos_alpha), each(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);
     shift_motion(body, link);

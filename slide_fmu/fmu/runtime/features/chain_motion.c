@@ -1,110 +1,43 @@
 /* Motion of a serial chain and its loads on the base (slide_fmu/features/serial_chain.py). */
-#include "chain_body.h"
-#include "feature_set.h"
+#include "chain.h"
 #include "kernel.h"
 
 #include <string.h>
 
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
+enum { MOST_MOTIONS = 8 }; /* in a register */
 #define EXACT 1e-9 /* by which weights of a drive law may miss what they must sum up to */
 
-/* Signals: their places, those of joint rates after the tool's position. */
-enum {
-    WRENCH = 0,
-    WRENCH_CHANGE = 6,
-    POSITION = 12,
-    RATES = 15 /* n_joints; then as below, with n_joints added */
-};
-enum {
-    FRAME = 15,
-    TURNED_WRENCH_CHANGE = 17,
-    TURNED_INERTIA = 23,
-    TURNED_MOMENTUM = 32,
-    N_SIGNALS = 38
-};
-
-typedef struct {
-    void (*write)(const SlideFeatures *features, const double *input, const double *before);
-    size_t n_joints;
-    double mass;
-    Turn first;            /* of the first joint where its place is 0 */
-    const double *law;     /* [4] weights of the newest and the oldest of three set points in the
-                              place, and of the newest in rate and acceleration */
-    const double *gravity; /* [3] */
-    const double *tool;    /* [3], in the last link's frame */
-    Link *links;
-    Two *sectors; /* of chain_angle.h */
-    Joint *joints;     /* scratch */
-} Chain;
-
-/* How the joints follow four set points. */
+/* How the joints follow four set points: at the end of the step, and at its begin. */
 INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
-    const Two *sectors = chain->sectors;
-    Joint *joints = chain->joints;
     const size_t n = chain->n_joints;
     const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
-    const Two newest = both(chain->law[0]), oldest = both(chain->law[1]);
-    const Two rate = both(chain->law[2]), rest = both(1 - chain->law[2]);
-    const Two curvature = both(chain->law[3]);
     for (size_t i = 0; i < n; ++i) {
-        const Link *link = &chain->links[i];
-        const Two after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
-        const Two newer = after - between, older = between - first;
-        const Two at = between + (newest * newer - oldest * older);
-        joints[i].rate = both(link->rate) * (rate * newer + rest * older);
-        joints[i].acceleration = both(link->acceleration) * (curvature * (newer - older));
-        joints[i].slide = both(link->slide_middle) + both(link->slide_half_range) * at;
-        joints[i].turned = turn_by(sectors, both(link->middle) + both(link->half_range) * at);
+        const Motions after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
+        set_joint(chain, i, after, between, first, &chain->joints[i]);
     }
 }
 
-/* Of a vector: that at the end of the step. */
-INLINE void store(const Two *v, double *newest) {
-    for (int i = X; i <= Z; ++i) {
+/* Of some numbers: those at the end of the step. */
+INLINE void store(const Motions *v, int count, double *newest) {
+    for (int i = 0; i < count; ++i) {
         newest[i] = v[i][0];
     }
 }
 
-/* Weight is added where it does not turn. */
-INLINE void store_wrench(const Chain *chain, Body *body, const Turn *turn, double *signals) {
-    const double *g = chain->gravity;
+INLINE void store_wrench(const Chain *chain, Body *body, Turn turn, double *signals) {
     double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints;
-    Two *force = body->force, *moment = body->moment, *first = body->first;
-    const Turn back = {both(turn->c[0]), both(-turn->s[0])};
-    turn_vector(force, Z, *turn);
-    turn_vector(moment, Z, *turn);
-    turn_vector(first, Z, *turn);
-    Two parts[2][3];
-    for (int i = X; i <= Z; ++i) {
-        const int p = (i + 1) % 3, q = (i + 2) % 3;
-        parts[0][i] = both(chain->mass * g[i]) - force[i];
-        parts[1][i] = first[p] * both(g[q]) - first[q] * both(g[p]) - moment[i];
+    const Turn back = {each(turn.c[0]), each(-turn.s[0])};
+    Motions wrench[6], change[6];
+    weigh(chain, body, turn, wrench);
+    for (int i = 0; i < 6; ++i) {
+        change[i] = each(wrench[i][0] - wrench[i][1]);
     }
-    for (size_t part = 0; part < 2; ++part) {
-        Two change[3];
-        for (int i = X; i <= Z; ++i) {
-            change[i] = both(parts[part][i][0] - parts[part][i][1]);
-        }
-        store(parts[part], signals + WRENCH + 3 * part);
-        store(change, signals + WRENCH_CHANGE + 3 * part);
-        turn_vector(change, Z, back);
-        store(change, turned_change + 3 * part);
-    }
-}
-
-INLINE void store_loads(Body *body, double *after_rates) {
-    double *inertia = after_rates + TURNED_INERTIA;
-    double *momentum = after_rates + TURNED_MOMENTUM;
-    Two angular[3]; /* r x m v */
-    store(body->first, inertia);
-    for (int i = X; i <= Z; ++i) {
-        const int p = (i + 1) % 3, q = (i + 2) % 3;
-        angular[i] = body->flow[q][p] - body->flow[p][q];
-        inertia[3 + i] = body->square[p][0] + body->square[q][0];
-        inertia[8 - i] = -body->mixed[i][0];
-    }
-    store(body->momentum, momentum);
-    store(angular, momentum + 3);
+    store(wrench, 6, signals + WRENCH);
+    store(change, 6, signals + WRENCH_CHANGE);
+    turn_vector(change, Z, back);
+    turn_vector(change + 3, Z, back);
+    store(change, 6, turned_change);
 }
 
 INLINE void store_joints(const Chain *chain, double *signals) {
@@ -122,22 +55,17 @@ INLINE void write_signals(const SlideFeatures *features, const double *input,
                           const double *before) {
     const Chain *chain = features->own;
     double *signals = features->signals, *after_rates = signals + chain->n_joints;
-    Body body = {0};
+    Body body;
+    Motions inertia[9], momentum[6];
     set_joints(chain, input, before);
     store_joints(chain, signals);
-    Turn *turned = &chain->joints[0].turned;
-    const Turn first = *turned;
-    *turned = chain->first;
-    for (int i = X; i <= Z; ++i) {
-        body.tool[i] = both(chain->tool[i]);
-    }
-    for (size_t i = chain->n_joints; i-- > 0;) {
-        pass(&chain->links[i], &chain->joints[i], &body);
-    }
+    const Turn first = gather_body(chain, chain->joints, &body);
     turn_vector(body.tool, Z, first);
-    store(body.tool, signals + POSITION);
-    store_loads(&body, after_rates);
-    store_wrench(chain, &body, &first, signals);
+    store(body.tool, 3, signals + POSITION);
+    store_loads(&body, inertia, momentum);
+    store(inertia, 9, after_rates + TURNED_INERTIA);
+    store(momentum, 6, after_rates + TURNED_MOMENTUM);
+    store_wrench(chain, &body, first, signals);
 }
 
 /* For each kernel, since more registers hold more of a body. */
@@ -254,9 +182,9 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
     Body body = {0};
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
-        body.first[i] = both(mass * centre[i]);
-        body.square[i] = both(half_trace - inertia[4 * i] + mass * centre[i] * centre[i]);
-        body.mixed[i] = both(mass * centre[p] * centre[q] - inertia[3 * p + q]);
+        body.first[i] = each(mass * centre[i]);
+        body.square[i] = each(half_trace - inertia[4 * i] + mass * centre[i] * centre[i]);
+        body.mixed[i] = each(mass * centre[p] * centre[q] - inertia[3 * p + q]);
     }
     return body;
 }
@@ -265,11 +193,11 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
 static void fill_masses(Link *link, const Numbers *chain, size_t i, double further) {
     const double all = chain->masses[i] + further, *step = link->step;
     Body alone = body_of(chain->masses[i], chain->centres + 3 * i, chain->inertias + 9 * i);
-    turn_masses(&alone, X, (Turn){both(link->cos_alpha), both(link->sin_alpha)});
+    turn_masses(&alone, X, (Turn){each(link->cos_alpha), each(link->sin_alpha)});
     shift_masses(&alone, link);
-    store(alone.first, link->first);
-    store(alone.square, link->square);
-    store(alone.mixed, link->mixed);
+    store(alone.first, 3, link->first);
+    store(alone.square, 3, link->square);
+    store(alone.mixed, 3, link->mixed);
     link->all = all;
     for (int k = X; k <= Z; ++k) {
         link->first[k] += all * step[k];
@@ -280,7 +208,7 @@ static void fill_masses(Link *link, const Numbers *chain, size_t i, double furth
 
 static void fill_chain(Chain *chain, const Numbers *numbers) {
     fill_sectors(chain->sectors);
-    chain->first = (Turn){both(cos(numbers->theta[0])), both(sin(numbers->theta[0]))};
+    chain->first[0] = cos(numbers->theta[0]), chain->first[1] = sin(numbers->theta[0]);
     for (size_t i = chain->n_joints; i-- > 0;) {
         fill_joint(&chain->links[i], numbers, i);
         fill_masses(&chain->links[i], numbers, i, chain->mass);
@@ -293,8 +221,8 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
     Chain *chain = slide_place(arena, 1, sizeof *chain);
     double *numbers = slide_place(arena, n_numbers, sizeof *numbers);
     Link *links = slide_place(arena, n, sizeof *links);
-    Two *sectors = slide_place(arena, SECTORS, sizeof *sectors);
-    Joint *joints = slide_place(arena, n, sizeof *joints);
+    double(*sectors)[2] = slide_place(arena, SECTORS, sizeof *sectors);
+    Joint *joints = slide_place(arena, n, sizeof *joints / SLIDE_MOTIONS * MOST_MOTIONS);
     if (chain != NULL) {
         for (size_t i = 0; i < n_numbers; ++i) {
             numbers[i] = slide_f64(view->own + 8 * i);

@@ -1,25 +1,12 @@
 /* Direction, turn and change of the turn of angles, and the inputs beside them
  * (slide_fmu/features/director.py). */
-#include "feature_set.h"
+#include "director.h"
 
 #include <math.h>
 
 /* What an input is, as numbered in a file. */
 typedef enum { OTHER, ANGLE, COSINE, SINE } Kind;
 static const double PI = 3.14159265358979323846;
-
-/* An input that is an angle, or the cosine of one. */
-typedef struct {
-    size_t input;
-    bool director;
-    double middle, half_range; /* rad; of one that is an angle itself */
-} Angle;
-
-typedef struct {
-    size_t n_angles, n_others;
-    Angle *angles;  /* [n_angles] */
-    size_t *others; /* [n_others] inputs that are no angles */
-} Directors;
 
 static Kind kind_of(const SlideFeaturesView *view, size_t input) {
     return (Kind)slide_u32(view->own + 4 * input);

@@ -51,36 +51,3 @@ bool slide_batch_layers(const SlideFeedForward *network, const SlideKernel *kern
     free(scratch);
     return scratch != NULL;
 }
-
-/* The inputs before a sample of a window [SLIDE_BEFORE][n_inputs], newest first. */
-static void gather(const double *window, size_t sample, size_t n_inputs, double *before) {
-    for (size_t age = 1; age <= SLIDE_BEFORE; ++age) {
-        const size_t place = sample > age ? sample - age : 0;
-        memcpy(before + (age - 1) * n_inputs, window + place * n_inputs,
-               n_inputs * sizeof(double));
-    }
-}
-
-bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
-                       SlideNetworkState *state, const double *const *windows, size_t count,
-                       double *before, float *values) {
-    const size_t n_inputs = network->seen.n_inputs;
-    const size_t n_skipped = network->n_samples - network->n_block;
-    float *const turns[2] = {state->cells.states, network->of.cells.next};
-    for (size_t window = 0; window < count; ++window) {
-        network->family->restart(network, state);
-        for (size_t sample = 0; sample < network->n_samples; ++sample) {
-            const double *input = windows[window] + sample * n_inputs;
-            gather(windows[window], sample, n_inputs, before);
-            if (!slide_features_write(&network->seen, input, before, network->features)) {
-                return false;
-            }
-            slide_cells_advance(network, kernel, turns[sample % 2], turns[(sample + 1) % 2]);
-            if (sample >= n_skipped) {
-                slide_cells_values(network, values);
-                values += network->n_values;
-            }
-        }
-    }
-    return true;
-}

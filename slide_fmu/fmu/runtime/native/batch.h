@@ -10,12 +10,4 @@
 bool slide_batch_layers(const SlideFeedForward *network, const SlideKernel *kernel,
                         const float *const *rows, size_t count, size_t n_values, float *values);
 
-/* Cells, each window from zero state: windows of scaled samples [n_samples][n_inputs], which may
- * overlap; before a window, its first sample counts. before: room for [SLIDE_BEFORE]
- * [n_inputs]. values: [count][n_out][n_values], those of the last n_out samples. False when a
- * feature is not finite. */
-bool slide_batch_cells(const SlideNetwork *network, const SlideKernel *kernel,
-                       SlideNetworkState *state, const double *const *windows, size_t count,
-                       double *before, float *values);
-
 #endif

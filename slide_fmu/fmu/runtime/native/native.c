@@ -2,6 +2,7 @@
 
 #include "batch.h"
 #include "payload.h"
+#include "slopes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,9 +13,9 @@ struct SlideNative {
     const SlideKernel *kernel;
     SlideNetwork network;
     SlideParameters parameters; /* at their start values */
-    SlideNetworkState state;
     size_t n_values;
-    double *before; /* scratch [SLIDE_BEFORE][n_inputs] */
+    SlideRecords records; /* of cells */
+    SlideSlopes *slopes;  /* from the first call on that needs them */
 };
 
 const char *slide_native_kernel(size_t index) {
@@ -25,10 +26,11 @@ const char *slide_native_kernel(size_t index) {
 static void place(SlideNative *native, const SlidePayload *payload, SlideArena *arena) {
     const SlideNetworkView *view = &payload->predictor;
     native->n_values = view->n_values;
-    native->before = slide_place(arena, SLIDE_BEFORE * payload->n_inputs, sizeof(double));
     slide_network_place(&native->network, view, view->n_values, arena);
     slide_parameters_place(&native->parameters, &payload->parameters, arena);
-    native->network.family->place_state(&native->state, &native->network, arena);
+    if (native->network.family == &slide_state_space_family) {
+        slide_records_place(&native->records, payload, &native->network, native->kernel, arena);
+    }
 }
 
 static bool build(SlideNative *native, const SlidePayload *payload) {
@@ -54,6 +56,12 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
     SlidePayload payload;
     SlideNative *native = calloc(1, sizeof *native);
     bool good = native != NULL && slide_payload_read(&payload, data, size, &why);
+    if (good && payload.predictor.family == &slide_state_space_family) {
+        good = slide_records_know(payload.predictor.features.set) ||
+               slide_say(&why, "features of set %u along records of cells; expected a set that "
+                               "record_signals.c forms",
+                         (unsigned)payload.predictor.features.set->number);
+    }
     if (good && slide_kernel(kernel) == NULL) {
         good = slide_say(&why, "kernel %u; expected one that this processor supports",
                          (unsigned)kernel);
@@ -72,6 +80,7 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
 
 void slide_native_close(SlideNative *native) {
     if (native != NULL) {
+        slide_slopes_close(native->slopes);
         free(native->block);
         free(native);
     }
@@ -85,10 +94,20 @@ int slide_native_layers(const SlideNative *native, const float *const *rows, siz
                : 1;
 }
 
-int slide_native_cells(SlideNative *native, const double *const *windows, size_t count,
-                       float *values) {
-    return slide_batch_cells(&native->network, native->kernel, &native->state, windows,
-                             count, native->before, values)
+int slide_native_records(SlideNative *native, const double *inputs, size_t count, size_t length,
+                         size_t stride, size_t n_held, size_t n_given, double *outputs) {
+    const SlideRecordList list = {inputs, count, length, stride};
+    return slide_records_run(&native->records, &list, n_held, n_given, outputs) ? 0 : 1;
+}
+
+int slide_native_slopes(SlideNative *native, const double *inputs, const double *weights,
+                        size_t count, size_t length, double *gradient) {
+    const SlideRecordList list = {inputs, count, length, length};
+    if (native->slopes == NULL) {
+        native->slopes = slide_slopes_open(&native->records);
+    }
+    return native->slopes != NULL &&
+                   slide_slopes_run(native->slopes, &list, weights, gradient)
                ? 0
                : 1;
 }

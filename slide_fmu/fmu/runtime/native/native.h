@@ -1,5 +1,5 @@
-/* A surrogate without FMI, for programs that hold its file in memory: predictions of many windows.
- * Exported beside the functions of FMI and used by
+/* A surrogate without FMI, for programs that hold its file in memory: predictions of many windows,
+ * and of whole records. Exported beside the functions of FMI and used by
  * slide_fmu/fmu/native.py. A surrogate serves one thread at a time; its layers serve any number. */
 #ifndef SLIDE_NATIVE_H
 #define SLIDE_NATIVE_H
@@ -28,8 +28,19 @@ SLIDE_Export void slide_native_close(SlideNative *native);
 SLIDE_Export int slide_native_layers(const SlideNative *native, const float *const *rows,
                                      size_t count, float *values);
 
-/* Windows of cells: scaled samples, by pointers. 0 on success. */
-SLIDE_Export int slide_native_cells(SlideNative *native, const double *const *windows,
-                                    size_t count, float *values);
+/* Records of cells [length][n_inputs] in physical units, stride samples after each other; windows
+ * of a record may overlap. Each has one state, which first sees the first input n_held times. To
+ * the last n_given outputs of each, [count][n_given][n_outputs]; 1 <= n_given <= length. 0 on
+ * success. */
+SLIDE_Export int slide_native_records(SlideNative *native, const double *inputs, size_t count,
+                                      size_t length, size_t stride, size_t n_held,
+                                      size_t n_given, double *outputs);
+
+/* From weights of all outputs [count][length][n_outputs], with the first inputs held as long as the
+ * window is, but for one sample, to the gradient of their weighted sum by the inputs
+ * [count][length][n_inputs]. The first call takes the memory for it. 0 on success. */
+SLIDE_Export int slide_native_slopes(SlideNative *native, const double *inputs,
+                                     const double *weights, size_t count, size_t length,
+                                     double *gradient);
 
 #endif

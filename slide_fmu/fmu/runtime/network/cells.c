@@ -80,26 +80,13 @@ static void see(const SlideNetwork *network, SlideNetworkState *state, uint64_t 
     (void)network, (void)state, (void)sample;
 }
 
-void slide_cells_advance(const SlideNetwork *network, const SlideKernel *kernel,
-                         const float *states, float *next) {
-    const SlideCells *cells = &network->of.cells;
-    kernel->advance(&cells->cell, network->features + cells->n_factors, states, next,
-                    cells->both);
-}
-
-void slide_cells_values(const SlideNetwork *network, float *values) {
-    const SlideCells *cells = &network->of.cells;
-    for (size_t i = 0; i < network->n_values; ++i) {
-        values[i] = value_of(cells, network->features, cells->both + i * (1 + cells->n_factors));
-    }
-}
-
 static const float *evaluate(const SlideNetwork *network, const SlideKernel *kernel,
                              const SlideNetworkState *of_network, uint64_t sample) {
     const SlideCells *cells = &network->of.cells;
     const State *state = &of_network->cells;
     (void)sample;
-    slide_cells_advance(network, kernel, state->states, cells->next);
+    kernel->advance(&cells->cell, network->features + cells->n_factors, state->states,
+                    cells->next, cells->both);
     mix(network, *state->taken, network->features, cells->both, cells->newest, cells->faded);
     return cells->newest;
 }

@@ -47,14 +47,6 @@ typedef struct {
 extern const struct SlideFamily slide_state_space_family;
 struct SlideNetwork;
 
-/* Move two states on, [2][state panels][SLIDE_LANES], by the features that the network holds; they
- * give the rows of both. */
-void slide_cells_advance(const struct SlideNetwork *network, const SlideKernel *kernel,
-                         const float *states, float *next);
-
-/* The values [n_values] of the first of these states. */
-void slide_cells_values(const struct SlideNetwork *network, float *values);
-
 /* The family's place_exact and run_exact (cells_exact.c). */
 union SlideExact;
 struct SlideExactRun;

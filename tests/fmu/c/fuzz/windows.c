@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_WINDOWS = 30, MOST_VALUES = 1 << 18 };
+enum { MOST_WINDOWS = 30, MOST_SAMPLES = 40, MOST_VALUES = 1 << 18 };
 
 /* Rows that overlap, each one place behind the one before. */
 static void run_layers(SlideNative *native, const SlideNetworkView *network, FuzzInput *input,
@@ -31,26 +31,35 @@ static void run_layers(SlideNative *native, const SlideNetworkView *network, Fuz
     free(record);
 }
 
+/* Numbers of any size; as many as an array of the library may be read. */
+static double *fuzz_values(FuzzInput *input, size_t count) {
+    double *values = calloc(count + 1, sizeof *values);
+    for (size_t i = 0; i < count; ++i) {
+        values[i] = fuzz_value(input);
+    }
+    return values;
+}
+
+/* Records that overlap, and the gradient of others that lie one after the other. */
 static void run_cells(SlideNative *native, const SlidePayload *payload, FuzzInput *input,
                       size_t count) {
-    const size_t n_inputs = payload->n_inputs;
-    const size_t window = (size_t)payload->n_in * n_inputs;
-    const size_t found = (size_t)payload->n_out * payload->predictor.n_values;
-    if (window > MOST_VALUES || count * found > MOST_VALUES) {
+    const size_t n_inputs = payload->n_inputs, n_values = payload->predictor.n_values;
+    const size_t length = 1 + fuzz_u8(input) % MOST_SAMPLES, stride = fuzz_u8(input) % length;
+    const size_t n_given = 1 + fuzz_u8(input) % length, n_held = fuzz_u8(input);
+    const size_t n_seen = count * length * n_inputs, n_found = count * length * n_values;
+    const size_t n_scratch = (size_t)payload->n_in * (n_inputs + n_values);
+    if (n_seen > MOST_VALUES || n_found > MOST_VALUES || n_scratch > MOST_VALUES) {
         return;
     }
-    const double *windows[MOST_WINDOWS];
-    double *record = calloc(window + count * n_inputs, sizeof *record);
-    float *values = calloc(count * found + 1, sizeof *values);
-    for (size_t i = 0; i < window + count * n_inputs; ++i) {
-        record[i] = fuzz_value(input);
-    }
-    for (size_t i = 0; i < count; ++i) {
-        windows[i] = record + i * n_inputs;
-    }
-    slide_native_cells(native, windows, count, values);
-    free(values);
-    free(record);
+    double *inputs = fuzz_values(input, n_seen), *weights = fuzz_values(input, n_found);
+    double *outputs = calloc(n_found + 1, sizeof *outputs);
+    double *gradient = calloc(n_seen + 1, sizeof *gradient);
+    slide_native_records(native, inputs, count, length, stride, n_held, n_given, outputs);
+    slide_native_slopes(native, inputs, weights, count, length, gradient);
+    free(inputs);
+    free(weights);
+    free(outputs);
+    free(gradient);
 }
 
 static void run(SlideNative *native, const SlidePayload *payload, FuzzInput *input) {

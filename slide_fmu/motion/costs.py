@@ -1,0 +1,66 @@
+"""What moves leave, as costs: the least one is best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What a cost is told of B candidates.
+
+    Attributes:
+        outputs: predicted, about rest at the goal, (B, count, n_outputs).
+        margin: how far off they may be, as a norm, (B, count); zero in the first look.
+        ends: samples from which on each stays at the goal, (B,).
+        step: time between samples, in s.
+        tolerance: distance from rest that counts as settled.
+    """
+
+    outputs: FloatArray
+    margin: FloatArray
+    ends: NDArray[np.intp]
+    step: float
+    tolerance: float
+
+    @property
+    def away(self) -> FloatArray:
+        """The distance from rest, with its margin, as a norm over the outputs, (B, count)."""
+        return np.asarray(np.linalg.norm(self.outputs, axis=2) + self.margin)
+
+
+Cost = Callable[[Answers], FloatArray]
+"""From answers to a cost of each candidate, (B,); the least is best."""
+
+
+def settled(answers: Answers) -> FloatArray:
+    """Cost the time in s from which on a move stays within the tolerance; infinite if never."""
+    away = answers.away
+    rows = np.arange(away.shape[1])
+    outside = (away > answers.tolerance) | (rows < answers.ends[:, None])
+    last = len(rows) - 1 - np.argmax(outside[:, ::-1], axis=1)
+    time = np.where(outside.any(axis=1), answers.step * (last + 2), 0.0)
+    return np.where(last == len(rows) - 1, np.inf, time)
+
+
+def residual(answers: Answers) -> FloatArray:
+    """Cost the largest distance from rest after a move."""
+    away = answers.away
+    after = np.arange(away.shape[1]) >= answers.ends[:, None]
+    return np.asarray(np.where(after, away, 0.0).max(axis=1))
+
+
+def largest(answers: Answers) -> FloatArray:
+    """Cost the largest distance from rest at the goal that the outputs have at all."""
+    away = answers.away
+    return np.asarray(away.max(axis=1))
+
+
+COSTS: dict[str, Cost] = {"settled": settled, "residual": residual, "largest": largest}
+"""Costs by their names in tasks."""

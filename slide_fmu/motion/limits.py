@@ -1,0 +1,61 @@
+"""A motion keeps limits of speed, acceleration and jerk, which are those of differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+
+TOLERANCE = 1e-6
+"""A limit counts as kept up to this part of it: linear programs keep theirs about so well."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Limits of every coordinate, each of shape (n_coordinates,); without end where none is known.
+
+    Differences of samples stand for derivatives. For a first-order hold, that of two neighbours is
+    the speed itself.
+
+    Attributes:
+        low, high: of the coordinate.
+        speed, acceleration, jerk: largest absolute values, in its unit per s, s^2 and s^3.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+
+    def derivatives(self) -> Iterator[tuple[str, int, FloatArray]]:
+        """Give name, order and limit of every derivative."""
+        yield "speed", 1, self.speed
+        yield "acceleration", 2, self.acceleration
+        yield "jerk", 3, self.jerk
+
+    def used(self, start: FloatArray, motion: FloatArray, step: float) -> dict[str, float]:
+        """Tell which part of each limit a motion uses, at its worst sample and coordinate.
+
+        Args:
+            start: where it rests before its first sample, (n_coordinates,).
+            motion: it rests after its last sample, (N, n_coordinates).
+            step: time between samples, in s.
+        """
+        found = {}
+        padded = np.concatenate([np.tile(start, (3, 1)), motion, np.tile(motion[-1], (3, 1))])
+        for name, order, limit in self.derivatives():
+            largest = np.abs(np.diff(padded, n=order, axis=0)).max(axis=0) / step**order
+            found[name] = float(np.max(largest / limit))
+        with np.errstate(invalid="ignore"):  # an angle has no range
+            middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+            away = np.abs(motion - middle).max(axis=0) / half
+        found["range"] = float(np.nan_to_num(away, nan=0.0).max())
+        return found
+
+    def kept(self, start: FloatArray, motion: FloatArray, step: float) -> bool:
+        """Tell whether a motion, as for ``used``, keeps all limits."""
+        return max(self.used(start, motion, step).values()) <= 1 + TOLERANCE

@@ -1,0 +1,83 @@
+"""A move from rest to rest with all that is known of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.motion.costs import Answers, largest, residual, settled
+from slide_fmu.motion.limits import Limits
+from slide_fmu.motion.margin import known, margins
+from slide_fmu.motion.response import Response
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """A Move is one way from the start to the goal of a response.
+
+    Attributes:
+        name: for people, such as ``"ZV on 1 mode"``.
+        motion: its coordinates, (count, n_coordinates).
+        end: the sample from which on it stays at the goal.
+        outputs: predicted, about rest at the goal, (count, n_outputs).
+        margin: how far off they may be, as a norm, (count,).
+        known: share of the samples in the surrogate's domain.
+    """
+
+    name: str
+    motion: FloatArray
+    end: int
+    outputs: FloatArray
+    margin: FloatArray
+    known: float
+
+    def figures(self, response: Response, limits: Limits, tolerance: float) -> dict[str, Any]:
+        """Return what the move takes and leaves as plain values.
+
+        Args:
+            response: the move's.
+            limits: of the task.
+            tolerance: largest distance from rest that counts as settled, in the outputs' unit.
+        """
+        bare, with_margin = (
+            Answers(
+                self.outputs[None],
+                margin[None],
+                np.array([self.end]),
+                response.step,
+                tolerance,
+            )
+            for margin in (np.zeros_like(self.margin), self.margin)
+        )
+        return {
+            "name": self.name,
+            "arrives_s": float(response.step * (self.end + 1)),
+            "settled_s": _finite(settled(bare)),
+            "settled_with_margin_s": _finite(settled(with_margin)),
+            "residual": float(residual(bare)[0]),
+            "residual_with_margin": float(residual(with_margin)[0]),
+            "largest": float(largest(bare)[0]),
+            "known": self.known,
+            "limits_used": limits.used(response.start, self.motion, response.step),
+        }
+
+
+def _finite(costs: FloatArray) -> float | None:
+    """None stands for a motion that has not settled at the end of its record."""
+    return float(costs[0]) if np.isfinite(costs[0]) else None
+
+
+def described(response: Response, name: str, motion: FloatArray, end: int) -> Move:
+    """Evaluate a motion, (count, n_coordinates), that ends at a sample."""
+    inputs, lead = response.record(motion), response.lead
+    return Move(
+        name,
+        motion,
+        end,
+        response.outputs(motion[None])[0],
+        margins(response.surrogate, inputs)[lead:],
+        known(response.surrogate, inputs),
+    )

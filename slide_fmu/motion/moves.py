@@ -1,0 +1,45 @@
+"""Motions from one point to another by profiles and shapers, sampled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.motion.profile import Profiles
+from slide_fmu.motion.response import Response
+from slide_fmu.motion.shapers import Shaper
+
+
+def moves(
+    response: Response,
+    profiles: Profiles,
+    times: FloatArray,
+    delays: FloatArray,
+    parts: FloatArray,
+) -> FloatArray:
+    """Sample B moves from the start to the goal of a response, (B, count, n_coordinates).
+
+    Args:
+        response: the samples, the start and the goal.
+        profiles: B of them.
+        times: that they take in s, (B,).
+        delays, parts: of the impulses of a shaper for each, in s and shares of 1, (B, n).
+    """
+    way = np.zeros((len(times), response.count))
+    for index in range(delays.shape[1]):
+        past = response.time[None] - delays[:, index, None]
+        way += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
+    return np.asarray(response.start + way[:, :, None] * (response.goal - response.start))
+
+
+def shaped_move(response: Response, profile: Profiles, time: float, shaper: Shaper) -> FloatArray:
+    """Sample one profile, that takes a time in s, behind a shaper: (count, n_coordinates)."""
+    rows = shaper.delays[None], shaper.parts[None]
+    return np.asarray(moves(response, profile, np.array([time]), *rows)[0])
+
+
+def arrivals(response: Response, times: FloatArray, delays: FloatArray) -> NDArray[np.intp]:
+    """Give the samples from which on moves of times in s, (B,), and delays (B, n) are at rest."""
+    done = times + delays.max(axis=1)
+    return np.asarray(np.searchsorted(response.time, done - 1e-9 * response.step))

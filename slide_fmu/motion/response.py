@@ -1,0 +1,82 @@
+"""The surrogate's answer to motions from rest to rest."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.motion.coordinates import Coordinate, inputs_of
+from slide_fmu.motion.records import Records
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+class Response:
+    """A Response answers motions of one length between two points. Final.
+
+    Args:
+        surrogate: what predicts.
+        start, goal: coordinates before and after the motion, (n_coordinates,) each.
+        samples: longest motion in samples; the response after it is looked at for as long as the
+            window is.
+
+    Raises:
+        MotionError: as for ``Records``.
+    """
+
+    def __init__(
+        self, surrogate: Surrogate, start: FloatArray, goal: FloatArray, samples: int
+    ) -> None:
+        self.surrogate, self.start, self.goal, self.samples = surrogate, start, goal, samples
+        self._records = Records(surrogate, samples + surrogate.window.n_in)
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """What moves."""
+        return self._records.coordinates
+
+    @property
+    def count(self) -> int:
+        """The samples of a motion with the rest after it."""
+        return self._records.count
+
+    @property
+    def lead(self) -> int:
+        """The samples of rest before a motion."""
+        return self._records.lead
+
+    @property
+    def step(self) -> float:
+        """The time between samples, in s."""
+        return self.surrogate.window.step
+
+    @property
+    def time(self) -> FloatArray:
+        """The times in s at which coordinates are what a motion says, (count,).
+
+        A zero-order hold takes a value at the begin of a step, others reach it at its end.
+        """
+        first = 0 if self.surrogate.hold == "zero_order" else 1
+        return np.asarray(self.step * (np.arange(self.count) + first))
+
+    @cached_property
+    def rest(self) -> FloatArray:
+        """The outputs at rest at the goal, (n_outputs,)."""
+        inputs = inputs_of(self.coordinates, self.goal[None])
+        return np.asarray(self.surrogate.predict_newest(inputs)[0])
+
+    def outputs(self, motions: FloatArray) -> FloatArray:
+        """Give the outputs after every step of motions (B, count, n_coordinates).
+
+        They are (B, count, n_outputs), about what they are at rest at the goal. Before a motion
+        the system rests at the start.
+        """
+        return self._records.outputs(motions, self.start) - self.rest
+
+    def record(self, motions: FloatArray) -> FloatArray:
+        """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
+
+        In these the system rests at the start. They are (..., lead + count, n_inputs).
+        """
+        return self._records.inputs(motions, self.start)

@@ -1,0 +1,122 @@
+"""`slide-fmu motion` writes set points and a report, and refuses what does not fit, in words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.acceptance.conftest import invoke
+
+ROOT = Path(__file__).parents[2]
+DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
+TASK = {"start": "[0.0]", "goal": "[600.0]", "tolerance": "2e-3"}
+
+
+def write_task(folder: Path, **changes: str) -> Path:
+    lines = [f"{key} = {value}" for key, value in {**TASK, **changes}.items()]
+    path = folder / "task.toml"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_motion_writes_set_points_that_the_reference_model_confirms(tmp_path: Path) -> None:
+    task, place = write_task(tmp_path), tmp_path / "a motion"
+    done = invoke("motion", DUFFING, task, "-o", place, "--verify", "--json", "-")
+    assert done.exit_code == 0, done.output
+    figures = json.loads(done.stdout)
+    names = [row["name"] for row in figures["baselines"]]
+    assert names[0] == "not shaped"
+    assert any(name.startswith("ZVD") for name in names)
+    assert figures["move"]["name"] == "optimised"
+    assert figures["margin_is"] == "the error bound of 95 % confidence"
+    true = figures["reference"]
+    assert true["move"]["residual"] <= 2e-3
+    assert true["move"]["settled_s"] < min(row["settled_s"] for row in true["baselines"])
+    assert figures == {**json.loads((place / "report.json").read_text()), "seed": 0}
+    table = np.genfromtxt(place / "set_points.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("time", "force")
+    np.testing.assert_allclose(np.diff(table["time"]), 0.03)
+    assert (table["force"][0], table["force"][-1]) == (0.0, 600.0)
+    assert table["time"][-1] == pytest.approx(figures["move"]["arrives_s"] - 0.03)
+    page = (place / "report.html").read_text(encoding="utf-8")
+    assert "by the reference model" in page
+    assert page.count("data:image/webp") == 2
+
+
+@pytest.mark.parametrize("kind", ["choose", "quietest"])
+def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> None:
+    own = (
+        {"candidates": "50", "minimise": '"residual"'} if kind == "choose" else {"duration": "0.3"}
+    )
+    task = write_task(tmp_path, kind=f'"{kind}"', **own)
+    done = invoke("motion", DUFFING, task, "-o", tmp_path / kind, "--json", "-")
+    assert done.exit_code == 0, done.output
+    figures = json.loads(done.stdout)
+    least = figures["move"]["residual_with_margin"]
+    assert all(least <= row["residual_with_margin"] for row in figures["baselines"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"goal": "[600.0, 1.0]"},
+            "goal has 2 numbers; expected 1, one for each of ['force (N)']",
+        ),
+        ({"goal": "[1600.0]"}, "goal of force is 1600 N; expected -1000 to 1000"),
+        ({"start": "[600.0]"}, "start and goal are both [600.0]; expected two points"),
+        ({"tolerance": "-1.0"}, "tolerance"),
+        ({"tolerance": "1e-9"}, "tolerance 1e-09 m; no move was found that stays within it"),
+        ({"kind": '"fastest"'}, "kind"),
+        ({"kind": '"quietest"'}, "kind = 'quietest' without duration"),
+        ({"duration": "1.0"}, "kind = 'earliest' with duration"),
+        ({"tolerence": "1.0"}, "tolerence"),
+        ({"limits": "{ speed = [1.0, 2.0] }"}, "limits.speed has 2 numbers; expected 1"),
+    ],
+)
+def test_tasks_that_do_not_fit_are_refused_in_words(
+    changes: dict[str, str], message: str, tmp_path: Path
+) -> None:
+    done = invoke("motion", DUFFING, write_task(tmp_path, **changes), "-o", tmp_path / "no")
+    assert done.exit_code == 1
+    said = " ".join(done.output.split())
+    assert message in said
+    assert "Traceback" not in said
+
+
+def test_a_task_that_is_not_there_or_no_toml_is_named(tmp_path: Path) -> None:
+    for text, message in ((None, "absent.toml"), ("start = [", "not valid TOML")):
+        path = tmp_path / "absent.toml"
+        if text is not None:
+            path.write_text(text, encoding="utf-8")
+        done = invoke("motion", DUFFING, path)
+        assert done.exit_code == 1
+        assert message in done.output
+        assert "recipe" not in done.output
+
+
+def test_a_corrected_path_stands_beside_the_path_as_it_was(tmp_path: Path) -> None:
+    robot = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
+    task, place = ROOT / "docs" / "tutorials" / "closed_path.toml", tmp_path / "path"
+    done = invoke("motion", robot, task, "-o", place, "--json", "-")
+    assert done.exit_code == 0, done.output
+    figures = json.loads(done.stdout)
+    found = figures["predicted"]
+    assert found["rms_after"] < found["rms_before"] / 1000
+    assert found["times_less"] == pytest.approx(found["rms_before"] / found["rms_after"])
+    assert max(figures["limits_used"].values()) <= 1
+    assert figures["margin_is"].startswith(("the error bound", "twice the error estimate"))
+    table = np.genfromtxt(place / "set_points.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("time", *(f"joint_{i}" for i in range(1, 7)))
+    assert (place / "report.html").read_text(encoding="utf-8").count("data:image/webp") == 2
+
+
+def test_a_path_that_is_not_there_is_named(tmp_path: Path) -> None:
+    task = tmp_path / "task.toml"
+    task.write_text('kind = "compensate"\npath = "absent.csv"\n', encoding="utf-8")
+    done = invoke("motion", DUFFING, task)
+    assert done.exit_code == 1
+    assert "absent.csv" in done.output

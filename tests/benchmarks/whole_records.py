@@ -1,0 +1,156 @@
+"""Whole records by the C runtime, many at once, beside numpy and torch: one run, all in turns.
+
+    python tests/benchmarks/whole_records.py fmus/*/*.fmu --json -
+
+Inputs are drawn by the excitation of the recipe that an FMU names, with a seed that no training
+saw; records are cut out of one long drawn record, so that each begins elsewhere. Times are those
+of the processor, medians over the rounds, but for the candidates, which several threads share:
+there it is also the time that passes. torch has one thread and runs the cells alone: the features
+are given to it. numpy does all, by ``Surrogate.predict_newest_batch``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from compare_fmus import unseen_inputs
+from figures_out import write_figures
+from seeds import WHOLE_RECORDS
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.native import NativeSurrogate, kernels
+from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
+
+RECORDS, LENGTH = 256, 600
+"""Records whose time is measured, and samples of each."""
+SLOPES = 160
+"""Samples of the record whose gradient is timed."""
+CANDIDATES, SHORT = 10_000, 120
+"""Records of so many samples that are predicted at once by all threads."""
+FEW = 64
+"""Records that numpy and torch are given, which are slower."""
+
+
+def cut(record: FloatArray, count: int, length: int) -> FloatArray:
+    """Cut records (count, length, n_inputs) out of a long one, at places all over it."""
+    firsts = np.linspace(0, len(record) - length, count).astype(int)
+    return np.stack([record[first : first + length] for first in firsts])
+
+
+def torch_cells(surrogate: Surrogate, records: FloatArray) -> Callable[[], object]:
+    """The cell equation in torch, along features that are there already."""
+    import torch
+
+    torch.set_num_threads(1)
+    network = surrogate.network
+    assert isinstance(network, StateSpace)
+    features = network.features.along(surrogate.input_scaling.apply(records))
+    steps = torch.from_numpy(np.moveaxis(features, 1, 0).copy())
+    arrays = {name: torch.from_numpy(part) for name, part in network.cell.arrays().items()}
+    cell = Cell(**arrays, activation=network.cell.activation, substeps=network.cell.substeps)
+    first = torch.zeros(len(records), len(cell.a))
+
+    def run() -> object:
+        with torch.no_grad():
+            inputs = ByRole.of(network.roles, steps)
+            states = Equations(cell, inputs, network.turned, torch).run(first)
+            return outputs(cell, states, inputs)
+
+    return run
+
+
+def times(tasks: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
+    """Median seconds of the processor for tasks that take turns."""
+    found: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(rounds):
+        for name, task in tasks.items():
+            begin = time.process_time()
+            task()
+            found[name].append(time.process_time() - begin)
+    return {name: float(np.median(seconds)) for name, seconds in found.items()}
+
+
+def passed(task: Callable[[], object], rounds: int) -> dict[str, float]:
+    """Median time that passes in s, and that of all threads' processors."""
+    found = []
+    for _ in range(rounds):
+        begin = time.perf_counter(), time.process_time()
+        task()
+        found.append((time.perf_counter() - begin[0], time.process_time() - begin[1]))
+    seconds = np.median(found, axis=0)
+    return {"passed": float(seconds[0]), "processors": float(seconds[1])}
+
+
+def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
+    """Measure one FMU.
+
+    Returns:
+        ``simulated_seconds_per_second`` on one core, of every kernel of this processor, of numpy
+        and of torch; ``gradient_ms``, of a record of 160 samples, and of each of 64 at once;
+        ``candidates_s``, of 10 000 records of 120 samples; ``difference``, the largest
+        one from ``predict_newest`` over the scale of its output, in the first n_in - n_out
+        samples of a record and in all.
+    """
+    surrogate, _ = read_fmu(path)
+    step, n_outputs = surrogate.window.step, len(surrogate.outputs)
+    record = unseen_inputs(path, 10 * LENGTH, WHOLE_RECORDS)
+    records, few = cut(record, RECORDS, LENGTH), cut(record, FEW, LENGTH)
+    natives = [NativeSurrogate(surrogate, kernel) for kernel in range(len(kernels()))]
+    native, one = natives[0], record[None, :SLOPES]
+    weights = np.random.default_rng(0).normal(size=(FEW, SLOPES, n_outputs))
+    several = cut(record, FEW, SLOPES)
+    seconds = times(
+        {
+            **{
+                name: partial(it.predict, records, threads=1)
+                for name, it in zip(kernels(), natives, strict=True)
+            },
+            "numpy": lambda: surrogate.predict_newest_batch(few),
+            "torch": torch_cells(surrogate, few),
+            "one": lambda: native.vjp(one, weights[:1], threads=1),
+            "several": lambda: native.vjp(several, weights, threads=1),
+        },
+        rounds,
+    )
+    counts = {**dict.fromkeys(kernels(), RECORDS), "numpy": FEW, "torch": FEW}
+    candidates = cut(record, CANDIDATES, SHORT)
+    newest = surrogate.predict_newest(record)
+    error = np.abs(native.predict(record) - newest) / surrogate.output_scaling.scale
+    exact = surrogate.window.n_in - surrogate.window.n_out
+    return {
+        "simulated_seconds_per_second": {
+            name: count * LENGTH * step / seconds[name] for name, count in counts.items()
+        },
+        "gradient_ms": {
+            "one": 1e3 * seconds["one"],
+            "each_of_64": 1e3 * seconds["several"] / FEW,
+        },
+        "candidates_s": passed(lambda: native.predict(candidates, threads), rounds),
+        "difference": {"first_samples": error[: exact + 1].max(), "all": error.max()},
+    }
+
+
+def main() -> None:
+    """Measure FMUs of cells, and write the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("fmus", nargs="+", type=Path)
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--threads", type=int, default=2, help="that share the candidates")
+    parser.add_argument("--json", default="-", help="where the figures go; - is stdout")
+    given = parser.parse_args()
+    found = {path.stem: measure(path, given.rounds, given.threads) for path in given.fmus}
+    write_figures({"threads": given.threads, "fmus": found}, given.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -30,11 +30,18 @@ TARGETS = {
 """Library, as below ``binaries``, and the target it is compiled for. Folders have the names that
 FMI 3.0 gives to platforms."""
 
+PAGE_LIBRARY = "wasm32-wasi/slide.wasm"
+"""The runtime as WebAssembly, for pages (``slide_fmu/page``); no FMU holds it."""
+
+LIBRARIES = {**TARGETS, PAGE_LIBRARY: "wasm32-wasi"}
+"""All that is compiled, and the target of each."""
+
 HASHES = Path(__file__).parent / "hashes.sha256"
 """SHA-256 of every library as the pinned compiler makes it, in the format of sha256sum."""
 
-BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
-"""Processor that the code is compiled for, by architecture."""
+BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline", "wasm32": "generic+simd128"}
+"""Processor that the code is compiled for, by architecture. Browsers have the vectors of
+WebAssembly since 2023."""
 
 AVX2 = "x86_64_v2+avx2+fma-slow_unaligned_mem_32"
 """x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
@@ -47,6 +54,7 @@ KERNELS = {
         "slide_kernel_avx512": f"{AVX2}+avx512f+avx512dq+avx512bw+avx512vl",
     },
     "aarch64": {"slide_kernel_baseline": BASELINE["aarch64"]},
+    "wasm32": {"slide_kernel_baseline": BASELINE["wasm32"]},
 }
 """Kernel table and the instruction set it is compiled for, by architecture."""
 
@@ -65,11 +73,12 @@ SMALL = "-Os"
 """How code is optimised in ``HOT_FOLDERS``, which take most of a step, and elsewhere, where speed
 only makes FMUs larger."""
 
-LINK = ["-shared", "-s"]
+LINK = ["-s", "-lm"]
 LINK_OF = {
-    "linux": ["-Wl,-Bsymbolic", "-Wl,--gc-sections"],
-    "windows": ["-Wl,--gc-sections"],
-    "macos": ["-Wl,-install_name,@rpath/slide.dylib", "-Wl,-dead_strip"],
+    "linux": ["-shared", "-Wl,-Bsymbolic", "-Wl,--gc-sections"],
+    "windows": ["-shared", "-Wl,--gc-sections"],
+    "macos": ["-shared", "-Wl,-install_name,@rpath/slide.dylib", "-Wl,-dead_strip"],
+    "wasi": ["-mexec-model=reactor", "-Wl,--gc-sections", "-Wl,--export-dynamic"],
 }
 """Further options of the linker, by operating system."""
 
@@ -92,6 +101,12 @@ LIBRARY_FOLDERS = (
 )
 """Folders of the runtime whose files make the library, from the bottom up."""
 
+PAGE_FOLDERS = (
+    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", "records", "native")),
+    "wasm",
+)
+"""Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
+
 SOURCE_FOLDERS = tuple(
     name for name in LIBRARY_FOLDERS if name not in ("fmi3", "records", "native")
 )
@@ -111,7 +126,8 @@ class BuildError(RuntimeError):
 def digest() -> str:
     """SHA-256 over all that decides what the libraries are: sources, headers and this file."""
     total = hashlib.sha256()
-    for path in [*runtime_files(), *standard_headers(2), *standard_headers(3), Path(__file__)]:
+    files = runtime_files(folders=(*LIBRARY_FOLDERS, "wasm"))
+    for path in [*files, *standard_headers(2), *standard_headers(3), Path(__file__)]:
         total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return total.hexdigest()
 
@@ -167,13 +183,13 @@ def build_all(force: bool = False) -> list[Path]:
     Raises:
         BuildError: with what the compiler said.
     """
-    libraries = [BINARIES / name for name in TARGETS]
+    libraries = [BINARIES / name for name in LIBRARIES]
     stamp = BINARIES / STAMP
     _remove_others({*libraries, stamp})
     present = stamp.is_file() and all(library.is_file() for library in libraries)
     if not force and present and stamp.read_text() == digest():
         return libraries
-    for name, target in TARGETS.items():
+    for name, target in LIBRARIES.items():
         _build_library(name, target)
     stamp.write_text(digest())
     return libraries
@@ -198,11 +214,11 @@ def compile_objects(target: str) -> list[Path]:
     folder = BUILD / target
     folder.mkdir(parents=True, exist_ok=True)
     architecture = target.split("-")[0]
-    position = [] if "windows" in target else ["-fPIC"]
+    position = [] if "windows" in target or "wasi" in target else ["-fPIC"]
     choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
     common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
     units: dict[str, list[str]] = {}
-    for source in runtime_files(".c"):
+    for source in compiled_sources(target):
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
             for table, processor in KERNELS[architecture].items():
@@ -221,12 +237,23 @@ def compile_objects(target: str) -> list[Path]:
     return list(commands)
 
 
+def compiled_sources(target: str) -> list[Path]:
+    """List the files that make the library of a target; files of ``wasm`` replace others."""
+    folders = PAGE_FOLDERS if "wasi" in target else LIBRARY_FOLDERS
+    replaced = {path.name for path in (RUNTIME / "wasm").glob("*.c")} if "wasi" in target else ()
+    return [
+        path
+        for path in runtime_files(".c", folders)
+        if path.name not in replaced or path.parent.name == "wasm"
+    ]
+
+
 def _build_library(name: str, target: str) -> None:
     objects = compile_objects(target)
     folder = BUILD / target
     library = folder / Path(name).name
     link = [*LINK, *LINK_OF[target.split("-")[1].split(".")[0]]]
-    run_compiler(["-target", target, *link, *map(str, objects), "-lm", "-o", str(library)])
+    run_compiler(["-target", target, *map(str, objects), *link, "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = folder / f"{final.name}.{os.getpid()}"
@@ -246,7 +273,7 @@ def hashes() -> str:
     """SHA-256 of the libraries that are there, one line for each."""
     lines = [
         f"{hashlib.sha256((BINARIES / name).read_bytes()).hexdigest()}  {name}\n"
-        for name in TARGETS
+        for name in LIBRARIES
     ]
     return "".join(lines)
 

@@ -18,8 +18,10 @@ from tests.recipes import tiny_recipe
 
 @pytest.fixture(autouse=True)
 def own_imports(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """What a test imports, and where from, is forgotten when it ends."""
+    """Nothing was imported from beside a recipe before, and what is imported is forgotten."""
     monkeypatch.setattr(sys, "path", list(sys.path))
+    for name in [name for name in sys.modules if name.startswith("own_")]:
+        monkeypatch.delitem(sys.modules, name)
     before = set(sys.modules)
     yield
     for name in set(sys.modules) - before:
@@ -31,7 +33,7 @@ def folder(tmp_path: Path) -> Path:
     """The folder of a recipe, with a model of two files and one that is not loaded."""
     found = write_lag(tmp_path / "recipe").parent
     (found / "not_loaded.py").write_text("raise SystemExit\n", encoding="utf-8")
-    sys.path.append(str(found))
+    sys.path.insert(0, str(found))  # before folders of recipes that other tests have opened
     return found
 
 

@@ -33,7 +33,12 @@ FMI 3.0 gives to platforms."""
 PAGE_LIBRARY = "wasm32-wasi/slide.wasm"
 """The runtime as WebAssembly, for pages (``slide_fmu/page``); no FMU holds it."""
 
-LIBRARIES = {**TARGETS, PAGE_LIBRARY: "wasm32-wasi"}
+PYTHON_LIBRARIES = {
+    name.replace("slide.", "slide_python."): target for name, target in TARGETS.items()
+}
+"""The same libraries with the functions for Python; no FMU holds them."""
+
+LIBRARIES = {**TARGETS, **PYTHON_LIBRARIES, PAGE_LIBRARY: "wasm32-wasi"}
 """All that is compiled, and the target of each."""
 
 HASHES = Path(__file__).parent / "hashes.sha256"
@@ -101,15 +106,16 @@ LIBRARY_FOLDERS = (
 )
 """Folders of the runtime whose files make the library, from the bottom up."""
 
+PYTHON_FOLDERS = ("records", "native")
+"""Those of them that only the libraries for Python hold."""
+
 PAGE_FOLDERS = (
-    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", "records", "native")),
+    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", *PYTHON_FOLDERS)),
     "wasm",
 )
 """Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
 
-SOURCE_FOLDERS = tuple(
-    name for name in LIBRARY_FOLDERS if name not in ("fmi3", "records", "native")
-)
+SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", *PYTHON_FOLDERS))
 """Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
 
 STANDARD_HEADERS = {
@@ -189,8 +195,8 @@ def build_all(force: bool = False) -> list[Path]:
     present = stamp.is_file() and all(library.is_file() for library in libraries)
     if not force and present and stamp.read_text() == digest():
         return libraries
-    for name, target in LIBRARIES.items():
-        _build_library(name, target)
+    for target in sorted(set(LIBRARIES.values())):
+        build_target(target)
     stamp.write_text(digest())
     return libraries
 
@@ -205,8 +211,11 @@ def _remove_others(kept: set[Path]) -> None:
             path.unlink()
 
 
-def compile_objects(target: str) -> list[Path]:
+def compile_objects(target: str) -> dict[Path, str]:
     """Compile the sources for a target, the kernels once for each instruction set.
+
+    Returns:
+        The objects, and the folder of the source of each.
 
     Raises:
         BuildError: with what the compiler said.
@@ -218,6 +227,7 @@ def compile_objects(target: str) -> list[Path]:
     choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
     common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
     units: dict[str, list[str]] = {}
+    folders: dict[str, str] = {}
     for source in compiled_sources(target):
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
@@ -226,15 +236,17 @@ def compile_objects(target: str) -> list[Path]:
                 level = PER_KERNEL[source.name][slowest]
                 flags = [level, "-mcpu=" + processor, "-ffp-contract=on"]
                 units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
+                folders[f"{source.stem}_{table}"] = source.parent.name
         else:
             level = FAST if source.parent.name in HOT_FOLDERS else SMALL
             flags = [level, "-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
             units[source.stem] = [*flags, *compiled]
+            folders[source.stem] = source.parent.name
     commands = {folder / f"{stem}.o": [*common, *unit] for stem, unit in units.items()}
     arguments = [[*command, "-o", str(object_)] for object_, command in commands.items()]
     with ThreadPoolExecutor(os.cpu_count()) as threads:  # each waits for a compiler
         list(threads.map(run_compiler, arguments))
-    return list(commands)
+    return {object_: folders[object_.stem] for object_ in commands}
 
 
 def compiled_sources(target: str) -> list[Path]:
@@ -248,8 +260,20 @@ def compiled_sources(target: str) -> list[Path]:
     ]
 
 
-def _build_library(name: str, target: str) -> None:
+def build_target(target: str) -> None:
+    """Compile all libraries of a target.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
     objects = compile_objects(target)
+    for name in (name for name, of in LIBRARIES.items() if of == target):
+        whole = name in PYTHON_LIBRARIES
+        linked = [o for o, folder in objects.items() if whole or folder not in PYTHON_FOLDERS]
+        _link(name, target, linked)
+
+
+def _link(name: str, target: str, objects: list[Path]) -> None:
     folder = BUILD / target
     library = folder / Path(name).name
     link = [*LINK, *LINK_OF[target.split("-")[1].split(".")[0]]]

@@ -38,6 +38,14 @@ WorkersOption = Annotated[
     int | None,
     typer.Option("--workers", min=1, help="Use this many processes; one per core if not given."),
 ]
+ExecutorOption = Annotated[
+    str | None,
+    typer.Option(
+        "--executor",
+        metavar="dask://HOST:PORT",
+        help="Let the workers of this Dask scheduler simulate; processes here if not given.",
+    ),
+]
 ThreadsOption = Annotated[
     int, typer.Option("--threads", min=1, help="Train with this many threads.")
 ]

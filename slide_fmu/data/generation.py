@@ -6,47 +6,102 @@ A generation may be killed at any moment: the next one makes what is missing.
 from __future__ import annotations
 
 import json
-import threading
+import time
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor
+from contextlib import closing
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.apart import ended_process
-from slide_fmu.data.draws import draw, simulate_draw, split_stream
-from slide_fmu.data.failures import (
-    Failure,
-    allowed_failures,
-    keep_failure,
-    too_many_failures,
-)
+from slide_fmu.data.failures import too_many_failures
 from slide_fmu.data.identity import identity
-from slide_fmu.data.parameter_draws import as_row, drawn_parameters
-from slide_fmu.data.pool import in_parallel
+from slide_fmu.data.own_files import keep_own_files
+from slide_fmu.data.parameter_draws import as_row
+from slide_fmu.data.pool import IN_FLIGHT, as_done
 from slide_fmu.data.recorded import stretches
+from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.data.store import Shapes, missing_trajectories, open_store, write_trajectory
+from slide_fmu.data.worker import Order, forget, make_trajectories
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_source, recipe_system
-from slide_fmu.systems.base import System
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.record.model import MeasuredRecords
 
+MOST_IN_A_JOB = 16
+"""A job has at most so many trajectories, so that the last workers end at about the same time."""
 
-def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Progress) -> int:
-    """Make all trajectories of a recipe that its store does not hold yet, and return their number.
+
+def generate(
+    recipe: Recipe,
+    path: Path,
+    executor: Executor | None,
+    progress: Progress,
+    shard: Shard = WHOLE,
+    beside: Path | None = None,
+) -> int:
+    """Make all trajectories of a recipe that its store does not hold yet.
 
     Those of records are cut out of them. The store is created where there is none. Without an
-    executor this process makes them. The progress is called at the start and after every
-    trajectory. A trajectory that cannot be simulated is kept beside the store
-    (``slide_fmu.data.failures``), and another draw takes its place.
+    executor this process makes them. Several processes may do so at once, on one store: each
+    trajectory is made by one of them, and each process ends when all trajectories are there. The
+    progress is called at the start and after every job. A trajectory that cannot be simulated is
+    kept beside the store (``slide_fmu.data.failures``), and another draw takes its place.
+
+    Args:
+        recipe: what is made; all its numbers are known.
+        path: place of the store.
+        executor: does the work; None for this process.
+        progress: shows how many trajectories of the shard are there.
+        shard: the part of the trajectories that is made.
+        beside: folder of the recipe where the executor's workers may run elsewhere, so that the
+            recipe's own files are copied to the store's disk, which they share; None otherwise.
+
+    Returns:
+        How many trajectories this process or its executor made.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
-        StoreError: the store belongs to another recipe or model.
+        StoreError: the store belongs to another recipe or model, or workers do not see it.
         SimulationError: too many trajectories could not be simulated, or the model ended the
             process that simulated it; trajectories in the store stay there.
     """
     recipe.require_resolved()
+    path = path.absolute()
     source = recipe_source(recipe)
+    open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
+    if isinstance(source, MeasuredRecords):
+        return _keep_stretches(recipe, source, path, progress)
+    wanted, total = _missing(recipe, path, shard)
+    own_files = None if beside is None else str(keep_own_files(recipe, beside, path))
+    order = Order(recipe_json(recipe), str(path), own_files)
+    forget()
+    before, made = total - len(wanted), 0
+    progress(before, total)
+    pauses = _pauses()
+    try:
+        while wanted:
+            busy: list[tuple[str, int]] = []
+            with closing(as_done(executor, make_trajectories, _jobs(order, wanted))) as tallies:
+                for _, tally in tallies:
+                    problem = too_many_failures(path, recipe)
+                    if problem is not None:
+                        raise SimulationError(problem)
+                    made, before = made + tally.made, before + tally.made + tally.found
+                    busy.extend(tally.busy)
+                    progress(before, total)
+            wanted = busy
+            if wanted:  # another process makes them; should it die, they are made here
+                time.sleep(next(pauses))
+    except BrokenExecutor as error:
+        named = recipe.system.model, recipe.system.kind
+        raise SimulationError(ended_process(*named)) from error
+    return made
+
+
+def shapes_of(recipe: Recipe, source: Source) -> Shapes:
+    """Return the shapes of what is stored of a trajectory."""
     count = round(recipe.data.duration / recipe.window.step)
     shapes: Shapes = {
         "inputs": (count, len(source.inputs)),
@@ -54,33 +109,43 @@ def generate(recipe: Recipe, path: Path, executor: Executor | None, progress: Pr
     }
     if recipe.parameters:
         shapes["parameters"] = (len(recipe.parameters),)
-    open_store(path, recipe, shapes, identity(recipe, source))
-    if isinstance(source, MeasuredRecords):
-        return _keep_stretches(recipe, source, path, progress)
-    counts = {split: recipe.count(split) for split in SPLITS}
-    text = recipe_json(recipe)
-    jobs = [
-        (text, str(path), split, index)
-        for split, count in counts.items()
-        for index in missing_trajectories(path, split, count)
-    ]
-    total = sum(counts.values())
-    before = total - len(jobs)
-    progress(before, total)
-    _worker.made = None  # an object of the same name may be another one by now
+    return shapes
 
-    def made(count: int) -> None:
-        problem = too_many_failures(path, recipe)
-        if problem is not None:
-            raise SimulationError(problem)
-        progress(before + count, total)
 
-    try:
-        in_parallel(executor, _generate_one, jobs, made)
-    except BrokenExecutor as error:
-        named = recipe.system.model, recipe.system.kind
-        raise SimulationError(ended_process(*named)) from error
-    return len(jobs)
+def _missing(recipe: Recipe, path: Path, shard: Shard) -> tuple[list[tuple[str, int]], int]:
+    """List the trajectories of a shard that the store lacks, and count all of the shard."""
+    wanted, total, before = [], 0, 0
+    for split in SPLITS:
+        count = recipe.count(split)
+        missing = missing_trajectories(path, split, count, shard, before)
+        wanted += [(split, index) for index in missing]
+        total += len(shard.indices(count, before))
+        before += count
+    return wanted, total
+
+
+def _jobs(
+    order: Order, wanted: list[tuple[str, int]]
+) -> Iterator[tuple[Order, tuple[tuple[str, int], ...]]]:
+    """Divide what is wanted into jobs; of very many trajectories a job has several.
+
+    To hand out a job takes about a millisecond of one process, however many workers there are.
+    """
+    size = job_size(len(wanted))
+    for first in range(0, len(wanted), size):
+        yield order, tuple(wanted[first : first + size])
+
+
+def job_size(trajectories: int) -> int:
+    """Return how many trajectories a job has where so many are wanted."""
+    return min(max(trajectories // IN_FLIGHT, 1), MOST_IN_A_JOB)
+
+
+def _pauses() -> Iterator[float]:
+    """Give the times in s between two looks at what other processes make: longer and longer."""
+    yield from (0.1, 0.2, 0.5, 1.0)
+    while True:
+        yield 2.0
 
 
 def _keep_stretches(
@@ -109,43 +174,3 @@ def recipe_json(recipe: Recipe) -> str:
     The tables of signals keep their order, which is that of the columns in the data.
     """
     return json.dumps(recipe.model_dump(mode="json"))
-
-
-class _Worker(threading.local):
-    """A worker keeps the recipe and the system that it made last, one for each thread.
-
-    Systems are costly to build and hold a state: two threads must not step the same one.
-    """
-
-    made: tuple[str, Recipe, System] | None = None
-
-
-_worker = _Worker()
-
-
-def _generate_one(text: str, path: str, split: str, index: int) -> None:
-    if _worker.made is None or _worker.made[0] != text:
-        recipe = Recipe.model_validate_json(text)
-        _worker.made = text, recipe, recipe_system(recipe)
-    _, recipe, system = _worker.made
-    stream = split_stream(recipe, split, index)
-    parameters = drawn_parameters(recipe, stream, index)
-    if parameters:
-        system = recipe_system(recipe.at(parameters))
-    for attempt in range(allowed_failures(recipe) + 1):
-        drawn = draw(recipe, system, stream, index, attempt)
-        try:
-            trajectory = simulate_draw(system, drawn)
-        except SimulationError as error:
-            failure = Failure(split, index, attempt, error.time, _told(error, parameters))
-            keep_failure(Path(path), failure, system, drawn.inputs)
-        else:
-            values = as_row(parameters) if parameters else None
-            write_trajectory(Path(path), split, index, trajectory, drawn.kind, values)
-            return
-
-
-def _told(error: SimulationError, parameters: dict[str, float]) -> str:
-    """Return what went wrong, and with which physical parameters."""
-    values = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
-    return f"{error} (with {values})" if values else str(error)

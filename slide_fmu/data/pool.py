@@ -8,14 +8,19 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import closing, contextmanager
+from itertools import islice
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from slide_fmu.systems import given
 
 Result = TypeVar("Result")
+
+IN_FLIGHT = 4096
+"""So many jobs are with a pool at a time: enough for a thousand workers, and little memory."""
 
 
 @contextmanager
@@ -58,21 +63,48 @@ def in_parallel(
     ``done`` hears how many are done. Where one raises, those that have not begun are left out.
     Without a pool this process does one job after the other.
     """
-    if pool is None:
-        results = []
-        for job in jobs:
-            results.append(function(*job))
+    results: dict[int, Result] = {}
+    with closing(as_done(pool, function, jobs)) as answers:
+        for number, result in answers:
+            results[number] = result
             done(len(results))
-        return results
-    futures = [pool.submit(function, *job) for job in jobs]
+    return [results[number] for number in range(len(jobs))]
+
+
+def as_done(
+    pool: Executor | None,
+    function: Callable[..., Result],
+    jobs: Iterable[tuple[Any, ...]],
+) -> Generator[tuple[int, Result], None, None]:
+    """Call a function with the arguments of every job; give number and result of each when done.
+
+    At most ``IN_FLIGHT`` jobs are with the pool at a time, so that there may be millions. Where
+    one raises, or who asked closes the generator, those that have not begun are left out. Without
+    a pool this process does them.
+    """
+    waiting = iter(enumerate(jobs))
+    if pool is None:
+        for number, job in waiting:
+            yield number, function(*job)
+        return
+    running: dict[Future[Result], int] = {}
+    finished: SimpleQueue[Future[Result]] = SimpleQueue()
+
+    def begin(most: int) -> None:
+        for number, job in islice(waiting, most):
+            future = pool.submit(function, *job)
+            running[future] = number
+            future.add_done_callback(finished.put)
+
     try:
-        for count, future in enumerate(as_completed(futures), start=1):
-            future.result()
-            done(count)
+        begin(IN_FLIGHT)
+        while running:
+            future = finished.get()
+            yield running.pop(future), future.result()
+            begin(1)
     finally:
-        for future in futures:
+        for future in running:
             future.cancel()
-    return [future.result() for future in futures]
 
 
 def _start(

@@ -13,8 +13,9 @@ import json
 import os
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,18 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.data.claims import locked
+from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
 differ in the last digits."""
+
+
+ROOM_PATIENCE = 60.0
+"""Time in s in which other programs make room in a store, one after the other."""
 
 
 class StoreError(ValueError):
@@ -108,30 +115,65 @@ def same_motion(before: FloatArray, now: FloatArray) -> bool:
 def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
     """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
 
-    A store that has room is not written to. Two programs must not make room at the same moment. A
-    changed model is noticed by the outputs of its short motion, ``slide_fmu.data.draws.probe``.
+    A store that has room is not written to; several programs take turns to make some. A changed
+    model is noticed by the outputs of its short motion, ``slide_fmu.data.draws.probe``.
 
     Raises:
         StoreError: the store is damaged, or was made from another recipe or model; nothing is
             changed.
+        ClaimError: the disk cannot lock files.
         OSError: the store cannot be written; it names the path.
     """
     if not path.exists():
         _create_store(path, recipe, shapes, probe)
     require_origin(path, recipe, probe)
+    if not _lacks(path, recipe, shapes):
+        return
+    with locked(path.with_name(f".{path.name}.room"), ROOM_PATIENCE) as free:
+        if not free:
+            raise StoreError(
+                f"{path}: another program has made room there for {ROOM_PATIENCE:g} s; expected "
+                "some seconds at most: see whether it hangs, and do the same again"
+            )
+        for make in _lacks(path, recipe, shapes):
+            make()
+
+
+def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None]]:
+    """List what is to be done so that a store has room for all trajectories of a recipe.
+
+    It also names what the store was made from, which may be more now.
+    """
     found = _attributes(path)["fingerprint"]
     both = {**found, **data_fingerprint(recipe)}
-    if both != found:
-        with writing(path):
-            _group(path, "r+").attrs["fingerprint"] = both
+    lacks: list[Callable[[], None]] = [partial(_name_origin, path, both)] if both != found else []
     for split in SPLITS:
-        with writing(path), _damage_reported(path, split):
-            if split in OF_BOUND and split not in _group(path, "r"):  # of earlier versions
-                _create_split(_group(path, "r+").create_group(split), recipe.count(split), shapes)
+        count = recipe.count(split)
+        with _damage_reported(path, split):
+            group = _group(path, "r")
+            if split in OF_BOUND and split not in group:  # of earlier versions
+                lacks.append(partial(_add_split, path, split, count, shapes))
+                continue
             for name in (*shapes, "kinds", "done"):
-                array = _group(path, "r+")[f"{split}/{name}"]
-                if array.shape[0] < recipe.count(split):
-                    array.resize((recipe.count(split), *array.shape[1:]))
+                if group[f"{split}/{name}"].shape[0] < count:
+                    lacks.append(partial(_lengthen, path, split, name, count))
+    return lacks
+
+
+def _name_origin(path: Path, fingerprint: dict[str, Any]) -> None:
+    with writing(path):
+        _group(path, "r+").attrs["fingerprint"] = fingerprint
+
+
+def _add_split(path: Path, split: str, count: int, shapes: Shapes) -> None:
+    with writing(path):
+        _create_split(_group(path, "r+").create_group(split), count, shapes)
+
+
+def _lengthen(path: Path, split: str, name: str, count: int) -> None:
+    with writing(path), _damage_reported(path, split):
+        array = _group(path, "r+")[f"{split}/{name}"]
+        array.resize((count, *array.shape[1:]))
 
 
 def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
@@ -195,6 +237,19 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
         )
 
 
+def require_motion(path: Path, probe: FloatArray, where: str) -> None:
+    """Refuse a model that does not give the short motion of the store's at another place.
+
+    Raises:
+        StoreError: the motions differ; the message begins with the place.
+    """
+    if not same_motion(np.array(_attributes(path)["probe"]), probe):
+        raise StoreError(
+            f"{where} simulates another motion than the machine where {path} was made; expected "
+            "the same model there: install the same packages, and begin the workers anew"
+        )
+
+
 def remove_store(path: Path) -> None:
     """Remove a store, if there is one.
 
@@ -207,18 +262,39 @@ def remove_store(path: Path) -> None:
         shutil.rmtree(doomed)
 
 
-def missing_trajectories(path: Path, split: str, count: int | None = None) -> list[int]:
+def missing_trajectories(
+    path: Path, split: str, count: int | None = None, shard: Shard = WHOLE, before: int = 0
+) -> list[int]:
     """List indices of the split's first ``count`` trajectories that are not in the store, rising.
 
-    Without a count these are all that the store has room for.
+    Without a count these are all that the store has room for. Of a shard only its own are looked
+    for; ``before`` is the number of trajectories in all splits before this one.
 
     Raises:
         StoreError: the store is damaged.
     """
     with _damage_reported(path, split):
-        done = _read(_group(path, "r")[f"{split}/done"], count)
-    wanted = range(len(done) if count is None else count)
-    return [index for index in wanted if index >= len(done) or not done[index]]
+        flags = _group(path, "r")[f"{split}/done"]
+        wanted = shard.indices(flags.shape[0] if count is None else count, before)
+        # a listing takes seconds where a million reads take minutes
+        written = _written(path, flags)
+        there = [index for index in wanted if index in written]
+        done = dict(zip(there, _read(flags, there), strict=True))
+    return [index for index in wanted if not done.get(index)]
+
+
+def _written(path: Path, flags: Any) -> set[int]:
+    """Return the indices of all flags that were ever written, set or not."""
+    place = path / flags.path / flags.metadata.encode_chunk_key((0,))
+    if not place.parent.is_dir():
+        return set()
+    return {int(name) for name in os.listdir(place.parent) if name.isdigit()}
+
+
+def is_done(path: Path, split: str, index: int) -> bool:
+    """Whether a trajectory is in the store."""
+    with _damage_reported(path, split):
+        return bool(_group(path, "r")[f"{split}/done"][index])
 
 
 def write_trajectory(
@@ -266,7 +342,8 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
     with _damage_reported(path, split):
         has_parameters = f"{split}/parameters" in group
         names = ("inputs", "outputs", "kinds", *(["parameters"] if has_parameters else []))
-        found = {name: _read(group[f"{split}/{name}"], count) for name in names}
+        rows = range(group[f"{split}/done"].shape[0] if count is None else count)
+        found = {name: _read(group[f"{split}/{name}"], rows) for name in names}
         kinds = found.pop("kinds").astype(np.int64)
         read = Split(kinds=kinds, **found)
         # a chunk whose file is lost reads as the fill value, which is not a number
@@ -295,16 +372,18 @@ def _damage_reported(path: Path, split: str) -> Iterator[None]:
         ) from error
 
 
-def _read(array: Any, count: int | None) -> NDArray[Any]:
-    """Read an array's first rows, one chunk each.
+def _read(array: Any, rows: Sequence[int]) -> NDArray[Any]:
+    """Read some of an array's rows, one chunk each.
 
     Raises:
         ValueError: a chunk is damaged; the message names its file.
     """
     try:
-        return np.asarray(array[:count])
+        if isinstance(rows, range) and rows.step == 1:
+            return np.asarray(array[rows.start : rows.stop])
+        return np.asarray(array.oindex[np.array(rows, dtype=np.int64)])
     except (RuntimeError, ValueError) as error:
-        for index in range(array.shape[0]):
+        for index in rows:
             try:
                 array[index]
             except (RuntimeError, ValueError) as cause:

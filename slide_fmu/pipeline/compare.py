@@ -14,6 +14,7 @@ from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, data_fingerprint, read_split, require_origin
 from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen
 from slide_fmu.fitting.baselines.candidates import CANDIDATES, Candidate
 from slide_fmu.fitting.baselines.lesson import Lesson, lesson_of
@@ -160,8 +161,8 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
         return job, job.folder.load_surrogate(job.recipe)
     except StageError:
         check_window(job)
-        job = choose_numbers(job, terms.workers, overwrite=False)
-        generate_data(job, terms.workers)
+        job = choose_numbers(job, Workplace(terms.workers), overwrite=False)
+        generate_data(job, Workplace(terms.workers))
         train_surrogate(job)
         return job, job.folder.load_surrogate(job.recipe)
 

@@ -33,6 +33,7 @@ class Job:
         bar: opens the progress of a stage.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
         sizing: how the window of this recipe was sized when it was found; None if it was not now.
+        beside: folder of the recipe file; None of a text that lies in none.
     """
 
     text: str = field(repr=False)
@@ -41,6 +42,7 @@ class Job:
     bar: Stages = field(repr=False)
     resolved: Resolved = field(default_factory=dict)
     sizing: AnySizing | None = field(default=None, repr=False)
+    beside: Path | None = None
 
 
 def open_job(
@@ -65,7 +67,8 @@ def open_job(
     text = read_recipe_text(recipe_path)
     make_importable(recipe_path.parent)
     seeds = training_seed, data_seed
-    return job_of_text(text, str(recipe_path), runs, bar, seeds, patience)
+    job = job_of_text(text, str(recipe_path), runs, bar, seeds, patience)
+    return replace(job, beside=recipe_path.parent.resolve())
 
 
 def job_of_text(

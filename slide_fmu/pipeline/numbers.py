@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.identity import identity
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.store import same_motion
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
@@ -44,8 +46,16 @@ ESTIMATOR, ESTIMATOR_SHARE = 128, 8
 the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
 
 
-def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> Resolved:
+def find_numbers(
+    recipe: Recipe,
+    folder: RunFolder,
+    bar: Stages,
+    place: Workplace,
+    beside: Path | None = None,
+) -> Resolved:
     """Return the numbers of trajectories that a recipe leaves open; they are found if need be.
+
+    The workplace makes the trajectories of a recipe that lies in the folder ``beside``.
 
     Raises:
         LoadError, RecipeError: the recipe's systems cannot be made.
@@ -53,7 +63,7 @@ def find_numbers(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | 
         TrainingError: the checkpoint of the curve cannot be read.
     """
     if "data.train" in recipe.automatic and not recipe.system.is_record:
-        _extend_curve(recipe, folder, bar, workers)
+        _extend_curve(recipe, folder, _Staged(recipe, folder, bar, place, beside))
     found = known_numbers(recipe, folder)
     assert found is not None
     return found
@@ -137,7 +147,7 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
     return about, identity(of_seed_0, recipe_source(recipe))
 
 
-def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int | None) -> None:
+def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
     """Go on with the curve that the folder keeps, until it has ended.
 
     It is found with one thread, so that every machine sums in the same order, and finds the same.
@@ -149,13 +159,12 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, bar: Stages, workers: int |
     torch.set_num_threads(1)
     curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
     known = {point.trajectories: point.seconds for point in curve.points}
-    staged = _Staged(recipe, folder, bar, workers)
     learning = LearningCurve(recipe, recipe_source(recipe), folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
     while curve.reason is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
         staged.make(train)
-        stage = bar(f"learning curve, {train} trajectories")
+        stage = staged.bar(f"learning curve, {train} trajectories")
         errors = learning.errors(train, VALIDATION, stage)
         # of a point that was known, finding it again is no measure of what it takes
         seconds = known.get(train, time.monotonic() - begin)
@@ -186,19 +195,18 @@ class _Staged:
     recipe: Recipe
     folder: RunFolder
     bar: Stages
-    workers: int | None
+    place: Workplace
+    beside: Path | None
 
     def make(self, train: int) -> None:
         """Make so many trajectories to learn from, and those that judge."""
-        from slide_fmu.data.generation import generate
-        from slide_fmu.data.pool import process_pool
-
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
         data = self.recipe.data.model_copy(update=numbers)
         # those of error estimator and bound come when all numbers are known
-        changes = {"data": data, "automatic": (), "estimator": None, "bound": None}
+        validation = self.recipe.validation.model_copy(update={"adversarial": 0})
+        without = {"automatic": (), "estimator": None, "bound": None, "validation": validation}
+        changes = {"data": data, **without}
         staged = self.recipe.model_copy(update=changes)
         self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(f"{train} trajectories")
-        with process_pool(self.workers) as pool:
-            generate(staged, self.folder.store, pool, progress)
+        self.place.make(staged, self.beside, self.folder.store, progress)

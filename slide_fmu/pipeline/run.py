@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
@@ -85,8 +86,8 @@ def run_recipe(
     """
     sizing = check_window(job)  # before anything is made
     with job.folder.alone():
-        job = choose_numbers(job, workers, overwrite)
-        generate_data(job, workers)
+        job = choose_numbers(job, Workplace(workers), overwrite)
+        generate_data(job, Workplace(workers))
         train_surrogate(job, threads)
         return _measured(job, sizing, tasks(job.recipe, seed, trajectories), workers)
 

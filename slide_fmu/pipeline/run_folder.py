@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import socket
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import filelock
 from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept
+from slide_fmu.data.claims import locked
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 KEPT = "surrogate", "recipe", "versions", "histories"
 """Keys of what is kept about a training, beside the surrogate."""
+
+
+TOGETHER_PATIENCE = 30.0
+"""Time in s for which a program waits for others that begin to work together with it."""
 
 
 class StageError(ValueError):
@@ -63,18 +70,51 @@ class RunFolder:
 
         Raises:
             StageError: another one does.
+            ClaimError: the disk cannot lock files.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
-        lock = filelock.FileLock(self.path / ".lock", timeout=0)
-        try:
-            held = lock.acquire()
-        except filelock.Timeout as error:
-            raise StageError(
-                f"another program works in {self.path}; expected none: wait until it "
-                "has finished, or work in another folder (--runs FOLDER)"
-            ) from error
-        with held:
+        with self._gate(0.0):
+            for mark in self._marks.glob("*"):
+                with locked(mark) as ended:
+                    if not ended:
+                        raise self._taken()
             yield
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Work in the folder with others that do the same, and with none that works there alone.
+
+        That lasts until the block or this program ends.
+
+        Raises:
+            StageError: another one works there alone.
+            ClaimError: the disk cannot lock files.
+        """
+        with ExitStack() as work:
+            with self._gate(TOGETHER_PATIENCE):  # others pass through it too, one by one
+                self._marks.mkdir(exist_ok=True)
+                name = f"{socket.gethostname()}.{os.getpid()}.{threading.get_ident()}"
+                work.enter_context(locked(self._marks / name))
+            yield
+
+    @contextmanager
+    def _gate(self, patience: float) -> Iterator[None]:
+        """Let one program at a time into the block."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        with locked(self.path / ".lock", patience) as free:
+            if not free:
+                raise self._taken()
+            yield
+
+    def _taken(self) -> StageError:
+        return StageError(
+            f"another program works in {self.path}; expected none: wait until it "
+            "has finished, or work in another folder (--runs FOLDER)"
+        )
+
+    @property
+    def _marks(self) -> Path:
+        """Programs that work together keep a locked file each here."""
+        return self.path / ".together"
 
     @property
     def store(self) -> Path:

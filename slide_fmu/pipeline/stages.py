@@ -11,6 +11,7 @@ import numpy as np
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.parameters import corners_of
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -90,10 +91,11 @@ def check_window(job: Job) -> AnySizing:
     return sizing
 
 
-def choose_numbers(job: Job, workers: int | None, overwrite: bool) -> Job:
+def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     """Return the job with all its numbers of trajectories; those left open are found.
 
-    With ``overwrite`` its store is removed first.
+    The workplace makes the trajectories that this takes. With ``overwrite`` the store is removed
+    first.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -106,33 +108,31 @@ def choose_numbers(job: Job, workers: int | None, overwrite: bool) -> Job:
     if overwrite:
         remove_store(job.folder.store)
         remove_failures(job.folder.store)
-    numbers = find_numbers(job.recipe, job.folder, job.bar, workers)
+    numbers = find_numbers(job.recipe, job.folder, job.bar, place, job.beside)
     return with_values(job, numbers) if numbers else job
 
 
-def generate_data(job: Job, workers: int | None) -> dict[str, Any]:
-    """Make all trajectories that are not in the store yet.
+def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
+    """Make all trajectories of the workplace's shard that are not in the store yet.
 
     Returns:
         Numbers of trajectories by split, the simulated time in s, how many of them were made now
-        in which time, and how many had failed, of which others took the place; the learning
-        curve, if there was one.
+        in which time, by this program and for which shard, and how many had failed, of which
+        others took the place; the learning curve, if there was one.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
         SimulationError: too many trajectories could not be simulated.
         StoreError: the store was made from other values.
+        ClusterError: the cluster cannot be used.
     """
     from slide_fmu.data.failures import kept_failures
-    from slide_fmu.data.generation import generate
-    from slide_fmu.data.pool import process_pool
 
     check_recipe(job.recipe)
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
-    with process_pool(workers) as pool:
-        made = generate(job.recipe, job.folder.store, pool, progress)
+    made = place.make(job.recipe, job.beside, job.folder.store, progress)
     curve = kept_curve(job.recipe, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
@@ -140,6 +140,7 @@ def generate_data(job: Job, workers: int | None) -> dict[str, Any]:
         "trajectories": counts,
         "simulated_time_s": simulated,
         "made_now": made,
+        "shard": str(place.shard),
         "failed": len(kept_failures(job.folder.store)),
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,

@@ -36,6 +36,7 @@ from studies import (
 
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.progress import Stages
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.job import open_job, with_training_seed
@@ -51,7 +52,7 @@ def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
     job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
-    generate_data(job, None)
+    generate_data(job, Workplace())
     recipes = {
         f"{count} trajectories, seed {seed}": with_training_seed(with_train(base, count), seed)
         for count in counts

@@ -40,6 +40,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data
@@ -129,7 +130,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     for recipe in variants.values():
         check_recipe(recipe)
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
-    generate_data(dataclasses.replace(job, recipe=most), None)
+    generate_data(dataclasses.replace(job, recipe=most), Workplace())
     found = trained(variants, job.folder, arguments.workers, bar)
     motions = motions_of(job.recipe, arguments, bar("test motions"))
     times = step_times([one.surrogate for one in found], arguments.rounds)

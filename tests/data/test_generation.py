@@ -154,6 +154,7 @@ class Scene:
     """Where the killed generation takes place."""
 
     folder: Path
+    name: str = "log"
 
     @property
     def store(self) -> Path:
@@ -161,7 +162,7 @@ class Scene:
 
     @property
     def log(self) -> Path:
-        return self.folder / "log"
+        return self.folder / self.name
 
     def lines(self) -> list[str]:
         """Simulated trajectories, without the short motion that shows a changed model."""
@@ -169,7 +170,7 @@ class Scene:
         return [line for line in logged if line != PROBED]
 
     def start(self) -> subprocess.Popen[bytes]:
-        recipe = self.folder / "recipe.json"
+        recipe = self.folder / f"{self.name}.json"
         recipe.write_text(LONG.model_dump_json())
         script = generate_logged.__name__
         return subprocess.Popen(

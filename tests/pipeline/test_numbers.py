@@ -14,6 +14,7 @@ from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
 from slide_fmu.data.store import read_split
+from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
@@ -76,20 +77,31 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float, train: int
 ) -> None:
     pays(monkeypatch, part)
-    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
     curve = curve_of(job)
     assert [p.trajectories for p in curve.points] == [FEW, 2 * FEW, 4 * FEW][: train // FEW]
     assert curve.reason is not None
     assert ("lower the error by less than" in curve.reason) == (part == 0)
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
     assert job.recipe.automatic == ()
-    assert generate_data(job, None)["learning_curve"] == curve.figures()
+    assert generate_data(job, Workplace())["learning_curve"] == curve.figures()
     assert len(read_split(job.folder.store, "train").inputs) == train
+
+
+def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its trajectories are made without the bound, which comes when all numbers are known."""
+    pays(monkeypatch, 0.0)
+    text = OPEN.replace("duration = 2.0", "duration = 3.0")
+    text += "\n[bound]\n\n[validation]\nadversarial = 2\n"
+    job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
+    assert job.recipe.count("train") == 2 * FEW
 
 
 def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 0.0)
-    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
     monkeypatch.setattr(pool, "process_pool", None)  # nothing may be made again
     again = opened(tmp_path)
     assert again.recipe == job.recipe
@@ -111,7 +123,7 @@ def test_curve_follows_physical_parameters(
 
     monkeypatch.setattr(learning_curve, "prepare", noting)
     text = OPEN + "\n[parameters.mass]\nrange = [1.0, 3.0]\n"
-    job = choose_numbers(opened(tmp_path, text), None, overwrite=False)
+    job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
     assert job.recipe.count("train") == 2 * FEW
     shapes = [physical.training.shape for physical in seen if physical is not None]
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
@@ -121,7 +133,7 @@ def test_curve_follows_physical_parameters(
 
 def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 0.0)
-    job = choose_numbers(opened(tmp_path), None, overwrite=False)
+    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
     assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
 
 
@@ -134,16 +146,16 @@ def test_killed_curve_goes_on_without_a_trace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str
 ) -> None:
     pays(monkeypatch, 9.0)
-    unbroken = choose_numbers(opened(_made(tmp_path / "a")), None, overwrite=False)
+    unbroken = choose_numbers(opened(_made(tmp_path / "a")), Workplace(), overwrite=False)
 
     def bar(name: str) -> Progress:
         return _killing() if name == stage else silent
 
     place = _made(tmp_path / "b")
     with pytest.raises(Killed):
-        choose_numbers(opened(place, bar=bar), None, overwrite=False)
+        choose_numbers(opened(place, bar=bar), Workplace(), overwrite=False)
     assert len(curve_of(opened(place)).points) == 1
-    broken = choose_numbers(opened(place), None, overwrite=False)
+    broken = choose_numbers(opened(place), Workplace(), overwrite=False)
     assert without_times(curve_of(broken)) == without_times(curve_of(unbroken))
     assert broken.recipe == unbroken.recipe
 
@@ -163,7 +175,7 @@ def _killing() -> Callable[..., None]:
 
 def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 9.0)
-    job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), None, False)
+    job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), Workplace(), False)
     assert (
         curve_of(job).reason == "twice the trajectories would exceed data.budget_minutes = 1e-06"
     )
@@ -193,15 +205,15 @@ def test_estimator_gets_numbers_too(tmp_path: Path, train: int, learnt: int, jud
 def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
     job = opened(tmp_path)
     with pytest.raises(RecipeError, match=r'data.train is "auto" and was not found yet; make the'):
-        generate_data(job, None)
+        generate_data(job, Workplace())
     with pytest.raises((RecipeError, ValueError), match=r"no data at|was not found yet"):
         train_surrogate(job)
 
 
 def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
     job = opened(tmp_path, with_data("train = 2\nvalidation = 1"))
-    generate_data(job, None)
-    assert choose_numbers(job, None, overwrite=True) is job
+    generate_data(job, Workplace())
+    assert choose_numbers(job, Workplace(), overwrite=True) is job
     assert not job.folder.store.exists()
 
 

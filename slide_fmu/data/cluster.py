@@ -1,0 +1,111 @@
+"""Workers of a Dask cluster make trajectories, on as many machines as there are.
+
+The cluster is somebody else's: it was started before, by hand, by dask-jobqueue or by a container,
+and it lives on. All its machines share the disk of the store.
+"""
+
+from __future__ import annotations
+
+import platform
+import re
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Executor
+from contextlib import contextmanager
+from importlib import import_module, metadata
+from typing import Any
+
+SCHEME = "dask://"
+CONNECT = 15.0
+"""A scheduler answers within this time in s, or it is not there."""
+
+
+class ClusterError(RuntimeError):
+    """A cluster cannot be used: it is not there, or its workers are not like this process."""
+
+
+def scheduler_of(text: str) -> str:
+    """Return the address of a scheduler as Dask knows it, of ``dask://HOST:PORT``.
+
+    Raises:
+        ValueError: the text is of another form.
+    """
+    if re.fullmatch(rf"{SCHEME}(\[[0-9a-fA-F:]+\]|[\w.-]+):\d{{1,5}}", text) is None:
+        raise ValueError(
+            f"executor {text!r}; expected {SCHEME}HOST:PORT, as {SCHEME}127.0.0.1:8786, the "
+            "address of a Dask scheduler; without --executor processes of this machine work"
+        )
+    return f"tcp://{text.removeprefix(SCHEME)}"
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Connect to the cluster whose scheduler has an address, ``dask://HOST:PORT``.
+
+    Workers may come and go: a job whose worker dies is given to another one. Where there are no
+    workers yet, jobs wait for them.
+
+    Raises:
+        ValueError: the address is of another form.
+        ClusterError: the package is not installed, the scheduler does not answer or goes away, a
+            worker has another version of this package, or jobs end all workers that try them.
+    """
+    scheduler = scheduler_of(address)
+    try:
+        distributed: Any = import_module("distributed")
+    except ModuleNotFoundError as error:
+        raise ClusterError(
+            f"executor {address!r} needs the package {error.name!r}, which is not installed: "
+            "pip install 'slide-fmu[cluster]'"
+        ) from error
+    try:
+        client = distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"executor {address!r} does not answer within {CONNECT:g} s ({error}); expected a "
+            "scheduler of Dask there: start one (dask scheduler --port PORT), or correct the "
+            "address"
+        ) from error
+    with client:
+        _require_same_versions(client, address)
+        try:
+            yield client.get_executor(pure=False)
+        except distributed.KilledWorker as error:
+            raise ClusterError(
+                f"executor {address!r}: {error.allowed_failures + 1} workers died over the same "
+                f"trajectories, the last on {error.last_worker.address}; expected a model "
+                "that does not end its process, and enough memory for it: see what the workers "
+                "wrote; trajectories in the store stay there"
+            ) from error
+        except (CancelledError, distributed.client.FutureCancelledError) as error:
+            raise ClusterError(
+                f"executor {address!r}: the connection to the scheduler was lost; "
+                "trajectories in the store stay there: start the scheduler, and do the same again"
+            ) from error
+
+
+def versions_here() -> dict[str, str]:
+    """Return the versions on which it depends whether a worker can do this process's work."""
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {"slide-fmu": metadata.version("slide-fmu"), "Python": python}
+
+
+def _require_same_versions(client: Any, address: str) -> None:
+    """Refuse workers, of those that are there, which have other versions.
+
+    Raises:
+        ClusterError: there is one, or one has not this package.
+    """
+    try:
+        found = client.run(versions_here)
+    except ModuleNotFoundError as error:
+        raise ClusterError(
+            f"executor {address!r}: a worker lacks the package {error.name!r}; expected the same "
+            "environment as here: install it there, and begin the worker anew"
+        ) from error
+    expected = versions_here()
+    for worker, versions in found.items():
+        if versions != expected:
+            raise ClusterError(
+                f"executor {address!r}: the worker {worker} has {versions}; expected {expected}, "
+                "as here: install the same there, and begin the worker anew"
+            )

@@ -1,0 +1,157 @@
+"""What a worker does, in a process or thread of its own, on this machine or another.
+
+A worker simulates a trajectory only if it is not in the store yet and nobody else simulates it. So
+the same job may be given to several workers, or again to another where one has died: what is
+finished is never repeated.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from slide_fmu.data.claims import claimed
+from slide_fmu.data.draws import draw, simulate_draw, split_stream
+from slide_fmu.data.failures import Failure, allowed_failures, keep_failure
+from slide_fmu.data.identity import identity
+from slide_fmu.data.own_files import use_own_files
+from slide_fmu.data.parameter_draws import as_row, drawn_parameters
+from slide_fmu.data.store import StoreError, is_done, require_motion, write_trajectory
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import SimulationError
+
+APPEARS = 10.0
+"""A folder that another machine has just made appears on a shared disk within this time, in s."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """An order is what all jobs of a generation have in common.
+
+    Attributes:
+        recipe: the recipe as JSON (``slide_fmu.data.generation.recipe_json``).
+        store: absolute path of the store.
+        own_files: folder of the recipe's own files for workers elsewhere
+            (``slide_fmu.data.own_files``); None for those that this process started.
+    """
+
+    recipe: str
+    store: str
+    own_files: str | None = None
+
+
+@dataclass(frozen=True)
+class Tally:
+    """A tally says what became of the trajectories of a job.
+
+    Attributes:
+        made: how many were simulated and written now.
+        found: how many were in the store already.
+        busy: split and index of those that another process simulates, or did until it died.
+    """
+
+    made: int
+    found: int
+    busy: tuple[tuple[str, int], ...]
+
+
+class _Worker(threading.local):
+    """A worker keeps the recipe and the system that it made last, one for each thread.
+
+    Systems are costly to build and hold a state: two threads must not step the same one.
+    """
+
+    made: tuple[Order, Recipe, System] | None = None
+
+
+_worker = _Worker()
+
+
+def forget() -> None:
+    """Forget the system that was made last: an object of its name may be another one by now."""
+    _worker.made = None
+
+
+def make_trajectories(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
+    """Make the trajectories that are wanted, by split and index, unless they are done or claimed.
+
+    Raises:
+        LoadError: the system cannot be made here.
+        StoreError: this machine does not see the store, or the model is another one here.
+        OSError: a trajectory cannot be written, or the disk has no locks.
+    """
+    path, made, found, busy = Path(order.store), 0, 0, []
+    recipe, system = _prepared(order)
+    for split, index in wanted:
+        if is_done(path, split, index):
+            found += 1
+            continue
+        with claimed(path, split, index) as free:
+            if not free:
+                busy.append((split, index))
+            elif is_done(path, split, index):  # since another process had the claim
+                found += 1
+            else:
+                _make(recipe, system, path, split, index)
+                made += 1
+    return Tally(made, found, tuple(busy))
+
+
+def _prepared(order: Order) -> tuple[Recipe, System]:
+    """Return recipe and system of an order; they are made at its first job."""
+    if order.own_files is not None and _use(Path(order.own_files)):
+        forget()
+    if _worker.made is None or _worker.made[0] != order:
+        recipe = Recipe.model_validate_json(order.recipe)
+        system = recipe_system(recipe)
+        if order.own_files is not None:  # its packages may be others than those here
+            where = f"the worker on {socket.gethostname()}"
+            require_motion(Path(order.store), identity(recipe, system), where)
+        _worker.made = order, recipe, system
+    return _worker.made[1:]
+
+
+def _use(folder: Path) -> bool:
+    """Use a recipe's own files, which prove that this machine shares the disk of the store."""
+    end = time.monotonic() + APPEARS
+    while True:
+        try:
+            return use_own_files(folder)
+        except FileNotFoundError as error:
+            if time.monotonic() > end:
+                raise StoreError(
+                    f"the worker on {socket.gethostname()} does not see {str(folder)!r}; expected "
+                    "a disk that all machines share under the same path: keep the work on such a "
+                    "disk (--runs FOLDER)"
+                ) from error
+            time.sleep(0.5)
+
+
+def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) -> None:
+    """Simulate a trajectory and write it; further draws take the place of one that fails."""
+    stream = split_stream(recipe, split, index)
+    parameters = drawn_parameters(recipe, stream, index)
+    if parameters:
+        system = recipe_system(recipe.at(parameters))
+    for attempt in range(allowed_failures(recipe) + 1):
+        drawn = draw(recipe, system, stream, index, attempt)
+        try:
+            trajectory = simulate_draw(system, drawn)
+        except SimulationError as error:
+            failure = Failure(split, index, attempt, error.time, _told(error, parameters))
+            keep_failure(path, failure, system, drawn.inputs)
+        else:
+            values = as_row(parameters) if parameters else None
+            write_trajectory(path, split, index, trajectory, drawn.kind, values)
+            return
+
+
+def _told(error: SimulationError, parameters: dict[str, float]) -> str:
+    """Return what went wrong, and with which physical parameters."""
+    values = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
+    return f"{error} (with {values})" if values else str(error)

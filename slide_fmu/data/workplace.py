@@ -1,0 +1,79 @@
+"""Where trajectories are made, and which of them: what the command line says about that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.data import pool
+from slide_fmu.data.cluster import cluster, scheduler_of
+from slide_fmu.data.generation import generate
+from slide_fmu.data.shards import WHOLE, Shard
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """A workplace makes trajectories, with processes of this machine or with a cluster.
+
+    Attributes:
+        workers: number of processes of this machine; one per core if None, none if 0.
+        executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
+        shard: the part of the trajectories that is made.
+    """
+
+    workers: int | None = None
+    executor: str | None = None
+    shard: Shard = WHOLE
+
+    def __post_init__(self) -> None:
+        if self.executor is None:
+            return
+        scheduler_of(self.executor)
+        if self.workers is not None:
+            raise ValueError(
+                f"--workers {self.workers} and --executor {self.executor}; expected one of them, "
+                "since a cluster has its own workers: leave --workers out"
+            )
+
+    @contextmanager
+    def open(self) -> Iterator[Executor | None]:
+        """Open the processes, or the connection to the cluster, for the block.
+
+        Raises:
+            ClusterError: the cluster cannot be used.
+        """
+        if self.executor is None:
+            with pool.process_pool(self.workers) as executor:
+                yield executor
+        else:
+            with cluster(self.executor) as executor:
+                yield executor
+
+    def make(self, recipe: Recipe, beside: Path | None, store: Path, progress: Progress) -> int:
+        """Make a recipe's trajectories in a store, and return how many were made here.
+
+        Args:
+            recipe: what is made.
+            beside: folder of the recipe; None where it lies in none.
+            store: place of the store.
+            progress: shows how many are there.
+
+        Raises:
+            ClusterError: the cluster cannot be used.
+            RecipeError: records are asked to be made elsewhere, or in parts.
+            StoreError, SimulationError: as of ``generate``.
+        """
+        elsewhere = self.executor is not None
+        if recipe.system.is_record and (elsewhere or self.shard != WHOLE):
+            raise RecipeError(
+                f"recipe {recipe.name!r} is of records, which are cut and not simulated; expected "
+                "neither --executor nor --shard: leave them out"
+            )
+        with self.open() as executor:
+            folder = (beside or Path()) if elsewhere else None
+            return generate(recipe, store, executor, progress, self.shard, folder)

@@ -1,0 +1,227 @@
+"""Many machines on one store: what docs/many_machines.md shows is run, on loopback."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.acceptance.conftest import invoke
+from tests.limits import HANGS
+from tests.own_models.lag_beside import write_lag
+from tests.store_digest import store_digest
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "docs" / "many_machines"
+COMPOSE = yaml.safe_load((EXAMPLES / "compose.yml").read_text(encoding="utf-8"))["services"]
+TOTAL = 5 + 3
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine on which commands of the examples run: here, in another folder."""
+
+    folder: Path
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Where the console scripts are found, and this package, but nothing beside a recipe."""
+        path = os.pathsep.join([str(self.folder / "bin"), os.environ["PATH"]])
+        return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+
+    def install(self, name: str, text: str) -> None:
+        """Install a program, of a shell's text."""
+        program = self.folder / "bin" / name
+        program.parent.mkdir(parents=True, exist_ok=True)
+        program.write_text(f"#!/bin/bash\n{text}\n", encoding="utf-8")
+        program.chmod(0o755)
+
+    @contextmanager
+    def running(self, command: list[str]) -> Iterator[None]:
+        """Run a command, and what it starts, during the block."""
+        process = subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=self.environment,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            yield
+        finally:
+            os.killpg(process.pid, signal.SIGTERM)
+            process.wait(HANGS)
+
+    def run(self, *command: str | Path, **variables: str) -> str:
+        """Run a command to its end, which is to be good, and return what it says."""
+        result = subprocess.run(
+            [str(word) for word in command],
+            cwd=self.folder,
+            env={**self.environment, **variables},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=HANGS,
+        )
+        assert result.returncode == 0, result.stdout
+        return result.stdout
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    found = Machine(tmp_path / "machine")
+    python = shlex.quote(sys.executable)
+    found.install("slide-fmu", f'exec {python} -m slide_fmu "$@"')
+    found.install("dask", f'exec {python} -m dask "$@"')
+    found.install("python", f'exec {python} "$@"')
+    return found
+
+
+def generated(recipe: Path, runs: Path) -> int:
+    """How many trajectories of a recipe one process makes that knows nothing of other tests."""
+    command = [sys.executable, "-m", "slide_fmu", "generate", str(recipe), "--runs", str(runs)]
+    options = ["--workers", "1", "--json", "-"]
+    result = subprocess.run([*command, *options], cwd=ROOT, check=True, capture_output=True)
+    return int(json.loads(result.stdout)["made_now"])
+
+
+def made(runs: Path, recipe: Path) -> str:
+    """The digest of the store of a recipe, made by one process of this machine."""
+    assert generated(recipe, runs) == TOTAL
+    return store_digest(runs / "lag" / "data.zarr")
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+@pytest.mark.extended
+def test_scheduler_and_workers_of_the_composition_make_the_same_store(
+    tmp_path: Path, machine: Machine
+) -> None:
+    """The workers live on while the model, which they do not see, changes."""
+    port = free_port()
+
+    def command(service: str) -> list[str]:
+        text = COMPOSE[service]["command"].replace("scheduler:8786", f"127.0.0.1:{port}")
+        text = text.replace("--port 8786", f"--host 127.0.0.1 --port {port}")
+        return shlex.split(text.replace("/work/$RECIPE", "recipe/lag.toml").replace("/work/", ""))
+
+    recipe = write_lag(tmp_path / "recipe")
+    with ExitStack() as processes:
+        processes.enter_context(machine.running(command("scheduler")))
+        for _ in range(COMPOSE["worker"]["deploy"]["replicas"]):
+            processes.enter_context(machine.running(command("worker")))
+        user = Machine(tmp_path)
+        words = [str(machine.folder / "bin" / "slide-fmu"), *command("generate")[1:]]
+        user.run(*words)
+        store = tmp_path / "runs" / "lag" / "data.zarr"
+        before = made(tmp_path / "before", recipe)
+        assert store_digest(store) == before
+        write_lag(tmp_path / "recipe", rate=3.0)
+        user.run(*words, "--overwrite")
+        assert store_digest(store) == made(tmp_path / "after", recipe) != before
+
+
+@pytest.mark.extended
+def test_tasks_of_the_job_array_make_parts_of_one_store(tmp_path: Path, machine: Machine) -> None:
+    recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
+    for task in ("2", "1", "3"):
+        said = machine.run(
+            "bash",
+            EXAMPLES / "array.sh",
+            recipe,
+            runs,
+            SLURM_CPUS_PER_TASK="1",
+            SLURM_ARRAY_TASK_ID=task,
+            SLURM_ARRAY_TASK_COUNT="3",
+        )
+        assert f"shard {task}/3 is made" in " ".join(said.split())
+    assert generated(recipe, runs) == 0
+    assert store_digest(runs / "lag" / "data.zarr") == made(tmp_path / "alone", recipe)
+
+
+SBATCH = """
+log=$(mktemp)
+(setsid bash "$1" >"$log" 2>&1 & echo $! >>"{folder}/jobs")
+echo "Submitted batch job $(wc -l <"{folder}/jobs")"
+"""
+SCANCEL = 'kill -- -$(sed -n "$1p" "{folder}/jobs")'
+
+
+@pytest.mark.extended
+def test_jobs_that_slurm_starts_make_the_same_store(tmp_path: Path, machine: Machine) -> None:
+    """A program ``sbatch`` starts the jobs here that dask-jobqueue writes."""
+    recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
+    machine.install("sbatch", SBATCH.format(folder=machine.folder))
+    machine.install("scancel", SCANCEL.format(folder=machine.folder))
+    machine.run("python", EXAMPLES / "slurm.py", recipe, runs, "1")
+    assert len((machine.folder / "jobs").read_text().split()) == 1
+    assert store_digest(runs / "lag" / "data.zarr") == made(tmp_path / "alone", recipe)
+
+
+def test_array_and_composition_name_what_there_is() -> None:
+    assert (ROOT / COMPOSE["worker"]["build"]["dockerfile"]).is_file()
+    assert {"scheduler", "worker", "generate"} == set(COMPOSE)
+    for options in ("--shard", "--executor"):
+        assert any(options in file.read_text() for file in EXAMPLES.iterdir())
+
+
+def test_scheduler_that_is_not_there_ends_the_command_with_a_message(tmp_path: Path) -> None:
+    recipe = write_lag(tmp_path)
+    result = invoke("generate", recipe, "--runs", tmp_path, "--executor", "dask://127.0.0.1:9")
+    assert result.exit_code == 1
+    assert "does not answer within" in " ".join(result.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--executor", "localhost:8786"), "expected dask://HOST:PORT"),
+        (("--executor", "dask://a:1", "--workers", "2"), "leave --workers out"),
+        (("--shard", "3/2"), "expected I/N"),
+        (("--shard", "1/2", "--overwrite"), "expected one of them"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(
+    tmp_path: Path, options: tuple[str, ...], message: str
+) -> None:
+    result = invoke("generate", write_lag(tmp_path), "--runs", tmp_path, *options)
+    assert result.exit_code == 1
+    assert message in " ".join(result.stderr.split())
+
+
+def test_cost_is_told_and_leaves_nothing_behind(tmp_path: Path) -> None:
+    recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
+    asked = ("--simulations", "1e6", "--cores", "1000", "--seed", "3")
+    result = invoke("cost", recipe, "--runs", runs, *asked, "--json", "-")
+    assert result.exit_code == 0, result.output
+    figures = json.loads(result.stdout)
+    one, ends = figures["trajectory"], figures["stops_scaling"]
+    assert (figures["simulations"], figures["cores"]) == (1_000_000, 1000)
+    assert one["simulated_time_s"] == 12.0
+    busy = 1e6 * (one["simulate_s"] + one["write_s"])
+    slowest = max(busy / 1000, 1e6 * one["job_s"] / 16)
+    assert figures["wall_time_s"] == pytest.approx(slowest, rel=0.01)
+    assert figures["core_hours"] == pytest.approx(slowest * 1000 / 3600, rel=0.01)
+    assert figures["useful"] == pytest.approx(busy / 1000 / slowest, rel=0.01)
+    assert one["bytes"] > 8 * 80
+    assert figures["store_bytes"] == pytest.approx(1e6 * one["bytes"])
+    files = figures["store_files"] / figures["wall_time_s"]
+    assert figures["files_per_s"] == pytest.approx(files)
+    parts = 1000 / ends["handing_out_cores"]
+    assert parts <= ends["shards_for_all_cores"] <= parts + 1.1
+    assert list((runs / "lag").iterdir()) == []

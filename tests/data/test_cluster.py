@@ -1,0 +1,205 @@
+"""Workers of a Dask cluster make the same store, whatever happens to them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import distributed
+import pytest
+
+from slide_fmu.data import cluster as cluster_module
+from slide_fmu.data import worker
+from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
+from slide_fmu.data.generation import recipe_json
+from slide_fmu.data.own_files import keep_own_files
+from slide_fmu.data.store import StoreError, missing_trajectories, open_store
+from slide_fmu.data.worker import Order, make_trajectories
+from slide_fmu.data.workplace import Workplace
+from slide_fmu.systems.errors import SimulationError
+from tests.data.logging_system import LOG
+from tests.data.test_failures import failing
+from tests.data.test_generation import LONG, PROBED, SMALL, identities, wait_until
+from tests.limits import HANGS
+from tests.progress import silent
+from tests.store_digest import store_digest
+
+NOBODY = "dask://127.0.0.1:9"
+"""Nothing listens there."""
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A cluster of two worker processes, which log what they simulate."""
+    monkeypatch.setenv(LOG, str(tmp_path / "log"))
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs="CRITICAL",
+    ) as found:
+        yield found
+
+
+def address_of(found: Any) -> str:
+    return str(found.scheduler_address).replace("tcp://", "dask://")
+
+
+def logged(folder: Path) -> list[str]:
+    """Trajectories that were simulated, without the motion that shows a changed model."""
+    return [line for line in (folder / "log").read_text().splitlines() if line != PROBED]
+
+
+@pytest.mark.parametrize(
+    "text", ["127.0.0.1:8786", "tcp://127.0.0.1:8786", "dask://host", "dask://:1", "dask://a:b"]
+)
+def test_address_of_another_form_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="expected dask://HOST:PORT"):
+        Workplace(executor=text)
+
+
+def test_address_is_that_of_the_scheduler() -> None:
+    assert scheduler_of("dask://node-1.cluster:8786") == "tcp://node-1.cluster:8786"
+    assert scheduler_of("dask://[::1]:8786") == "tcp://[::1]:8786"
+
+
+def test_number_of_workers_of_a_cluster_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"--workers 2 and --executor .*leave --workers out"):
+        Workplace(workers=2, executor=NOBODY)
+
+
+def test_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    expected = r"needs the package 'distributed'.*pip install 'slide-fmu\[cluster\]'"
+    with pytest.raises(ClusterError, match=expected), cluster(NOBODY):
+        pass
+
+
+def test_scheduler_that_is_not_there_is_told_in_a_bounded_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cluster_module, "CONNECT", 1.0)
+    begin = time.monotonic()
+    expected = r"127\.0\.0\.1:9' does not answer within 1 s .*start one \(dask scheduler"
+    with pytest.raises(ClusterError, match=expected), cluster(NOBODY):
+        pass
+    assert time.monotonic() - begin < 30.0
+
+
+def order_of(folder: Path, probe_factor: float) -> Order:
+    """An order for workers elsewhere, in whose store a motion may be that of another model."""
+    recipe, store = SMALL, folder / "data.zarr"
+    source = worker.recipe_system(recipe)
+    shapes = {"inputs": (128, 1), "outputs": (129, 1)}
+    open_store(store, recipe, shapes, probe_factor * worker.identity(recipe, source))
+    own_files = keep_own_files(recipe, folder, store)
+    return Order(recipe_json(recipe), str(store), str(own_files))
+
+
+def test_worker_with_another_model_makes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    same, other = (order_of(tmp_path / name, f) for name, f in (("a", 1.0), ("b", 1.1)))
+    assert make_trajectories(same, (("train", 0),)).made == 1
+    with pytest.raises(StoreError, match=r"the worker on .* simulates another motion than"):
+        make_trajectories(other, (("train", 0),))
+
+
+def test_worker_that_does_not_see_the_disk_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "APPEARS", 0.0)
+    order = Order(recipe_json(SMALL), str(tmp_path / "data.zarr"), str(tmp_path / "own_files/x"))
+    with pytest.raises(StoreError, match=r"does not see .*own_files/x'; expected a disk"):
+        make_trajectories(order, (("train", 0),))
+
+
+@pytest.mark.extended
+def test_killed_worker_repeats_nothing_that_was_finished(tmp_path: Path, scheduler: Any) -> None:
+    killed: list[int] = []
+    at_kill: list[int] = []
+
+    def kill_in_the_midst(done: int, total: int) -> None:
+        if done == 20:
+            nanny = next(iter(scheduler.workers.values()))
+            killed.append(nanny.pid)
+            os.kill(killed[0], signal.SIGKILL)
+            at_kill.append(len(logged(tmp_path)))
+
+    store = tmp_path / "cluster" / "data.zarr"
+    Workplace(executor=address_of(scheduler)).make(LONG, None, store, kill_in_the_midst)
+    assert killed
+    lines = logged(tmp_path)
+    assert 20 <= at_kill[0] < 60
+    assert set(lines) == set(identities().values())
+    assert len(lines) - len(set(lines)) <= 1  # what it simulated when it was killed
+
+    Workplace(2).make(LONG, None, tmp_path / "pool" / "data.zarr", silent)
+    assert store_digest(store) == store_digest(tmp_path / "pool" / "data.zarr")
+
+
+@pytest.mark.extended
+def test_model_that_ends_its_workers_is_told(tmp_path: Path, scheduler: Any) -> None:
+    with pytest.raises(ClusterError, match=r"4 workers died over the same trajectories"):
+        Workplace(executor=address_of(scheduler)).make(
+            failing(crash=0.99), None, tmp_path / "data.zarr", silent
+        )
+
+
+@pytest.mark.extended
+def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> None:
+    with pytest.raises(SimulationError, match="could not be simulated, 1 may fail"):
+        Workplace(executor=address_of(scheduler)).make(
+            failing(0.02, fail=0.9), None, tmp_path / "data.zarr", silent
+        )
+
+
+@pytest.mark.extended
+def test_scheduler_that_dies_ends_the_work_with_a_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(LOG, str(tmp_path / "log"))
+    file = tmp_path / "scheduler.json"
+    common = ("--scheduler-file", str(file), "--no-dashboard")
+    with ExitStack() as programs:
+        scheduler, _ = (
+            programs.enter_context(running("dask", name, *common, *options))
+            for name, options in (
+                ("scheduler", ("--host", "127.0.0.1", "--port", "0")),
+                ("worker", ("--nthreads", "1")),
+            )
+        )
+        wait_until(file.exists, "no scheduler")
+
+        def kill_scheduler(done: int, total: int) -> None:
+            if done == 5:
+                scheduler.kill()
+
+        address = json.loads(file.read_text())["address"].replace("tcp://", "dask://")
+        with pytest.raises(ClusterError, match=r"the connection to the scheduler was lost.*again"):
+            Workplace(executor=address).make(LONG, None, tmp_path / "data.zarr", kill_scheduler)
+    assert len(missing_trajectories(tmp_path / "data.zarr", "train")) <= 55
+
+
+@contextmanager
+def running(*module: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a module of Python, and what it starts, during the block."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", *module], stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        yield program
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(program.pid, signal.SIGKILL)
+        program.wait(HANGS)

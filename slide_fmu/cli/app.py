@@ -9,7 +9,7 @@ import typer
 
 from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
-from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
+from slide_fmu.cli.fmu_commands import bench, check, export, info, page, ssp, validate
 from slide_fmu.cli.motion_commands import motion
 from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
 from slide_fmu.pipeline.display import ENDLESS
@@ -27,6 +27,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     reference,
     ssp,
     validate,
+    page,
     check,
     bench,
     calibrate,

@@ -157,6 +157,30 @@ def validate(
     console.print(f"report  {page}")
 
 
+def page(
+    fmu: FmuArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="FILE.html", help="Write the page here.")
+    ],
+    title: Annotated[
+        str | None, typer.Option("--title", help="Head it with this text, not with the name.")
+    ] = None,
+    drawing: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:FUNCTION",
+            help="Draw the machine in motion as this function describes it.",
+        ),
+    ] = None,
+) -> None:
+    """Write one HTML file in which people can move the inputs of an FMU and watch its outputs."""
+    from slide_fmu.page.page import write_page
+
+    with errors():
+        path = write_page(fmu, output, title, drawing)
+    console.print(f"page    {path}")
+
+
 def check(
     fmu: FmuArgument,
     json_path: JsonOption = None,

@@ -93,8 +93,9 @@ class NativeSurrogate:
         of cells runs one state along each record. It begins with what ``predict_newest`` has at
         the first sample, the first input held for n_in samples, and forgets nothing after that,
         where ``predict_newest`` starts its states anew every n_in samples. So both agree, but for
-        rounding, up to sample n_in - n_out, and after that they differ by what the surrogate's
-        memory is too short for: its truncation error. With n_in = n_out = N, ``predict_windows``
+        rounding, in the first n_in - n_out + 1 samples, and after that they differ by what the
+        surrogate's memory is too short for: its truncation error (``docs/runtime.md`` has it for
+        released FMUs). With n_in = n_out = N, ``predict_windows``
         of records that rest at first is the same.
 
         Args:

@@ -18,7 +18,7 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
+from slide_fmu.fmu.libraries.build import BINARIES, PYTHON_LIBRARIES
 
 MESSAGE = 400
 """Bytes for the message of a refusal."""
@@ -153,13 +153,13 @@ def load_library() -> ctypes.CDLL:
 
 
 def library_path() -> Path:
-    """Find the compiled library of this platform.
+    """Find the compiled library for Python of this platform.
 
     Raises:
         NativeError: there is none for it.
     """
-    names = [name for name in TARGETS if name.startswith(f"{fmpy.platform_tuple}/")]
+    names = [name for name in PYTHON_LIBRARIES if name.startswith(f"{fmpy.platform_tuple}/")]
     if not names:
-        known = [*map(os.path.dirname, TARGETS)]
+        known = [*map(os.path.dirname, PYTHON_LIBRARIES)]
         raise NativeError(f"no library for {fmpy.platform_tuple}; expected one of {known}")
     return BINARIES / names[0]

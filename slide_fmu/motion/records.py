@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.window import MAX_WINDOW, Window
 from slide_fmu.fmu.native import NativeSurrogate
 from slide_fmu.motion.coordinates import Coordinate, coordinates_of, inputs_of
 from slide_fmu.network.state_space.network import StateSpace
@@ -27,8 +24,13 @@ class Records:
         surrogate: of a family whose response to a whole record has no window: a state space.
         count: samples of a motion.
 
+    Attributes:
+        coordinates: what moves.
+        lead: samples of rest before a motion, in its inputs.
+        count: as above.
+
     Raises:
-        MotionError: the surrogate is of another family, or the record is too long.
+        MotionError: the surrogate is of another family.
     """
 
     def __init__(self, surrogate: Surrogate, count: int) -> None:
@@ -40,19 +42,7 @@ class Records:
             )
         self.coordinates: tuple[Coordinate, ...] = coordinates_of(surrogate.inputs)
         self.lead, self.count = surrogate.window.n_in, count
-        length = self.lead + count
-        if length > MAX_WINDOW:
-            raise MotionError(
-                f"a motion of {count} samples needs records of {length} samples; expected at "
-                f"most {MAX_WINDOW}: go over to a shorter motion"
-            )
-        record = StateSpace(
-            network.cell, length, length, network.features, network.roles, network.turned
-        )
-        whole = Window(surrogate.window.step, length, length)
-        self._native = NativeSurrogate(
-            replace(surrogate, window=whole, network=record, estimator=None, bound=None)
-        )
+        self._native = NativeSurrogate(surrogate)
 
     def inputs(self, motions: FloatArray, first: FloatArray | None = None) -> FloatArray:
         """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
@@ -70,4 +60,5 @@ class Records:
 
         ``first`` is as for ``inputs``; the result is (B, count, n_outputs), in the outputs' units.
         """
-        return self._native.predict_windows(self.inputs(motions, first))[:, self.lead :]
+        # before a record its first input counts as held, so one sample of rest does
+        return self._native.predict(self.inputs(motions, first)[:, self.lead - 1 :])[:, 1:]

@@ -38,7 +38,9 @@ SLOPES = 160
 CANDIDATES, SHORT = 10_000, 120
 """Records of so many samples that are predicted at once by all threads."""
 FEW = 64
-"""Records that numpy and torch are given, which are slower."""
+"""Records that numpy is given, and whose gradients are timed."""
+MANY = 2048
+"""Records, as short as candidates, that torch is given: it is the faster the more there are."""
 
 
 def cut(record: FloatArray, count: int, length: int) -> FloatArray:
@@ -116,20 +118,24 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
                 for name, it in zip(kernels(), natives, strict=True)
             },
             "numpy": lambda: surrogate.predict_newest_batch(few),
-            "torch": torch_cells(surrogate, few),
+            "torch": torch_cells(surrogate, cut(record, MANY, SHORT)),
             "one": lambda: native.vjp(one, weights[:1], threads=1),
             "several": lambda: native.vjp(several, weights, threads=1),
         },
         rounds,
     )
-    counts = {**dict.fromkeys(kernels(), RECORDS), "numpy": FEW, "torch": FEW}
+    samples = {
+        **dict.fromkeys(kernels(), RECORDS * LENGTH),
+        "numpy": FEW * LENGTH,
+        "torch": MANY * SHORT,
+    }
     candidates = cut(record, CANDIDATES, SHORT)
     newest = surrogate.predict_newest(record)
     error = np.abs(native.predict(record) - newest) / surrogate.output_scaling.scale
     exact = surrogate.window.n_in - surrogate.window.n_out
     return {
         "simulated_seconds_per_second": {
-            name: count * LENGTH * step / seconds[name] for name, count in counts.items()
+            name: count * step / seconds[name] for name, count in samples.items()
         },
         "gradient_ms": {
             "one": 1e3 * seconds["one"],

@@ -24,8 +24,8 @@ OF_THE_LINKER = {"__mh_dylib_header", "___dso_handle"}
 NATIVE = (RUNTIME / "native" / "native.h").read_text(encoding="utf-8")
 
 
-def _library(processor: int) -> bytes:
-    return (BINARIES / FOLDERS[processor] / "slide.dylib").read_bytes()
+def _library(processor: int, name: str = "slide") -> bytes:
+    return (BINARIES / FOLDERS[processor] / f"{name}.dylib").read_bytes()
 
 
 @pytest.mark.parametrize("processor", FOLDERS)
@@ -39,10 +39,14 @@ def test_library_for_macos_names_its_platform_and_needs_the_system_alone(process
 
 
 @pytest.mark.parametrize("processor", FOLDERS)
-def test_functions_of_both_standards_and_own_ones_are_exported(processor: int) -> None:
+def test_functions_of_both_standards_are_exported_and_for_python_own_ones_too(
+    processor: int,
+) -> None:
     own = re.findall(r"^SLIDE_Export .*?(slide_native_\w+)\(", NATIVE, re.MULTILINE)
-    names = [*functions(2), *functions(3), *own]
-    assert MachO(_library(processor)).exported() == {f"_{name}" for name in names} | OF_THE_LINKER
+    both = {f"_{name}" for name in (*functions(2), *functions(3))} | OF_THE_LINKER
+    assert own
+    assert MachO(_library(processor)).exported() == both
+    assert MachO(_library(processor, "slide_python")).exported() == both | {f"_{o}" for o in own}
 
 
 def test_arm_part_is_signed() -> None:

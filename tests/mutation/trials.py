@@ -15,8 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 BUILD = """
 from slide_fmu.fmu.libraries import build
-name = next(name for name in build.TARGETS if name.startswith("x86_64-linux"))
-build._build_library(name, build.TARGETS[name])
+build.build_target(build.TARGETS["x86_64-linux/slide.so"])
 (build.BINARIES / build.STAMP).write_text(build.digest())  # the other platforms are not run here
 """
 

@@ -30,11 +30,23 @@ TARGETS = {
 """Library, as below ``binaries``, and the target it is compiled for. Folders have the names that
 FMI 3.0 gives to platforms."""
 
+PAGE_LIBRARY = "wasm32-wasi/slide.wasm"
+"""The runtime as WebAssembly, for pages (``slide_fmu/page``); no FMU holds it."""
+
+PYTHON_LIBRARIES = {
+    name.replace("slide.", "slide_python."): target for name, target in TARGETS.items()
+}
+"""The same libraries with the functions for Python; no FMU holds them."""
+
+LIBRARIES = {**TARGETS, **PYTHON_LIBRARIES, PAGE_LIBRARY: "wasm32-wasi"}
+"""All that is compiled, and the target of each."""
+
 HASHES = Path(__file__).parent / "hashes.sha256"
 """SHA-256 of every library as the pinned compiler makes it, in the format of sha256sum."""
 
-BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline"}
-"""Processor that the code is compiled for, by architecture."""
+BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline", "wasm32": "generic+simd128"}
+"""Processor that the code is compiled for, by architecture. Browsers have the vectors of
+WebAssembly since 2023."""
 
 AVX2 = "x86_64_v2+avx2+fma-slow_unaligned_mem_32"
 """x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
@@ -47,6 +59,7 @@ KERNELS = {
         "slide_kernel_avx512": f"{AVX2}+avx512f+avx512dq+avx512bw+avx512vl",
     },
     "aarch64": {"slide_kernel_baseline": BASELINE["aarch64"]},
+    "wasm32": {"slide_kernel_baseline": BASELINE["wasm32"]},
 }
 """Kernel table and the instruction set it is compiled for, by architecture."""
 
@@ -65,11 +78,12 @@ SMALL = "-Os"
 """How code is optimised in ``HOT_FOLDERS``, which take most of a step, and elsewhere, where speed
 only makes FMUs larger."""
 
-LINK = ["-shared", "-s"]
+LINK = ["-s", "-lm"]
 LINK_OF = {
-    "linux": ["-Wl,-Bsymbolic", "-Wl,--gc-sections"],
-    "windows": ["-Wl,--gc-sections"],
-    "macos": ["-Wl,-install_name,@rpath/slide.dylib", "-Wl,-dead_strip"],
+    "linux": ["-shared", "-Wl,-Bsymbolic", "-Wl,--gc-sections"],
+    "windows": ["-shared", "-Wl,--gc-sections"],
+    "macos": ["-shared", "-Wl,-install_name,@rpath/slide.dylib", "-Wl,-dead_strip"],
+    "wasi": ["-mexec-model=reactor", "-Wl,--gc-sections", "-Wl,--export-dynamic"],
 }
 """Further options of the linker, by operating system."""
 
@@ -92,9 +106,16 @@ LIBRARY_FOLDERS = (
 )
 """Folders of the runtime whose files make the library, from the bottom up."""
 
-SOURCE_FOLDERS = tuple(
-    name for name in LIBRARY_FOLDERS if name not in ("fmi3", "records", "native")
+PYTHON_FOLDERS = ("records", "native")
+"""Those of them that only the libraries for Python hold."""
+
+PAGE_FOLDERS = (
+    *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", *PYTHON_FOLDERS)),
+    "wasm",
 )
+"""Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
+
+SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", *PYTHON_FOLDERS))
 """Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
 
 STANDARD_HEADERS = {
@@ -111,7 +132,8 @@ class BuildError(RuntimeError):
 def digest() -> str:
     """SHA-256 over all that decides what the libraries are: sources, headers and this file."""
     total = hashlib.sha256()
-    for path in [*runtime_files(), *standard_headers(2), *standard_headers(3), Path(__file__)]:
+    files = runtime_files(folders=(*LIBRARY_FOLDERS, "wasm"))
+    for path in [*files, *standard_headers(2), *standard_headers(3), Path(__file__)]:
         total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return total.hexdigest()
 
@@ -167,14 +189,14 @@ def build_all(force: bool = False) -> list[Path]:
     Raises:
         BuildError: with what the compiler said.
     """
-    libraries = [BINARIES / name for name in TARGETS]
+    libraries = [BINARIES / name for name in LIBRARIES]
     stamp = BINARIES / STAMP
     _remove_others({*libraries, stamp})
     present = stamp.is_file() and all(library.is_file() for library in libraries)
     if not force and present and stamp.read_text() == digest():
         return libraries
-    for name, target in TARGETS.items():
-        _build_library(name, target)
+    for target in sorted(set(LIBRARIES.values())):
+        build_target(target)
     stamp.write_text(digest())
     return libraries
 
@@ -189,8 +211,11 @@ def _remove_others(kept: set[Path]) -> None:
             path.unlink()
 
 
-def compile_objects(target: str) -> list[Path]:
+def compile_objects(target: str) -> dict[Path, str]:
     """Compile the sources for a target, the kernels once for each instruction set.
+
+    Returns:
+        The objects, and the folder of the source of each.
 
     Raises:
         BuildError: with what the compiler said.
@@ -198,11 +223,12 @@ def compile_objects(target: str) -> list[Path]:
     folder = BUILD / target
     folder.mkdir(parents=True, exist_ok=True)
     architecture = target.split("-")[0]
-    position = [] if "windows" in target else ["-fPIC"]
+    position = [] if "windows" in target or "wasi" in target else ["-fPIC"]
     choice = ["-DSLIDE_ONE_KERNEL"] if len(KERNELS[architecture]) == 1 else []
     common = ["-target", target, *WARNINGS, *CODE, *position, *choice, *include_flags()]
     units: dict[str, list[str]] = {}
-    for source in runtime_files(".c"):
+    folders: dict[str, str] = {}
+    for source in compiled_sources(target):
         compiled = ["-c", str(source.relative_to(RUNTIME))]
         if source.name in PER_KERNEL:
             for table, processor in KERNELS[architecture].items():
@@ -210,23 +236,48 @@ def compile_objects(target: str) -> list[Path]:
                 level = PER_KERNEL[source.name][slowest]
                 flags = [level, "-mcpu=" + processor, "-ffp-contract=on"]
                 units[f"{source.stem}_{table}"] = [*flags, f"-DSLIDE_KERNEL={table}", *compiled]
+                folders[f"{source.stem}_{table}"] = source.parent.name
         else:
             level = FAST if source.parent.name in HOT_FOLDERS else SMALL
             flags = [level, "-mcpu=" + BASELINE[architecture], "-ffp-contract=off"]
             units[source.stem] = [*flags, *compiled]
+            folders[source.stem] = source.parent.name
     commands = {folder / f"{stem}.o": [*common, *unit] for stem, unit in units.items()}
     arguments = [[*command, "-o", str(object_)] for object_, command in commands.items()]
     with ThreadPoolExecutor(os.cpu_count()) as threads:  # each waits for a compiler
         list(threads.map(run_compiler, arguments))
-    return list(commands)
+    return {object_: folders[object_.stem] for object_ in commands}
 
 
-def _build_library(name: str, target: str) -> None:
+def compiled_sources(target: str) -> list[Path]:
+    """List the files that make the library of a target; files of ``wasm`` replace others."""
+    folders = PAGE_FOLDERS if "wasi" in target else LIBRARY_FOLDERS
+    replaced = {path.name for path in (RUNTIME / "wasm").glob("*.c")} if "wasi" in target else ()
+    return [
+        path
+        for path in runtime_files(".c", folders)
+        if path.name not in replaced or path.parent.name == "wasm"
+    ]
+
+
+def build_target(target: str) -> None:
+    """Compile all libraries of a target.
+
+    Raises:
+        BuildError: with what the compiler said.
+    """
     objects = compile_objects(target)
+    for name in (name for name, of in LIBRARIES.items() if of == target):
+        whole = name in PYTHON_LIBRARIES
+        linked = [o for o, folder in objects.items() if whole or folder not in PYTHON_FOLDERS]
+        _link(name, target, linked)
+
+
+def _link(name: str, target: str, objects: list[Path]) -> None:
     folder = BUILD / target
     library = folder / Path(name).name
     link = [*LINK, *LINK_OF[target.split("-")[1].split(".")[0]]]
-    run_compiler(["-target", target, *link, *map(str, objects), "-lm", "-o", str(library)])
+    run_compiler(["-target", target, *map(str, objects), *link, "-o", str(library)])
     final = BINARIES / name
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = folder / f"{final.name}.{os.getpid()}"
@@ -246,7 +297,7 @@ def hashes() -> str:
     """SHA-256 of the libraries that are there, one line for each."""
     lines = [
         f"{hashlib.sha256((BINARIES / name).read_bytes()).hexdigest()}  {name}\n"
-        for name in TARGETS
+        for name in LIBRARIES
     ]
     return "".join(lines)
 

@@ -54,12 +54,17 @@ def libraries(name: str, fmi: FmiVersion) -> dict[str, bytes]:
     """
     contents = {}
     for member, sources in library_members(name, fmi).items():
-        parts = [_compiled(source) for source in sources]
+        parts = [compiled(source) for source in sources]
         contents[member] = parts[0] if len(parts) == 1 else universal_library(parts)
     return contents
 
 
-def _compiled(source: str) -> bytes:
+def compiled(source: str) -> bytes:
+    """Read a compiled library, by its name below ``binaries``.
+
+    Raises:
+        FileNotFoundError: the runtime has not been compiled.
+    """
     path = BINARIES / source
     if not path.is_file():
         raise FileNotFoundError(

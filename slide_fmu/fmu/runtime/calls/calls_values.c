@@ -262,7 +262,7 @@ static SlideStatus check_values(const SlideInstance *instance, uint32_t referenc
         return values[0] >= SLIDE_LEAST_CONFIDENCE && values[0] <= SLIDE_LARGEST_CONFIDENCE
                    ? SLIDE_OK
                    : slide_report(instance, SLIDE_DISCARD,
-                                  "confidence (value reference %u) = %g; expected %g to %g, for "
+                                  "confidence (value reference %u) = %.9g; expected %g to %g, for "
                                   "which error bounds are calibrated; the former values are kept",
                                   reference, values[0], SLIDE_LEAST_CONFIDENCE,
                                   SLIDE_LARGEST_CONFIDENCE);

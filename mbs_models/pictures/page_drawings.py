@@ -1,0 +1,197 @@
+"""The machines as pages draw them in motion (``slide-fmu page --drawing``).
+
+Each function returns a description in plain values, whose form ``slide_fmu/page/drawing.py`` says.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbs_models.robot_6r.puma_560 import JOINTS, puma_560
+from mbs_models.robot_6r.socket import SocketMesh
+from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
+
+Expression = Any
+
+COILS, REST = 12, 3.2
+"""The spring of an oscillator has so many half turns, and this length in m at rest."""
+ROD_PARTS, DEFLECTION_SCALE = 12, 3.0
+"""The rod is drawn in so many parts, with its deflection so many times as large."""
+HAND, DEVIATION_SCALE = 0.1, 25.0
+"""The hand is so long in m; the tool's deviation is drawn so many times as large."""
+
+
+def oscillator() -> dict[str, Any]:
+    """Return the drawing of a mass on a spring, which the force pushes along x."""
+    points: dict[str, list[Expression]] = {
+        "wall_low": [-REST, -0.6],
+        "wall_high": [-REST, 0.6],
+        "floor_left": [-REST, -0.42],
+        "floor_right": [REST, -0.42],
+        "mass": ["position", 0.0],
+        "push": [_plus("position", _times(1e-3, "force")), 0.0],
+    }
+    spring = [f"coil_{i}" for i in range(COILS + 1)]
+    for i, name in enumerate(spring):
+        part = i / COILS
+        height = 0.0 if i in (0, COILS) else 0.22 * (-1) ** i
+        points[name] = [_plus((part - 1) * REST, _times(part, "position")), height]
+    return {
+        "text": "the mass on its spring; the bar at the mass is the force, 1 m long for 1 kN",
+        "view": (-3.4, 2.8, -0.75, 0.75),
+        "points": points,
+        "shapes": [
+            {"line": ["wall_low", "wall_high"], "width": 0.06, "colour": "ground"},
+            {"line": ["floor_left", "floor_right"], "width": 0.03, "colour": "ground"},
+            {"line": spring, "width": 0.05, "colour": "body"},
+            {"disc": "mass", "radius": 0.36, "colour": "accent"},
+            {"line": ["mass", "push"], "width": 0.09, "colour": "joint"},
+        ],
+    }
+
+
+def slider_crank() -> dict[str, Any]:
+    """Return the drawing of the slider-crank, whose rod bends."""
+    crank_x, crank_y = _times(CRANK_LENGTH, "director_x"), _times(CRANK_LENGTH, "director_y")
+    values: list[tuple[str, Expression]] = [
+        ("tip_x", crank_x),
+        ("tip_y", crank_y),
+        ("along", ["sqrt", ["-", ROD_LENGTH**2, ["*", "tip_y", "tip_y"]]]),
+        ("bend", _times(4 * DEFLECTION_SCALE / ROD_LENGTH, "deflection")),
+    ]
+    reach = CRANK_LENGTH + ROD_LENGTH
+    points: dict[str, list[Expression]] = {
+        "pivot": [0.0, 0.0],
+        "tip": ["tip_x", "tip_y"],
+        "slider": [_plus("tip_x", "along"), 0.0],
+        "slider_left": [_plus(_plus("tip_x", "along"), -0.08), 0.0],
+        "slider_right": [_plus(_plus("tip_x", "along"), 0.08), 0.0],
+        "rail_left": [ROD_LENGTH - CRANK_LENGTH - 0.15, -0.08],
+        "rail_right": [reach + 0.15, -0.08],
+    }
+    rod = [f"rod_{i}" for i in range(ROD_PARTS + 1)]
+    for i, name in enumerate(rod):
+        part = i / ROD_PARTS
+        # the deflection is positive on the left of the way from the crank to the slider
+        bow = _times(part * (1 - part), "bend")
+        x = _plus(_plus("tip_x", _times(part, "along")), ["*", bow, "tip_y"])
+        points[name] = [x, _plus(_times(1 - part, "tip_y"), ["*", bow, "along"])]
+    return {
+        "text": f"the rod's deflection is drawn {DEFLECTION_SCALE:g} times as large",
+        "view": (-0.62, reach + 0.25, -0.62, 0.62),
+        "values": values,
+        "points": points,
+        "shapes": [
+            {"line": ["rail_left", "rail_right"], "width": 0.02, "colour": "ground"},
+            {"line": ["slider_left", "slider_right"], "width": 0.12, "colour": "ground"},
+            {"line": ["pivot", "tip"], "width": 0.05, "colour": "body"},
+            {"line": rod, "width": 0.025, "colour": "accent"},
+            *({"disc": p, "radius": 0.03, "colour": "joint"} for p in ("pivot", "tip", "slider")),
+        ],
+    }
+
+
+def robot() -> dict[str, Any]:
+    """Return the drawing of the Puma 560 on its socket, at the desired joint angles.
+
+    The deviation of the tool grows from none at the socket's bottom to its full size at the tool.
+    """
+    values, places = _arm()
+    names = ["bottom", "base", *(f"link_{i}" for i in range(1, JOINTS + 1)), "tool"]
+    heights: list[list[Expression]] = [[0.0, 0.0, -SocketMesh.length], [0.0, 0.0, 0.0]]
+    points = {}
+    for i, (name, place) in enumerate(zip(names, [*heights, *places], strict=True)):
+        share = DEVIATION_SCALE * i / (len(names) - 1)
+        points[name] = [
+            _plus(value, _times(share, f"deviation_{axis}"))
+            for value, axis in zip(place, "xyz", strict=True)
+        ]
+    corners = {
+        f"floor_{x}_{y}": [0.6 * x, 0.6 * y, -SocketMesh.length] for x in _SIGNS for y in _SIGNS
+    }
+    floor = ["floor_1_1", "floor_1_-1", "floor_-1_-1", "floor_-1_1", "floor_1_1"]
+    arm = [name for name in names if name not in ("bottom", "link_5")]
+    return {
+        "text": f"the deviation of the arm is drawn {DEVIATION_SCALE:g} times as large",
+        "view": (-1.15, 1.15, -0.62, 1.08),
+        "camera": (-52.0, 20.0),
+        "values": values,
+        "points": {**points, **corners},
+        "shapes": [
+            {"line": floor, "width": 0.006, "colour": "ground"},
+            {"line": ["bottom", "base"], "width": 0.1, "colour": "accent"},
+            {"line": arm, "width": 0.07, "colour": "body"},
+            *(
+                {"disc": p, "radius": 0.045, "colour": "joint"}
+                for p in ("link_1", "link_2", "link_3", "link_4")
+            ),
+            {"disc": "tool", "radius": 0.03, "colour": "accent"},
+        ],
+    }
+
+
+_SIGNS = (-1, 1)
+
+
+def _arm() -> tuple[list[tuple[str, Expression]], list[list[Expression]]]:
+    """Return values, and the places of all link frames and of the tool, as expressions."""
+    chain = puma_560(np.array([0.0, 0.0, HAND]))
+    values: list[tuple[str, Expression]] = []
+    place: list[Expression] = [0.0, 0.0, 0.0]
+    turn: list[list[Expression]] = [[float(i == j) for j in range(3)] for i in range(3)]
+    places = []
+    for link in range(JOINTS):
+        number, alpha, (a, _, d) = link + 1, float(chain.alpha[link]), chain.steps[link].tolist()
+        c, s = f"cos_{number}", f"sin_{number}"
+        values += [(c, ["cos", f"joint_{number}"]), (s, ["sin", f"joint_{number}"])]
+        step = [_times(a, c), _times(a, s), d]
+        place = [_plus(p, _sum(row, step)) for p, row in zip(place, turn, strict=True)]
+        ca, sa = round(float(np.cos(alpha)), 12), round(float(np.sin(alpha)), 12)
+        local = [
+            [c, _times(-ca, s), _times(sa, s)],
+            [s, _times(ca, c), _times(-sa, c)],
+            [0.0, sa, ca],
+        ]
+        turn = [[_sum(row, list(column)) for column in zip(*local, strict=True)] for row in turn]
+        place = [_named(values, f"p{number}{i}", entry) for i, entry in enumerate(place)]
+        turn = [
+            [_named(values, f"r{number}{i}{j}", entry) for j, entry in enumerate(row)]
+            for i, row in enumerate(turn)
+        ]
+        places.append(place)
+    tool = [_plus(p, _times(HAND, row[2])) for p, row in zip(place, turn, strict=True)]
+    return values, [*places, tool]
+
+
+def _named(values: list[tuple[str, Expression]], name: str, entry: Expression) -> Expression:
+    """Give an expression a name, unless it is a number or a name."""
+    if not isinstance(entry, list):
+        return entry
+    values.append((name, entry))
+    return name
+
+
+def _times(a: Expression, b: Expression) -> Expression:
+    """Return a product; what is zero or one is left out."""
+    if 0.0 in (a, b):
+        return 0.0
+    if a == 1.0 or b == 1.0:
+        return b if a == 1.0 else a
+    return ["*", a, b]
+
+
+def _plus(a: Expression, b: Expression) -> Expression:
+    """Return a sum; what is zero is left out."""
+    if a == 0.0 or b == 0.0:
+        return b if a == 0.0 else a
+    return ["+", a, b]
+
+
+def _sum(row: list[Expression], column: list[Expression]) -> Expression:
+    """Return the scalar product."""
+    total: Expression = 0.0
+    for a, b in zip(row, column, strict=True):
+        total = _plus(total, _times(a, b))
+    return total

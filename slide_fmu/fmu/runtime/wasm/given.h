@@ -1,0 +1,13 @@
+/* Where the surrogate comes from in a page: bytes that the host has written. */
+#ifndef SLIDE_GIVEN_H
+#define SLIDE_GIVEN_H
+
+#include <stddef.h>
+
+/* What a location points at, in place of text. */
+typedef struct {
+    const unsigned char *data;
+    size_t size;
+} SlideGiven;
+
+#endif

@@ -1,0 +1,133 @@
+"""A machine may be drawn in motion in its page: a description in plain values, without a program.
+
+Numbers in it are expressions: a number, the name of an input, output, parameter or of a value that
+was found before, or a list of an operation and its arguments, such as ``["*", 0.5, "speed"]``.
+
+| key | what it is |
+| --- | --- |
+| ``text`` | what is seen, for people, above all a scale that is not the true one |
+| ``view`` | what is shown of the plane that is drawn on: lowest and highest x, then y, in m |
+| ``camera`` | azimuth and elevation in degrees from which space is seen; None in the plane |
+| ``values`` | pairs of a name and an expression, found one after the other |
+| ``points`` | by name, two expressions, or three with a camera, in m |
+| ``shapes`` | in the order of drawing: ``line`` (names of points) with a ``width`` in m, or |
+| | ``disc`` (name of a point) with a ``radius`` in m; both have a ``colour`` |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from slide_fmu.systems.user_code import imported
+
+OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
+"""Operations of expressions, and how many arguments they take; angles are in rad."""
+
+Colour = Literal["body", "accent", "joint", "ground"]
+
+
+class DrawingError(ValueError):
+    """A drawing cannot be found, or is not of the form that a page knows."""
+
+
+class Shape(BaseModel):
+    """A Shape is a line through points or a disc about one."""
+
+    model_config = ConfigDict(extra="forbid")
+    line: list[str] | None = None
+    width: float = 0.0
+    disc: str | None = None
+    radius: float = 0.0
+    colour: Colour = "body"
+
+    @property
+    def points(self) -> list[str]:
+        """The names of its points."""
+        return [*(self.line or []), *([] if self.disc is None else [self.disc])]
+
+
+class Drawing(BaseModel):
+    """A Drawing says how a machine looks while its inputs and outputs change."""
+
+    model_config = ConfigDict(extra="forbid")
+    text: str
+    view: tuple[float, float, float, float]
+    camera: tuple[float, float] | None = None
+    values: list[tuple[str, Any]] = []
+    points: dict[str, list[Any]]
+    shapes: list[Shape]
+
+
+def load_drawing(name: str, signals: Iterable[str]) -> dict[str, Any]:
+    """Call the function that describes a drawing, and check what it returns.
+
+    Args:
+        name: ``"package.module:function"`` or ``"file.py:function"``; it takes no arguments.
+        signals: names of inputs, outputs and parameters of the surrogate.
+
+    Raises:
+        DrawingError: there is no such function, or the drawing is not usable; with the reason.
+        LoadError: the module cannot be imported.
+    """
+    module, function = imported(f"drawing {name!r}", name)
+    found = getattr(module, function, None)
+    if not callable(found):
+        raise DrawingError(
+            f"drawing {name!r}: {module.__name__!r} has no function {function!r}; expected one "
+            "that takes nothing and returns the description of a drawing: correct the name"
+        )
+    return checked_drawing(found(), signals, name)
+
+
+def checked_drawing(description: Any, signals: Iterable[str], name: str) -> dict[str, Any]:
+    """Return a drawing as plain values, all of whose names are known.
+
+    Raises:
+        DrawingError: a key is missing or unknown, or something has another form than is expected.
+    """
+    try:
+        drawing = Drawing.model_validate(description)
+    except ValidationError as error:
+        raise DrawingError(f"drawing {name!r}: {error}") from error
+    known = set(signals)
+    for value, expression in drawing.values:
+        _check(expression, known, f"drawing {name!r}, value {value!r}")
+        known.add(value)
+    dimensions = 2 if drawing.camera is None else 3
+    for point, coordinates in drawing.points.items():
+        if len(coordinates) != dimensions:
+            raise DrawingError(
+                f"drawing {name!r}, point {point!r} has {len(coordinates)} coordinates; expected "
+                f"{dimensions}"
+            )
+        for coordinate in coordinates:
+            _check(coordinate, known, f"drawing {name!r}, point {point!r}")
+    for shape in drawing.shapes:
+        missing = [point for point in shape.points if point not in drawing.points]
+        if missing or not shape.points:
+            raise DrawingError(
+                f"drawing {name!r}, shape {shape.model_dump(exclude_none=True)} with unknown "
+                f"points {missing}; expected some of {sorted(drawing.points)}"
+            )
+    return drawing.model_dump(exclude_none=True)
+
+
+def _check(expression: Any, known: set[str], where: str) -> None:
+    """Reject an expression with an unknown name or operation."""
+    if isinstance(expression, str):
+        if expression not in known:
+            raise DrawingError(f"{where}: {expression!r}; expected one of {sorted(known)}")
+    elif isinstance(expression, Sequence) and len(expression) > 0:
+        operation, *arguments = expression
+        if OPERATIONS.get(operation) != len(arguments):
+            raise DrawingError(
+                f"{where}: operation {operation!r} with {len(arguments)} arguments; expected one "
+                f"of {OPERATIONS}"
+            )
+        for argument in arguments:
+            _check(argument, known, where)
+    elif not isinstance(expression, int | float):
+        raise DrawingError(f"{where}: {expression!r}; expected a number, a name or an operation")

@@ -1,0 +1,106 @@
+"""The page of an FMU: one HTML file that needs nothing else, and no network."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.credentials import members
+from slide_fmu.credentials.experiment import read_experiment
+from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
+from slide_fmu.fmu.libraries.platforms import compiled
+from slide_fmu.page.drawing import load_drawing
+from slide_fmu.page.facts import facts_of
+from slide_fmu.page.scripts import WEB, joined_modules
+from slide_fmu.surrogate.surrogate import Surrogate
+
+TRAJECTORY = {
+    "inputs": members.INPUTS,
+    "results": members.RESULTS,
+    "reference": members.REFERENCE_MODEL,
+}
+"""Files of the experiment that an FMU carries, by their names in the page."""
+
+
+def write_page(
+    fmu: Path, path: Path, title: str | None = None, drawing: str | None = None
+) -> Path:
+    """Write the page of an FMU, with the trajectory that it carries, and return its path.
+
+    Args:
+        fmu: an FMU that slide-fmu wrote.
+        path: the HTML file; replaced as a whole when it is there.
+        title: heading; the name of the surrogate if None.
+        drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
+            (``slide_fmu/page/drawing.py``); it is not drawn if None.
+
+    Raises:
+        DrawingError: the drawing is not usable.
+        LoadError: the module of the drawing cannot be imported.
+        CredentialError: the experiment that the FMU carries is damaged.
+        FileNotFoundError: the runtime has not been compiled.
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        OSError: a file cannot be read or written.
+        ValueError: the path does not end in ``.html``.
+    """
+    if path.suffix != ".html":
+        raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+    surrogate, _ = read_fmu(fmu)
+    experiment = read_experiment(fmu)
+    files = {}
+    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
+    facts |= {"trajectory": None, "drawn": drawing is not None}
+    if experiment is not None:
+        facts["trajectory"] = {"parameters": dict(experiment.parameters)}
+        files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
+    if drawing is not None:
+        owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
+        described = load_drawing(drawing, [signal.name for group in owners for signal in group])
+        files["drawing"] = json.dumps(described).encode("utf-8")
+    write_whole(path, page_html(surrogate, facts, files).encode("utf-8"))
+    return path
+
+
+def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:
+    """Return the page; the same arguments give the same text.
+
+    Args:
+        surrogate: what runs in it.
+        facts: what it shows of it.
+        files: further files that it reads, by their names in the page.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
+    return environment.get_template("page.html").render(
+        facts=facts,
+        summary=_summary(facts),
+        columns=", ".join(signal["name"] for signal in facts["inputs"]),
+        json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
+        blobs={name: packed(content) for name, content in blobs.items()},
+        style=(WEB / "style.css").read_text(encoding="utf-8"),
+        script=joined_modules("main"),
+    )
+
+
+def packed(content: bytes) -> str:
+    """Return bytes as text, compressed; browsers unpack it."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def _summary(facts: dict[str, Any]) -> str:
+    """Say in one line what the surrogate is."""
+    inputs, outputs = len(facts["inputs"]), len(facts["outputs"])
+    return (
+        f"surrogate {facts['name']}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
+        f"output{'s' * (outputs > 1)}, a step of {facts['step']:.4g} s, which remembers "
+        f"{facts['memory']:.3g} s"
+    )

@@ -1,0 +1,71 @@
+"""The page's modules of JavaScript become one script, which runs in a file opened from disk.
+
+Browsers load no modules from the disk, so imports are resolved here. The modules in ``web`` keep
+to a few rules: every import names what it takes, from another module of the folder, at the
+beginning of a line; exports are declarations; top-level names are unique among all modules;
+comments stand on lines of their own, and no string goes over several lines. Comments and
+indentation stay in the modules, where people read them.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+WEB = Path(__file__).parent / "web"
+
+_IMPORT = re.compile(r'^import \{[^}]*\} from "\./([a-z_]+)\.js";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) )", re.MULTILINE)
+_NAME = re.compile(r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)", re.MULTILINE)
+_FOR_PEOPLE = re.compile(r"^[ \t]*(?://.*\n|/\*\*(?:.|\n)*?\*/\n)|^\s+", re.MULTILINE)
+
+
+class ScriptError(RuntimeError):
+    """The modules break a rule, so that they cannot be joined."""
+
+
+def joined_modules(entry: str, folder: Path = WEB) -> str:
+    """Join a module and all that it imports, each behind those that it imports.
+
+    Args:
+        entry: name of the module that runs, without its ending.
+        folder: where the modules lie.
+
+    Raises:
+        ScriptError: modules import each other in a circle, two have a top-level name in common, or
+            there is an import or export that is not resolved.
+        FileNotFoundError: there is no such module.
+    """
+    texts: dict[str, str] = {}
+    _collect(entry, folder, (), texts)
+    owners: dict[str, str] = {}
+    for module, text in texts.items():
+        for name in _NAME.findall(text):
+            if name in owners:
+                raise ScriptError(
+                    f"{owners[name]}.js and {module}.js both declare {name}; expected names of "
+                    "their own: rename one of them"
+                )
+            owners[name] = module
+    whole = "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts.values())
+    joined = _FOR_PEOPLE.sub("", whole)
+    left = re.search(r"^(?:import|export)\b.*|</script|<!--", joined, re.MULTILINE)
+    if left is not None:
+        raise ScriptError(
+            f'{left[0]!r} is left in the script; expected import {{ names }} from "./module.js", '
+            "exports of declarations, and nothing that ends a script in HTML"
+        )
+    return joined
+
+
+def _collect(module: str, folder: Path, way: tuple[str, ...], found: dict[str, str]) -> None:
+    """Add a module to those that are found, behind all that it imports."""
+    if module in way:
+        circle = " -> ".join((*way[way.index(module) :], module))
+        raise ScriptError(f"modules import each other: {circle}; expected no circle")
+    if module in found:
+        return
+    text = (folder / f"{module}.js").read_text(encoding="utf-8")
+    for other in _IMPORT.findall(text):
+        _collect(other, folder, (*way, module), found)
+    found[module] = text

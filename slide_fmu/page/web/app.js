@@ -1,0 +1,239 @@
+// The page of one surrogate: live, over its stored trajectory, over a user's record.
+
+import { saveText } from "./blobs.js";
+import { channelsOf, limitsOf } from "./channels.js";
+import { differenceTo, ownCourse, storedCourse } from "./course.js";
+import { byId } from "./elements.js";
+import { Live } from "./live.js";
+import { Panel } from "./panel.js";
+import { Player } from "./player.js";
+import { Session } from "./session.js";
+import { beginTheme } from "./theme.js";
+import { View } from "./view.js";
+
+const WAYS = ["live", "stored", "own"];
+
+/** An App does what people ask for. */
+export class App {
+  constructor(facts, machine, files, drawing) {
+    this.facts = facts;
+    this.session = new Session(machine, facts);
+    this.files = files;
+    this.channels = channelsOf(facts);
+    this.parameters = facts.parameters.map((parameter) => parameter.start);
+    this.confidence = facts.confidence?.start ?? 0;
+    this.courses = { stored: facts.trajectory === null ? null : storedCourse(facts, files), own: null };
+    const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored));
+    this.live = new Live(this.session, facts, this.channels, limits);
+    this.player = new Player();
+    this.panel = new Panel(facts, this.channels, {
+      target: (i, value) => this.setTarget(i, value),
+      parameter: (i, value) => {
+        this.parameters[i] = value;
+        this.settings();
+      },
+      confidence: (value) => {
+        this.confidence = value;
+        this.settings();
+      },
+    });
+    this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
+  }
+
+  begin() {
+    this.panel.show(this.live.targets);
+    this.makeButtons();
+    this.makeFiles();
+    beginTheme(() => this.wish());
+    new ResizeObserver(() => this.wish()).observe(byId("plots"));
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.wander(!still);
+    const stored = location.hash === "#stored" && this.courses.stored !== null;
+    this.choose(stored ? "stored" : "live");
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  makeButtons() {
+    const on = (id, event, action) => byId(id).addEventListener(event, action);
+    WAYS.forEach((way) => on(`way-${way}`, "click", () => this.choose(way)));
+    byId("way-stored").hidden = this.courses.stored === null;
+    on("play", "click", () => this.play(!this.playing));
+    on("restart", "click", () => this.restart());
+    on("wander", "change", () => this.wander(byId("wander").checked));
+    on("pace", "change", () => {
+      this.live.pace = Number(byId("pace").value);
+    });
+    on("time", "input", () => this.point(Number(byId("time").value)));
+    document.addEventListener("keydown", (event) => {
+      if (event.key === " " && event.target === document.body) {
+        event.preventDefault();
+        this.play(!this.playing);
+      }
+    });
+  }
+
+  makeFiles() {
+    const on = (id, event, action) => byId(id).addEventListener(event, action);
+    on("open", "change", () => this.open(byId("open").files[0]));
+    on("drop", "dragover", (event) => event.preventDefault());
+    on("drop", "drop", (event) => {
+      event.preventDefault();
+      this.open(event.dataTransfer.files[0]);
+    });
+    on("save", "click", () => saveText(`${this.facts.name}_answers.csv`, this.course.table(this.facts)));
+    on("example", "click", () => saveText("inputs.csv", this.files.inputs));
+    byId("example").hidden = this.courses.stored === null;
+  }
+
+  /** The record that is shown, once the surrogate has answered it; null when there is none. */
+  get course() {
+    return this.way === "live" ? null : this.courses[this.way];
+  }
+
+  /** Goes to one of the ways. */
+  choose(way) {
+    this.way = way;
+    document.body.dataset.way = way;
+    WAYS.forEach((name) => byId(`way-${name}`).setAttribute("aria-pressed", String(name === way)));
+    this.restart();
+    this.play(way === "live");
+  }
+
+  play(on) {
+    this.playing = on && (this.way === "live" || this.course !== null);
+    byId("play").textContent = this.playing ? "Pause" : "Play";
+    if (this.playing && this.course !== null && this.player.atEnd) {
+      this.player.go(0);
+    }
+  }
+
+  wander(on) {
+    this.live.wandering = on;
+    byId("wander").checked = on;
+  }
+
+  /** Starts the run of the present way anew. */
+  restart() {
+    byId("save").disabled = this.course === null;
+    this.attempt(() => {
+      if (this.way === "live") {
+        this.live.restart(this.parameters, this.confidence);
+      } else if (this.course !== null) {
+        this.answer(this.course);
+        this.player.take(this.course);
+      }
+    });
+    this.wish();
+  }
+
+  /** Lets the surrogate answer a record. */
+  answer(course) {
+    const given = this.facts.parameters.map(
+      (parameter, i) => course.parameters?.[parameter.name] ?? this.parameters[i],
+    );
+    course.run(this.session, this.facts, given, this.confidence);
+    const stored = course === this.courses.stored;
+    const difference = stored ? differenceTo(this.files.results, course, this.facts) : null;
+    this.view.showErrors(course, difference);
+  }
+
+  /** Takes over parameters and confidence. */
+  settings() {
+    this.attempt(() => {
+      if (this.way === "live") {
+        this.session.set(this.parameters, this.confidence);
+      } else if (this.course !== null) {
+        this.answer(this.course);
+      }
+    });
+    this.wish();
+  }
+
+  setTarget(index, value) {
+    this.live.targets[index] = value;
+    this.wander(false);
+    this.panel.show(this.live.targets);
+  }
+
+  /** Marks a time of a record, where people point at one. */
+  point(time) {
+    if (this.course !== null && time !== null) {
+      this.play(false);
+      this.player.go(time);
+      this.wish();
+    }
+  }
+
+  async open(file) {
+    if (file !== undefined) {
+      const text = await file.text();
+      this.attempt(() => {
+        this.take(text, file.name);
+      });
+    }
+  }
+
+  /** Takes a user's record, if the surrogate can answer it. */
+  take(text, name) {
+    const course = ownCourse(this.facts, text, name);
+    this.answer(course);
+    this.courses.own = course;
+    this.choose("own");
+  }
+
+  /** Does something; what goes wrong is shown. */
+  attempt(action) {
+    const problem = byId("problem");
+    try {
+      action();
+      problem.hidden = true;
+    } catch (error) {
+      problem.textContent = error.message;
+      problem.hidden = false;
+      this.play(false);
+    }
+  }
+
+  /** Asks for a drawing in the next frame. */
+  wish() {
+    this.wished = true;
+  }
+
+  frame(now) {
+    const seconds = (now - (this.before ?? now)) / 1000;
+    this.before = now;
+    if (this.playing) {
+      this.goOn(seconds);
+    }
+    if (this.wished) {
+      this.wished = false;
+      this.draw();
+    }
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  goOn(seconds) {
+    if (this.way === "live") {
+      this.attempt(() => this.live.advance(seconds));
+      if (this.live.wandering) {
+        this.panel.show(this.live.targets);
+      }
+    } else {
+      this.player.go(this.player.time + seconds);
+      if (this.player.atEnd) {
+        this.play(false);
+      }
+    }
+    this.wish();
+  }
+
+  draw() {
+    if (this.way === "live") {
+      this.view.drawLive(this.live, this.parameters, this.confidence);
+    } else if (this.course !== null) {
+      this.view.drawCourse(this.player, this.confidence);
+    } else {
+      this.view.clear();
+    }
+  }
+}

@@ -1,0 +1,83 @@
+// The surrogate in real time: inputs follow what people set.
+
+import { Follower } from "./channels.js";
+
+// in one frame: a slow machine falls behind the clock
+const MOST_STEPS = 300;
+
+/** A Live run keeps the last seconds of what went in and what came out. */
+export class Live {
+  constructor(session, facts, channels, limits) {
+    this.session = session;
+    this.facts = facts;
+    this.channels = channels;
+    this.followers = channels.map((channel, i) => new Follower(channel, limits[i]));
+    this.targets = channels.map((channel) => channel.start);
+    this.span = Math.min(Math.max(1.2 * facts.memory, 6), 20);
+    this.wandering = false;
+    this.pace = 1;
+  }
+
+  /** Starts anew at 0 s, the inputs where they are set. */
+  restart(parameters, confidence) {
+    this.followers.forEach((follower, i) => follower.place(this.targets[i]));
+    const row = this.row();
+    this.time = [0];
+    this.rows = [row];
+    this.answers = [this.session.restart(row, parameters, confidence)];
+    this.owed = 0;
+    this.wanderAt = 2 * this.facts.step; // the first input counts as held for ever before
+  }
+
+  row() {
+    const row = this.facts.inputs.map((input) => input.start);
+    this.channels.forEach((channel, i) => channel.write(this.followers[i].value, row));
+    return row;
+  }
+
+  get now() {
+    return this.time.at(-1);
+  }
+
+  /** Goes on with the clock, by so many seconds of it; true when there are new answers. */
+  advance(seconds) {
+    this.owed += Math.min(seconds, 0.25) * this.pace;
+    let left = MOST_STEPS;
+    const before = this.now;
+    while (this.owed >= this.facts.step && left > 0) {
+      this.owed -= this.facts.step;
+      left -= 1;
+      this.step();
+    }
+    this.owed = Math.min(this.owed, this.facts.step);
+    return this.now > before;
+  }
+
+  step() {
+    const { step } = this.facts;
+    if (this.wandering) {
+      this.wander();
+    }
+    this.followers.forEach((follower, i) => follower.advance(this.targets[i], step));
+    const row = this.row();
+    this.answers.push(this.session.step(row, step));
+    this.rows.push(row);
+    this.time.push(this.now + step);
+    while (this.time.length > 2 && this.now - this.time[0] > this.span) {
+      this.time.shift();
+      this.rows.shift();
+      this.answers.shift();
+    }
+  }
+
+  /** Now and then, sets one input to somewhere in the middle of its range. */
+  wander() {
+    if (this.now < this.wanderAt) {
+      return;
+    }
+    const i = Math.floor(Math.random() * this.channels.length);
+    const { low, high } = this.channels[i];
+    this.targets[i] = (low + high) / 2 + (Math.random() - 0.5) * 0.8 * (high - low);
+    this.wanderAt = this.now + (0.2 + Math.random()) * Math.min(this.facts.memory / 4, 2);
+  }
+}

@@ -1,0 +1,71 @@
+// What is shown of a run, live or of a record: cards, inputs, lamp, clock.
+
+import { Card } from "./cards.js";
+import { Drawing } from "./drawing.js";
+import { byId, element } from "./elements.js";
+import { InputsPlot } from "./inputs.js";
+import { showLamp } from "./lamp.js";
+
+/** What the reference gave at the time that is shown; null where not all of it is known. */
+function truthAt({ references, at }) {
+  const found = (references ?? [null]).map((column) => column?.[at] ?? NaN);
+  return found.every(Number.isFinite) ? found : null;
+}
+
+/** A View draws runs. */
+export class View {
+  constructor(facts, channels, point, drawing) {
+    this.facts = facts;
+    this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
+    byId("plots").append(...this.cards.map((card) => card.block));
+    byId("drawing").hidden = drawing === null;
+    byId("drawing-text").textContent = drawing?.text ?? "";
+    this.drawing = drawing === null ? null : new Drawing(drawing, facts, byId("drawing-canvas"));
+    this.inputs = new InputsPlot(channels, byId("inputs-plot"));
+    this.cards.forEach((card) => card.onPoint(point));
+    byId("plots").scrollTo(0, 0); // where they lie side by side, as on a phone
+  }
+
+  /** Shows nothing: there is no run. */
+  clear() {
+    byId("plots").hidden = true;
+    byId("lamp").hidden = true;
+    byId("clock").textContent = "";
+  }
+
+  /** Draws a run, as Card.draw wants it, with its rows of inputs. */
+  draw(run) {
+    byId("plots").hidden = false;
+    byId("lamp").hidden = false;
+    this.cards.forEach((card) => card.draw(run));
+    this.inputs.draw(run);
+    this.drawing?.draw(run.rows[run.at], run.answers[run.at].outputs, run.parameters, truthAt(run));
+    showLamp(run.answers[run.at].flags);
+    byId("clock").textContent = `${run.time[run.at].toFixed(2)} s`;
+  }
+
+  drawLive(live, parameters, confidence) {
+    const { now, span, time, rows, answers } = live;
+    const xRange = [Math.max(0, now - span), Math.max(span, now)];
+    const at = time.length - 1;
+    this.draw({ live: true, time, rows, answers, references: null, xRange, at, cursor: false, parameters, confidence });
+  }
+
+  drawCourse(player, confidence) {
+    const { course, at } = player;
+    byId("time").value = course.time[at];
+    const { time, rows, answers, references, xRange, given: parameters } = course;
+    this.draw({ live: false, time, rows, answers, references, xRange, at, cursor: true, parameters, confidence });
+  }
+
+  /** The table of errors beside a reference; difference: to what the FMU stores, or null. */
+  showErrors(course, difference) {
+    const rows = course.errors(this.facts).map(([name, text]) =>
+      element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, text)),
+    );
+    byId("record-name").textContent = course.name;
+    byId("errors").replaceChildren(...rows);
+    byId("errors-block").hidden = rows.length === 0;
+    byId("same").textContent = difference === null ? "" : `${difference.toExponential(1)} of the range`;
+  }
+}

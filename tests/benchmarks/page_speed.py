@@ -1,0 +1,95 @@
+"""A step of the page's library, in Node, beside the same step inside the native library.
+
+    python tests/benchmarks/page_speed.py --json -
+
+Every round lets Node run the trajectories that the FMUs carry, and repeats the native step in C
+(``timing.py``, without FMI, by the best kernel of this processor). Given are the least times of
+all rounds in microseconds, since other programs may be at work: ``step`` with its outputs, and
+``step_and_read`` with error estimates too, where there are any. In Node a step sets the
+inputs and reads the results by value references, as the page does. ``ratio`` is Node over native.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from figures_out import measure_and_write
+from timing import Part, TimedSurrogate, part_times, repeats
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.fmu.export import read_fmu
+from tests.page.node import run_task, task_of_fmu
+
+FMUS = Path(__file__).parents[2] / "fmus"
+PARTS = {"step": Part.STEP, "step_and_read": Part.STEP_AND_READ}
+LOOPS = 40
+
+
+def page_times(fmu: Path, rounds: int) -> dict[str, float]:
+    """Return the seconds of a step in Node, by what is read after it.
+
+    Raises:
+        RuntimeError: Node failed, with what it said.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        task = task_of_fmu(fmu, folder)
+        outputs = [output["reference"] for output in task["facts"]["outputs"]]
+        estimates = [output["estimate"] for output in task["facts"]["outputs"]]
+        known = [reference for reference in estimates if reference is not None]
+        timed = {"step": outputs, "step_and_read": [*outputs, *known]}
+        result = run_task({**task, "rounds": rounds, "timed": timed}, folder)
+    if result.returncode != 0:
+        raise RuntimeError(result.stderr)
+    return dict(json.loads(result.stdout)["seconds"])
+
+
+def native_times(timed: TimedSurrogate) -> dict[str, float]:
+    """Return the seconds of a step inside C, likewise."""
+    return {
+        name: min(part_times(timed, part, LOOPS, repeats(timed, part)))
+        for name, part in PARTS.items()
+    }
+
+
+def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
+    """Return times and ratios of every FMU."""
+    found: dict[str, Any] = {}
+    show = bar("FMUs")
+    for number, fmu in enumerate(arguments.fmus):
+        timed = TimedSurrogate(read_fmu(fmu)[0])
+        least = {"node": dict.fromkeys(PARTS, 1.0), "native": dict.fromkeys(PARTS, 1.0)}
+        for _ in range(arguments.rounds):
+            times = {"node": page_times(fmu, arguments.runs), "native": native_times(timed)}
+            for where, parts in times.items():
+                for part, seconds in parts.items():
+                    least[where][part] = min(least[where][part], seconds)
+        found[fmu.stem] = {
+            part: {
+                "node": 1e6 * least["node"][part],
+                "native": 1e6 * least["native"][part],
+                "ratio": least["node"][part] / least["native"][part],
+            }
+            for part in PARTS
+        }
+        show(number + 1, len(arguments.fmus))
+    return found
+
+
+def main() -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("fmus", type=Path, nargs="*", default=sorted(FMUS.glob("*/*.fmu")))
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--runs", type=int, default=100, help="of a trajectory in each round")
+    measure_and_write(parser, measure)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""Modules of JavaScript become one script."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.page.scripts import WEB, ScriptError, joined_modules
+from tests.page.node import node
+
+MOST_LINES = 250
+
+
+def _write(folder: Path, **modules: str) -> Path:
+    for name, text in modules.items():
+        (folder / f"{name}.js").write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_imported_modules_stand_before_those_that_import_them_and_once(tmp_path: Path) -> None:
+    folder = _write(
+        tmp_path,
+        main='import { a } from "./a.js";\nimport { b } from "./b.js";\nconsole.log(a, b);\n',
+        b='import {\n  a,\n} from "./a.js";\nexport const b = a + 1;\n',
+        a="export const a = 1;\n",
+    )
+    script = joined_modules("main", folder)
+    assert script == "const a = 1;\nconst b = a + 1;\nconsole.log(a, b);\n"
+
+
+def test_comments_and_indentation_are_left_out(tmp_path: Path) -> None:
+    text = "// what it is\n\n/**\n * Says so.\n */\nfunction a() {\n  return 1; // one\n}\n"
+    script = joined_modules("main", _write(tmp_path, main=text))
+    assert script == "function a() {\nreturn 1; // one\n}\n"
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ("const a = 2;\nexport const b = a;\n", "both declare a"),
+        ('import { m } from "./main.js";\nexport const b = m;\n', "main -> b -> main"),
+        ('import * as all from "./a.js";\nexport const b = all.a;\n', "is left in the script"),
+        ("export default 1;\nexport const b = 1;\n", "is left in the script"),
+        ('export const b = "</script>";\n', "is left in the script"),
+    ],
+)
+def test_modules_that_break_a_rule_are_refused(tmp_path: Path, other: str, said: str) -> None:
+    main = 'import { a } from "./a.js";\nimport { b } from "./b.js";\nexport const m = a + b;\n'
+    folder = _write(tmp_path, main=main, b=other, a="export const a = 1;\n")
+    with pytest.raises(ScriptError, match=said):
+        joined_modules("main", folder)
+
+
+def test_modules_of_the_page_are_all_joined_and_small(tmp_path: Path) -> None:
+    script = joined_modules("main")
+    for path in WEB.glob("*.js"):
+        text = path.read_text(encoding="utf-8")
+        names = re.findall(
+            r"^export (?:async )?(?:function|class|const) (\w+)", text, re.MULTILINE
+        )
+        assert path.stem == "main" or all(f" {name}" in script for name in names), path.name
+        assert text.startswith("// "), f"{path.name} does not say what it is"
+        assert len(text.splitlines()) < MOST_LINES, path.name
+    whole = tmp_path / "page.mjs"
+    whole.write_text(script, encoding="utf-8")
+    subprocess.run([node(), "--check", str(whole)], check=True)

@@ -1,7 +1,7 @@
 """The best of many moves of a family, by a cost of the user's choice.
 
 A family is what a controller can send: an S-curve behind two impulses, so that trapezoids, smooth
-curves and shapers are among its members. All its members keep the limits.
+curves and shapers of two impulses are among its members. All its members keep the limits.
 """
 
 from __future__ import annotations
@@ -87,12 +87,14 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress) -> 
         more = space.costs(near, cost, progress, (half, family.candidates))
         places, costs = np.concatenate([places, near]), np.concatenate([costs, more])
     best = places[np.argsort(costs, kind="stable")[:LOOKED_AT]]
+    known = [space.again(move) for move in known]
     found = [*space.moves(best, f"best of {family.candidates}"), *known]
     values = [float(cost(space.answer(move))[0]) for move in found]
     if not np.isfinite(values).any():
         raise MotionError(
             f"none of {family.candidates} candidates stays within {problem.tolerance:g} "
-            f"{problem.unit}; expected some that settle: ask for more, or raise longest"
+            f"{problem.unit}; expected some that settle: raise the tolerance, candidates, or "
+            "longest"
         )
     return Found(space.response, found[int(np.argmin(values))], tuple(known))
 
@@ -134,8 +136,8 @@ class _Space:
             outputs = self.response.outputs(motions)
             none = np.zeros(outputs.shape[:2])
             tolerance = self.problem.tolerance
-            found[some] = cost(Answers(outputs, none, ends, self.response.step, tolerance))
-            progress(before + some.stop, total)
+            found[some] = cost(Answers(outputs, none, ends, self.response.output_time, tolerance))
+            progress(before + min(some.stop, len(places)), total)
         return found
 
     def moves(self, places: FloatArray, name: str) -> list[Move]:
@@ -146,11 +148,17 @@ class _Space:
             for motion, end in zip(motions, ends, strict=True)
         ]
 
+    def again(self, move: Move) -> Move:
+        """Describe a move of another response, so that its record is as long as the others'."""
+        motion = np.tile(self.problem.goal, (self.response.count, 1))
+        motion[: move.end] = move.motion[: move.end]
+        return described(self.response, move.name, motion, move.end)
+
     def answer(self, move: Move) -> Answers:
         """Give what a cost is told of one move, with its margin."""
         ends = np.array([move.end])
-        step, tolerance = self.response.step, self.problem.tolerance
-        return Answers(move.outputs[None], move.margin[None], ends, step, tolerance)
+        time, tolerance = self.response.output_time, self.problem.tolerance
+        return Answers(move.outputs[None], move.margin[None], ends, time, tolerance)
 
     def _sampled(self, places: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
         profiles, times, delays, parts = self._drawn(places)

@@ -18,6 +18,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.motion.limits import Limits
+from slide_fmu.motion.margin import margins
 from slide_fmu.motion.records import MotionError, Records
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -98,6 +99,7 @@ def compensate(
             for ``Records``.
     """
     records = Records(surrogate, len(path))
+    _require_limits("path", path, surrogate, limits)
     rigid, target = _wish(surrogate, path, wished)
     samples = KNOTS if between is None else max(1, round(between / surrogate.window.step))
     basis = _splines(len(path), samples)
@@ -110,6 +112,8 @@ def compensate(
     before, damping = error, DAMPING
     for done in range(ROUNDS):
         progress(done, ROUNDS)
+        if _norm(error) == 0:
+            break
         slopes = _slopes(errors, motion, error, basis, PROBE * ranges)
         change = _step(slopes, error, damping)
         tried = motion + np.einsum("kt,ki->ti", basis, change * ranges)
@@ -194,22 +198,40 @@ def _condition(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> FloatArray
 
 
 def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> None:
-    """Refuse corrections that break limits, or that make nothing better."""
+    """Refuse corrections that break limits, or that may make nothing better."""
     unit, step = surrogate.outputs[0].unit, surrogate.window.step
-    if not _norm(found.after) < WORTH * _norm(found.before):
+    before, after = _rms(found.before), _rms(found.after)
+    if before > 0 and not after < WORTH * before:
         worst = int(np.argmax(found.condition))
         raise MotionError(
-            f"the path's error of {_rms(found.before):.3g} {unit} RMS does not become smaller; "
-            f"the coordinates move the outputs with a condition number of up to "
+            f"the path's error of {before:.3g} {unit} RMS does not become smaller; the "
+            "coordinates move the outputs with a condition number of up to "
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
         )
-    used = limits.used(found.motion[0], found.motion, step)
-    worst_limit = max(used, key=lambda name: used[name])
-    if not limits.kept(found.motion[0], found.motion, step):
+    off = margins(surrogate, found.records.inputs(found.motion))[found.records.lead :]
+    if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(
-            f"the corrected path uses {100 * used[worst_limit]:.4g} % of the limit of "
-            f"{worst_limit}; expected at most 100 %: give the path more time, or raise the limit"
+            f"the path's error of {before:.3g} {unit} RMS would become {after:.3g} {unit}, but "
+            f"the prediction may be off by {margin:.3g} {unit} RMS there; expected less than what "
+            "the corrections gain: choose a slower path, which the surrogate knows better"
+        )
+    _require_limits("corrected path", found.motion, surrogate, limits)
+
+
+def _require_limits(what: str, motion: FloatArray, surrogate: Surrogate, limits: Limits) -> None:
+    step = surrogate.window.step
+    used = limits.used(motion[0], motion, step)
+    worst = max(used, key=lambda name: used[name])
+    if not limits.kept(motion[0], motion, step):
+        remedy = (
+            "keep it in the ranges that the FMU declares"
+            if worst == "range"
+            else "begin and end it at rest, give it more time, or raise the limit"
+        )
+        raise MotionError(
+            f"the {what} uses {100 * used[worst]:.4g} % of the limit of {worst}; expected at most "
+            f"100 %: {remedy}"
         )
 
 

@@ -19,14 +19,14 @@ class Answers:
         outputs: predicted, about rest at the goal, (B, count, n_outputs).
         margin: how far off they may be, as a norm, (B, count); zero in the first look.
         ends: samples from which on each stays at the goal, (B,).
-        step: time between samples, in s.
+        time: of the outputs, in s, (count,).
         tolerance: distance from rest that counts as settled.
     """
 
     outputs: FloatArray
     margin: FloatArray
     ends: NDArray[np.intp]
-    step: float
+    time: FloatArray
     tolerance: float
 
     @property
@@ -45,8 +45,9 @@ def settled(answers: Answers) -> FloatArray:
     rows = np.arange(away.shape[1])
     outside = (away > answers.tolerance) | (rows < answers.ends[:, None])
     last = len(rows) - 1 - np.argmax(outside[:, ::-1], axis=1)
-    time = np.where(outside.any(axis=1), answers.step * (last + 2), 0.0)
-    return np.where(last == len(rows) - 1, np.inf, time)
+    # the first sample after the last one outside; none if that is the record's last
+    times = np.append(answers.time, np.inf)
+    return np.asarray(np.where(outside.any(axis=1), times[last + 1], answers.time[0]))
 
 
 def residual(answers: Answers) -> FloatArray:

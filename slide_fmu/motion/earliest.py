@@ -1,4 +1,4 @@
-"""The earliest move that leaves no more than a tolerance, beside what is usual in the field."""
+"""The move that settles first, beside what is usual in the field."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.motion.costs import Answers, settled
 from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, shaped_move
 from slide_fmu.motion.problem import Problem
@@ -72,36 +73,43 @@ def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
 
 
 def earliest(problem: Problem, progress: Progress) -> Found:
-    """Find the earliest move whose predicted residual, with its margin, is within the tolerance.
+    """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
     The progress is told how many durations were tried.
 
     Raises:
-        MotionError: no move within the tolerance was found, or as for ``baselines``.
+        MotionError: no move settles within the tolerance, or as for ``baselines``.
     """
     response, profile, known = baselines(problem)
-    tolerance = problem.tolerance
-    ends = [move.end for move in known if left_by(move) <= tolerance]
-    plain, last = known[0], min(ends, default=response.samples)
+    times = [settled_after(problem, response, move) for move in known]
+    first = known[int(np.argmin(times))]
+    # an optimised move settles when it arrives, so later ones than the best baseline are no use
+    last = min(int(np.searchsorted(response.output_time, min(times))), response.samples + 1)
+    tried = range(known[0].end, last)
     margin = min(float(move.margin[move.end :].max()) for move in known)
-    allowed = PLANNED * (tolerance - margin)
-    tried = range(plain.end, last + 1)
-    if allowed > 0:
-        for count, end in enumerate(tried):
-            progress(count, len(tried))
-            motion = shaped_move(response, profile, float(response.time[end]), NONE)
-            planned = shape(response, problem.limits, motion, end, allowed)
-            if planned.largest > allowed:
-                continue
-            move = described(response, "optimised", planned.motion, end)
-            if left_by(move) <= tolerance:
-                progress(len(tried), len(tried))
-                return Found(response, move, tuple(known))
+    allowed = PLANNED * (problem.tolerance - margin)
+    for count, end in enumerate(tried if allowed > 0 else ()):
+        progress(count, len(tried))
+        motion = shaped_move(response, profile, float(response.time[end]), NONE)
+        planned = shape(response, problem.limits, motion, end, allowed)
+        kept = problem.limits.kept(problem.start, planned.motion, response.step)
+        if planned.largest > allowed or not kept:
+            continue
+        move = described(response, "optimised", planned.motion, end)
+        if settled_after(problem, response, move) < min(times):
+            progress(len(tried), len(tried))
+            return Found(response, move, tuple(known))
     progress(len(tried), len(tried))
-    if not ends:
+    if not np.isfinite(min(times)):
         raise MotionError(_nothing(problem, margin, known))
-    best = min((move for move in known if left_by(move) <= tolerance), key=lambda m: m.end)
-    return Found(response, best, tuple(known))
+    return Found(response, first, tuple(known))
+
+
+def settled_after(problem: Problem, response: Response, move: Move) -> float:
+    """Give the time in s after which a move has settled, with its margin; infinite if never."""
+    ends, time = np.array([move.end]), response.output_time
+    told = Answers(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
+    return float(settled(told)[0])
 
 
 def left_by(move: Move) -> float:
@@ -113,7 +121,7 @@ def left_by(move: Move) -> float:
 def _nothing(problem: Problem, margin: float, known: list[Move]) -> str:
     unit, least = problem.unit, min(left_by(move) for move in known)
     return (
-        f"tolerance {problem.tolerance:g} {unit}; no move was found that stays within it: the "
-        f"best shaper leaves {least:.3g} {unit}, and after it predictions may be off by "
-        f"{margin:.3g} {unit}: ask for more"
+        f"tolerance {problem.tolerance:g} {unit}; no move was found that settles within it: the "
+        f"best of those tried leaves {least:.3g} {unit}, and after it predictions may be off by "
+        f"{margin:.3g} {unit}: raise the tolerance"
     )

@@ -39,14 +39,15 @@ def what_margins_are(surrogate: Surrogate) -> str:
     return "nothing, since the FMU tells no error"
 
 
-def known(surrogate: Surrogate, inputs: FloatArray) -> float:
-    """Give the share of samples whose inputs, (N, n_inputs), are in the domain, or in range.
+def known(surrogate: Surrogate, inputs: FloatArray, first: int, last: int) -> float:
+    """Give the share of the samples first .. last - 1 that are in the domain, or in range.
 
-    Without an error bound the FMU knows of ranges only.
+    Without an error bound the FMU knows of ranges only. Inputs are those of the whole record,
+    (N, n_inputs).
     """
     inside = (
         surrogate.inputs_in_range(inputs)
         if surrogate.bound is None
         else surrogate.in_domain(inputs)
     )
-    return float(np.mean(inside))
+    return float(np.mean(inside[first:last]))

@@ -24,7 +24,8 @@ class Move:
         end: the sample from which on it stays at the goal.
         outputs: predicted, about rest at the goal, (count, n_outputs).
         margin: how far off they may be, as a norm, (count,).
-        known: share of the samples in the surrogate's domain.
+        known: share of the samples until the end that are in the surrogate's domain; without an
+            error bound, in the ranges of its inputs.
     """
 
     name: str
@@ -47,14 +48,14 @@ class Move:
                 self.outputs[None],
                 margin[None],
                 np.array([self.end]),
-                response.step,
+                response.output_time,
                 tolerance,
             )
             for margin in (np.zeros_like(self.margin), self.margin)
         )
         return {
             "name": self.name,
-            "arrives_s": float(response.step * (self.end + 1)),
+            "arrives_s": float(response.time[self.end]),
             "settled_s": _finite(settled(bare)),
             "settled_with_margin_s": _finite(settled(with_margin)),
             "residual": float(residual(bare)[0]),
@@ -79,5 +80,5 @@ def described(response: Response, name: str, motion: FloatArray, end: int) -> Mo
         end,
         response.outputs(motion[None])[0],
         margins(response.surrogate, inputs)[lead:],
-        known(response.surrogate, inputs),
+        known(response.surrogate, inputs, lead, lead + end + 1),
     )

@@ -7,11 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.coordinates import Coordinate
 from slide_fmu.motion.records import MotionError
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.reading import read_record
+
+LEAST_SAMPLES = 4
+"""A path has at least so many samples, so that corrections may be cubic splines."""
+
+MOST_SAMPLES = 1200
+"""A path has at most so many: what is needed of memory grows with the square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +34,22 @@ class Path:
     wished: FloatArray | None
 
 
-def read_path(
-    name: str, coordinates: tuple[Coordinate, ...], outputs: tuple[Signal, ...], step: float
-) -> Path:
+def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surrogate) -> Path:
     """Read a path from a CSV, Parquet, HDF5 or MAT file; cubic splines lie between its samples.
 
+    An angle has the columns of its cosine and of its sine, as set points have.
+
     Raises:
-        MotionError: the file cannot be read, lacks a coordinate, has some of the outputs only,
-            holds something that is no number, or has times that do not rise.
+        MotionError: the file cannot be read, lacks a column of an input, has some of the outputs
+            only, holds something that is no number, has times that do not rise, or has too few
+            samples or too many.
     """
+    inputs, outputs = ([s.name for s in of] for of in (surrogate.inputs, surrogate.outputs))
+    step = surrogate.window.step
     try:
-        record = read_record(name, [c.name for c in coordinates], others=True)
+        record = read_record(name, inputs, others=True)
     except RecordError as error:
-        raise MotionError(str(error)) from error
+        raise MotionError(str(error).replace("beside the recipe", "beside the task")) from error
     time = record.time
     if not np.all(np.diff(time) > 0):
         sample = int(np.argmax(np.diff(time) <= 0)) + 1
@@ -47,20 +57,37 @@ def read_path(
             f"{name}: the time {time[sample]:g} s of sample {sample} comes after "
             f"{time[sample - 1]:g} s; expected times that rise: correct the file"
         )
-    found = [output.name for output in outputs if output.name in record.columns]
+    found = [output for output in outputs if output in record.columns]
     if found and len(found) < len(outputs):
         raise MotionError(
-            f"{name} has columns for {found}; expected one for each of the outputs "
-            f"{[output.name for output in outputs]}, or for none: add the others"
+            f"{name} has columns for {found}; expected one for each of the outputs {outputs}, or "
+            "for none: add the others"
         )
-    at = np.arange(time[0], time[-1] + 0.5 * step, step)
-    at = np.minimum(at, time[-1])
-    motion = _sampled(record, [c.name for c in coordinates], at)
-    return Path(motion, _sampled(record, found, at) if found else None)
+    count = int((time[-1] - time[0]) / step + 0.5) + 1
+    if not LEAST_SAMPLES <= count <= MOST_SAMPLES:
+        raise MotionError(
+            f"{name} takes {time[-1] - time[0]:g} s, which are {count} samples of {step:g} s; "
+            f"expected {LEAST_SAMPLES} to {MOST_SAMPLES}: correct the times, or divide the path"
+        )
+    at = time[0] + step * np.arange(count)
+    later = step if surrogate.hold == "zero_order" else 0.0  # their outputs are those after a step
+    wished = _sampled(record, found, at + later) if found else None
+    return Path(_coordinates(_sampled(record, inputs, at), coordinates), wished)
+
+
+def _coordinates(inputs: FloatArray, coordinates: tuple[Coordinate, ...]) -> FloatArray:
+    """Turn inputs, (N, n_inputs), into coordinates, (N, n_coordinates)."""
+    columns, found = iter(inputs.T), []
+    for coordinate in coordinates:
+        values = next(columns)
+        if coordinate.radius is not None:
+            values = np.unwrap(np.arctan2(next(columns), values))
+        found.append(values)
+    return np.stack(found, axis=1)
 
 
 def _sampled(record: Record, names: list[str], at: FloatArray) -> FloatArray:
-    """Evaluate columns at times in s, (N,): shape (N, n_names)."""
+    """Evaluate columns at times in s, (N,): shape (N, n_names); the ends are held."""
     values = np.stack([record.columns[name] for name in names], axis=1)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
@@ -68,4 +95,5 @@ def _sampled(record: Record, names: list[str], at: FloatArray) -> FloatArray:
             f"{record.path}: {names[column]!r} in sample {row} is no number; expected numbers "
             "throughout: correct the file"
         )
-    return np.asarray(CubicSpline(record.time, values, bc_type="natural")(at))
+    within = np.clip(at, record.time[0], record.time[-1])
+    return np.asarray(CubicSpline(record.time, values, bc_type="natural")(within))

@@ -12,6 +12,9 @@ from slide_fmu.motion.records import MotionError
 from slide_fmu.motion.response import Response
 from slide_fmu.surrogate.surrogate import Surrogate
 
+MOST_SAMPLES = 2000
+"""A move has at most so many samples: a linear program's matrix grows with their square."""
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -57,7 +60,12 @@ class Problem:
         """Give the response to moves that take at most a time in s.
 
         Raises:
-            MotionError: as for ``Response``.
+            MotionError: there are too many samples, or as for ``Response``.
         """
         samples = int(np.ceil(time / self.surrogate.window.step)) + 1
+        if samples > MOST_SAMPLES:
+            raise MotionError(
+                f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
+                "raise the limits, or lower duration or longest"
+            )
         return Response(self.surrogate, self.start, self.goal, samples)

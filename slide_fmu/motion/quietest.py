@@ -30,10 +30,12 @@ def quietest(problem: Problem, duration: float, progress: Progress) -> Found:
     """
     progress(0, 1)
     profile, least, rows = ringing_shapers(problem)
+    step = problem.surrogate.window.step
+    duration = step * np.floor(duration / step + 1e-9)
     if duration < least:
         raise MotionError(
-            f"duration {duration:g} s; expected at least {least:.4g} s, which the limits need: "
-            "give the motion more time, or raise the limits"
+            f"duration {duration:g} s, in whole steps; expected at least {least:.4g} s, which the "
+            "limits and the step need: give the motion more time, or raise the limits"
         )
     response = problem.response(duration)
     known = []

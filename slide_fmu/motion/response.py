@@ -55,10 +55,19 @@ class Response:
     def time(self) -> FloatArray:
         """The times in s at which coordinates are what a motion says, (count,).
 
-        A zero-order hold takes a value at the begin of a step, others reach it at its end.
+        At the time 0 they are still what they were before.
         """
-        first = 0 if self.surrogate.hold == "zero_order" else 1
-        return np.asarray(self.step * (np.arange(self.count) + first))
+        return np.asarray(self.step * (np.arange(self.count) + 1))
+
+    @property
+    def output_time(self) -> FloatArray:
+        """The times in s of the outputs, (count,): those after a step.
+
+        An input with a zero-order hold is what a motion says at the begin of the step, others
+        at its end.
+        """
+        later = self.step if self.surrogate.hold == "zero_order" else 0.0
+        return self.time + later
 
     @cached_property
     def rest(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The earliest motion that leaves no more than a tolerance, by sequential linear programs.
+"""A motion of a given duration that leaves no more than is allowed, by linear programs.
 
 The way is free at every sample, and all coordinates share it. A linear program keeps the limits
 and the linearized response after the end below what the tolerance leaves, and jerks no more than
@@ -61,6 +61,8 @@ def shape(
         end: sample from which on the result stays at the goal.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
     """
+    if end == 0:  # it jumps: nothing is free
+        return Planned(start, end, np.inf)
     share = _way_of(response, start)
     best: Planned | None = None
     for reach in REACHES:
@@ -153,10 +155,25 @@ def _program(
     add(matrix / scale, -np.eye(jerks), 0.0, -current / scale)
     add(-matrix / scale, -np.eye(jerks), 0.0, current / scale)
     cost = np.concatenate([np.zeros(end), np.full(jerks, 1 / jerks), [DEAR]])
-    box = [(-reach, reach)] * end + [(0.0, None)] * (jerks + 1)
+    least, most = _range_of_way(response, limits)
+    changes = zip(
+        np.maximum(-reach, np.minimum(least - share, 0.0)),
+        np.minimum(reach, np.maximum(most - share, 0.0)),
+        strict=True,
+    )
+    box = [*changes, *[(0.0, None)] * (jerks + 1)]
     both = np.hstack([np.concatenate(above), np.concatenate(below)])
     solved = linprog(cost, both, np.concatenate(bounds), bounds=box, method="highs")
     return None if solved.x is None else (np.asarray(solved.x[:end]), float(solved.x[-1]))
+
+
+def _range_of_way(response: Response, limits: Limits) -> tuple[float, float]:
+    """Give the least and the largest way at which all coordinates are within their ranges."""
+    way = response.goal - response.start
+    moved = way != 0
+    ends = np.stack([limits.low, limits.high]) - response.start
+    least, most = np.sort(ends[:, moved] / way[moved], axis=0)
+    return float(least.max()), float(most.min())
 
 
 def _differences(share: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:

@@ -122,17 +122,14 @@ def write_set_points(solved: Solved, path: Path) -> Path:
     """Write the inputs of the move as CSV, from the last sample of rest to the first one after."""
     response, move = solved.found.response, solved.found.move
     inputs = response.record(move.motion)[response.lead - 1 : response.lead + move.end + 1]
-    return write_inputs(solved.surrogate, inputs, float(response.time[0]) - response.step, path)
+    return write_inputs(solved.surrogate, inputs, path)
 
 
-def write_inputs(surrogate: Surrogate, inputs: FloatArray, first: float, path: Path) -> Path:
-    """Write inputs (N, n_inputs) as CSV: the time in s, then one column for each input.
-
-    The first of them stands at the time ``first`` in s.
-    """
+def write_inputs(surrogate: Surrogate, inputs: FloatArray, path: Path) -> Path:
+    """Write inputs (N, n_inputs) as CSV: times in s from 0 on, then one column for each input."""
     names = ",".join(["time", *(signal.name for signal in surrogate.inputs)])
     rows = [
-        ",".join(f"{value:.12g}" for value in (first + surrogate.window.step * k, *row))
+        ",".join(f"{value:.12g}" for value in (surrogate.window.step * k, *row))
         for k, row in enumerate(inputs)
     ]
     write_whole(path, ("\n".join([names, *rows]) + "\n").encode())

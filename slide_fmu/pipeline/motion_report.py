@@ -33,6 +33,7 @@ def motion_report(solved: Solved) -> Report:
         f"{move['residual_with_margin']:.3g} {unit}, of {solved.task.tolerance:g} {unit} that "
         f"are allowed. The margin is {figures['margin_is']}."
     )
+    summary += unknown(solved)
     predicted, *true = move_rows(solved).items()
     text = (
         "Settled means that the outputs stay closer to rest than the tolerance; the margin is "
@@ -52,6 +53,18 @@ def motion_report(solved: Solved) -> Report:
         )
     )
     return Report(f"Motion with {solved.surrogate.name}", summary, figures, sections)
+
+
+def unknown(solved: Solved) -> str:
+    """Say which part of the move the surrogate does not know, if there is one."""
+    move = solved.found.move
+    if move.known == 1:
+        return ""
+    where = "its domain" if solved.surrogate.bound is not None else "the ranges of its inputs"
+    return (
+        f" In {100 * (1 - move.known):.3g} % of the samples until the goal the surrogate is "
+        f"outside of {where}: there its margin may be too small by far."
+    )
 
 
 def _headed(table: tuple[str, Rows], text: str) -> tuple[str, str, Rows]:
@@ -104,14 +117,14 @@ def _distances(solved: Solved) -> bytes:
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     ax, response = figure.subplots(), solved.found.response
     last = min(max(m.end for m in solved.moves) + SHOWN_AFTER, response.count)
-    time = response.step * (np.arange(last) + 1)
+    time = response.output_time[:last]
     least = SMALLEST_SHOWN * solved.task.tolerance
     for index, move in enumerate(solved.moves):
         colour = f"C{index}"
         ax.semilogy(
             time, _away(move, least)[:last], colour, lw=2 if index == 0 else 1, label=move.name
         )
-        ax.axvline(response.step * (move.end + 1), color=colour, lw=0.7, ls=":")
+        ax.axvline(float(response.time[move.end]), color=colour, lw=0.7, ls=":")
     for index, move in enumerate(solved.true_moves()):
         label = "the same, reference model" if index == 0 else None
         ax.semilogy(time, _away(move, least)[:last], f"C{index}", lw=1, ls="--", label=label)
@@ -133,7 +146,7 @@ def _set_points(solved: Solved) -> bytes:
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     rows = np.concatenate([response.start[None], move.motion[: move.end + 4]])
-    time = response.time[0] - response.step + response.step * np.arange(len(rows))
+    time = response.step * np.arange(len(rows))
     for index, coordinate in enumerate(response.coordinates):
         upper.plot(time, rows[:, index], label=f"{coordinate.name} in {coordinate.unit}")
         lower.plot(time[1:], np.diff(rows[:, index]) / response.step)

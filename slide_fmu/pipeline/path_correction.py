@@ -61,7 +61,7 @@ class Corrected:
             "margin_is": what_margins_are(self.surrogate),
             "predicted": _compared(found.before, found.after),
             "largest_margin": float(self.margin.max()),
-            "known": known(self.surrogate, self._inputs),
+            "known": known(self.surrogate, self._inputs, found.records.lead, len(self._inputs)),
             "largest_condition": float(found.condition.max()),
             "largest_correction": np.abs(found.motion - found.path).max(axis=0).tolist(),
             "limits_used": self.limits.used(found.motion[0], found.motion, step),
@@ -103,7 +103,7 @@ def correct(
     surrogate, provenance = read_fmu(fmu)
     coordinates = coordinates_of(surrogate.inputs)
     limits = limits_of(task.limits, coordinates)
-    path = read_path(task.path, coordinates, surrogate.outputs, surrogate.window.step)
+    path = read_path(task.path, coordinates, surrogate)
     motion, wished = path.motion, path.wished
     found = compensate(surrogate, motion, limits, wished, task.knots, bar("corrections"))
     corrected = Corrected(surrogate, task, limits, found)
@@ -126,4 +126,4 @@ def write_corrected(corrected: Corrected, path: Path) -> Path:
     """Write the inputs of the corrected path as CSV, at the times of its samples from 0 on."""
     found = corrected.found
     inputs = inputs_of(found.records.coordinates, found.motion)
-    return write_inputs(corrected.surrogate, inputs, 0.0, path)
+    return write_inputs(corrected.surrogate, inputs, path)

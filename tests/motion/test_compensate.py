@@ -35,8 +35,7 @@ def rms(error: FloatArray) -> float:
 
 def test_tool_of_the_robot_follows_the_rigid_path_on_the_streamed_surrogate() -> None:
     robot = released("robot_6r")
-    step = robot.window.step
-    path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot.outputs, step).motion
+    path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot).motion
     found = compensate(robot, path, unlimited(robot), None, None, quiet)
     assert rms(found.before) > 3e-3
     assert rms(found.after) < rms(found.before) / 1000
@@ -71,8 +70,7 @@ def test_a_wish_beyond_the_range_of_the_force_is_refused_with_the_limit() -> Non
 
 def test_limits_that_the_correction_breaks_are_named() -> None:
     robot = released("robot_6r")
-    step = robot.window.step
-    path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot.outputs, step).motion
+    path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot).motion
     slow = unlimited(robot, speed=np.full(6, 0.1))
     with pytest.raises(MotionError, match=r"% of the limit of speed; expected at most 100 %"):
         compensate(robot, path, slow, None, None, quiet)
@@ -118,7 +116,7 @@ def test_files_that_are_no_paths_are_refused(
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     duffing = released("duffing")
     with pytest.raises(MotionError, match=message):
-        read_path(str(path), coordinates_of(duffing.inputs), duffing.outputs, 0.03)
+        read_path(str(path), coordinates_of(duffing.inputs), duffing)
 
 
 def test_a_path_is_sampled_at_the_step_by_splines(tmp_path: Path) -> None:
@@ -126,9 +124,41 @@ def test_a_path_is_sampled_at_the_step_by_splines(tmp_path: Path) -> None:
     rows = [f"{t:.12g},{100 * np.sin(t):.12g},{0.1 * t:.12g}" for t in time]
     path.write_text("\n".join([HEADS, *rows]) + "\n", encoding="utf-8")
     duffing = released("duffing")
-    found = read_path(str(path), coordinates_of(duffing.inputs), duffing.outputs, 0.03)
+    found = read_path(str(path), coordinates_of(duffing.inputs), duffing)
     at = 0.03 * np.arange(len(found.motion))
     assert at[-1] == pytest.approx(2.0, abs=0.03)
     np.testing.assert_allclose(found.motion[:, 0], 100 * np.sin(np.minimum(at, 2)), atol=0.02)
     assert found.wished is not None
-    np.testing.assert_allclose(found.wished[:, 0], 0.1 * np.minimum(at, 2), atol=1e-9)
+    # an output answers the force of its sample a step later
+    np.testing.assert_allclose(found.wished[:, 0], 0.1 * np.minimum(at + 0.03, 2), atol=1e-9)
+
+
+def test_a_path_of_an_angle_has_cosine_and_sine(tmp_path: Path) -> None:
+    crank, time = released("slider_crank"), np.linspace(0, 2, 41)
+    angle = 2 * time**2  # more than a turn
+    names = [signal.name for signal in crank.inputs]
+    rows = [f"{t},{np.cos(a)},{np.sin(a)}" for t, a in zip(time, angle, strict=True)]
+    path = tmp_path / "path.csv"
+    path.write_text("\n".join([",".join(["time", *names]), *rows]) + "\n", encoding="utf-8")
+    found = read_path(str(path), coordinates_of(crank.inputs), crank).motion
+    at = np.minimum(crank.window.step * np.arange(len(found)), 2)
+    np.testing.assert_allclose(found[:, 0], 2 * at**2, atol=2e-3)
+    path.write_text(f"time,{names[0]}\n0,0\n1,1\n", encoding="utf-8")
+    with pytest.raises(MotionError, match=names[1]):
+        read_path(str(path), coordinates_of(crank.inputs), crank)
+
+
+def test_corrections_that_gain_less_than_the_margin_are_refused() -> None:
+    """A crank that turns far beyond its speed, whose rod shall not bend."""
+    crank = released("slider_crank")
+    count = 100
+    path = 8 * np.pi * np.linspace(0, 1, count)[:, None] ** 2
+    with pytest.raises(MotionError, match=r"does not become smaller|may be off by"):
+        compensate(crank, path, unlimited(crank), np.zeros((count, 1)), None, quiet)
+
+
+def test_a_path_that_is_off_already_and_one_without_error_are_told_apart() -> None:
+    duffing = released("duffing")
+    outside = np.full((50, 1), 3000.0)
+    with pytest.raises(MotionError, match=r"the path uses 300 % of the limit of range"):
+        compensate(duffing, outside, unlimited(duffing), np.zeros((50, 1)), None, quiet)

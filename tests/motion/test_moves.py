@@ -15,6 +15,7 @@ from slide_fmu.motion import (
     Family,
     Limits,
     MotionError,
+    MoveTask,
     Problem,
     choose,
     coordinates_of,
@@ -27,6 +28,7 @@ from slide_fmu.motion import (
 )
 from slide_fmu.motion.costs import Cost
 from slide_fmu.motion.move import Move
+from slide_fmu.pipeline.motion import solve, write_set_points
 from tests.fmu.samples import sum_surrogate
 
 ROOT = Path(__file__).parents[2]
@@ -74,8 +76,8 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
     away = np.linalg.norm(streamed(problem, move), axis=1)
     assert away[move.end :].max() <= problem.tolerance
     assert found.baselines[0].name == "not shaped"
-    mine = settled_after(problem, move)
-    assert all(settled_after(problem, other) > mine for other in found.baselines)
+    mine = cost_of(problem, settled, move)
+    assert all(cost_of(problem, settled, other) > mine for other in found.baselines)
 
 
 def test_predictions_of_moves_are_those_of_the_streamed_surrogate() -> None:
@@ -91,7 +93,7 @@ def test_force_on_the_duffing_settles_without_ringing() -> None:
     away = np.abs(streamed(problem, found.move)[:, 0])
     assert away[found.move.end :].max() <= 2e-3
     assert np.abs(found.move.motion).max() <= 1000.0
-    mine, *others = (settled_after(problem, move) for move in (found.move, *found.baselines))
+    mine, *others = (cost_of(problem, settled, move) for move in (found.move, *found.baselines))
     assert mine < 0.5 * min(others)
 
 
@@ -111,7 +113,9 @@ def test_crank_turns_as_one_angle() -> None:
 
 
 def test_a_tolerance_below_what_is_known_is_refused_in_words() -> None:
-    with pytest.raises(MotionError, match=r"tolerance 1e-06 m; no move .* the best shaper leaves"):
+    with pytest.raises(
+        MotionError, match=r"tolerance 1e-06 m; no move .* the best of those tried leaves"
+    ):
         earliest(robot_problem(tolerance=1e-6), quiet)
 
 
@@ -131,17 +135,15 @@ def test_quietest_move_rings_less_than_all_others_of_its_time() -> None:
 
 
 def test_a_time_below_what_the_limits_need_is_refused() -> None:
-    with pytest.raises(MotionError, match=r"duration 0\.3 s; expected at least 1\.1"):
+    with pytest.raises(
+        MotionError, match=r"duration 0\.3 s, in whole steps; expected at least 1\.1"
+    ):
         quietest(robot_problem(), 0.3, quiet)
 
 
-def settled_after(problem: Problem, move: Move) -> float:
-    return cost_of(problem, settled, move)
-
-
 def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
-    ends, step = np.array([move.end]), problem.surrogate.window.step
-    told = Answers(move.outputs[None], move.margin[None], ends, step, problem.tolerance)
+    ends, time = np.array([move.end]), problem.surrogate.window.step * np.arange(len(move.motion))
+    told = Answers(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
     return float(cost(told)[0])
 
 
@@ -171,13 +173,13 @@ def test_a_move_without_a_way_is_refused() -> None:
 
 
 def test_costs_of_a_move_that_never_settles() -> None:
-    outputs = np.zeros((2, 10, 1))
+    outputs, time = np.zeros((2, 10, 1)), 0.1 * np.arange(1, 11)
     outputs[0, 6] = 1.0
     outputs[1, 9] = 1.0
-    told = Answers(outputs, np.zeros((2, 10)), np.array([3, 3]), 0.1, 0.5)
+    told = Answers(outputs, np.zeros((2, 10)), np.array([3, 3]), time, 0.5)
     np.testing.assert_allclose(settled(told), [0.8, np.inf])
     np.testing.assert_allclose(residual(told), [1.0, 1.0])
-    with_margin = Answers(outputs, np.full((2, 10), 0.25), np.array([8, 3]), 0.1, 0.5)
+    with_margin = Answers(outputs, np.full((2, 10), 0.25), np.array([8, 3]), time, 0.5)
     np.testing.assert_allclose(residual(with_margin), [0.25, 1.25])
     np.testing.assert_allclose(settled(with_margin), [0.9, np.inf])
 
@@ -190,3 +192,57 @@ def test_networks_without_a_state_are_refused() -> None:
         MotionError, match=r"FeedForward; expected one of the family 'state_space'"
     ):
         earliest(Problem(plain, np.zeros(1), np.ones(1), limits, 1.0), quiet)
+
+
+@pytest.mark.parametrize("name", ["duffing", "linear", "robot_6r", "slider_crank"])
+def test_written_set_points_give_the_predicted_outputs_in_an_importer(
+    name: str, tmp_path: Path
+) -> None:
+    fmu = ROOT / f"fmus/{name}/{name}.fmu"
+    goals = {"duffing": [400.0], "linear": [500.0], "slider_crank": [2.0]}
+    goal = goals.get(name, [0.3, 0.4, -0.2, 0.1, 0.2, 0.3])
+    wide = {"speed": [3.0] * len(goal), "acceleration": [10.0] * len(goal)}
+    limits = {} if goal[0] > 100 else wide
+    tolerance = {"duffing": 2e-2, "linear": 5e-2, "slider_crank": 5e-2}.get(name, 1e-3)
+    table = {"kind": "earliest", "start": [0.0] * len(goal), "goal": goal, "tolerance": tolerance}
+    task = MoveTask.model_validate({**table, "limits": limits})
+    solved = solve(fmu, task)
+    rows = np.loadtxt(
+        write_set_points(solved, tmp_path / "set_points.csv"), delimiter=",", skiprows=1
+    )
+    # the last set points stay until the response has faded
+    step, count = solved.surrogate.window.step, solved.found.response.count
+    still = np.tile(rows[-1, 1:], (count, 1))
+    inputs = np.concatenate([rows[:, 1:], still])[: count + 1]
+    time = step * np.arange(len(inputs))
+    outputs = slide.simulate(fmu, time, inputs)
+    move = solved.found.move
+    expected = move.outputs + solved.found.response.rest
+    at = np.round(solved.found.response.output_time / step).astype(int)
+    inside = at < len(time)
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(outputs[at[inside]], expected[inside], atol=2e-3 * scale)
+
+
+def test_moves_between_the_ends_of_the_range_stay_in_it() -> None:
+    found = earliest(force_problem(1000.0, 2e-3, start=-1000.0), quiet)
+    assert np.abs(found.move.motion).max() <= 1000.0 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("start", "goal", "tolerance"), [(-1000.0, 1000.0, 5e-4), (0, 900, 3e-3)])
+def test_earliest_move_settles_no_later_than_any_baseline(
+    start: float, goal: float, tolerance: float
+) -> None:
+    problem = force_problem(goal, tolerance, start=start)
+    found = earliest(problem, quiet)
+    mine = cost_of(problem, settled, found.move)
+    assert np.isfinite(mine)
+    assert all(mine <= cost_of(problem, settled, move) for move in found.baselines)
+
+
+def test_moves_that_take_too_many_samples_are_refused_at_once() -> None:
+    problem = force_problem(900.0, 1e-3)
+    one = np.array([0.001])
+    slow = Limits(problem.limits.low, problem.limits.high, one, one * np.inf, one * np.inf)
+    with pytest.raises(MotionError, match=r"samples; expected at most 2000: raise the limits"):
+        earliest(Problem(problem.surrogate, problem.start, problem.goal, slow, 1e-3), quiet)

@@ -94,9 +94,9 @@ def compensate(
         progress: is told of the steps.
 
     Raises:
-        MotionError: the surrogate knows no chain where none is wished, a chain's tool and the
-            outputs are not both three, the limits cannot be kept, nothing becomes better, or as
-            for ``Records``.
+        MotionError: the surrogate knows no chain where nothing is wished, the outputs have several
+            units, the limits are not kept, nothing becomes better than the prediction is sure of,
+            or as for ``Records``.
     """
     records = Records(surrogate, len(path))
     _require_limits("path", path, surrogate, limits)
@@ -136,6 +136,12 @@ def _wish(
     surrogate: Surrogate, path: FloatArray, wished: FloatArray | None
 ) -> tuple[Rigid, FloatArray]:
     """Give what is added to the outputs, and what both together should be."""
+    units = sorted({output.unit for output in surrogate.outputs})
+    if len(units) > 1:
+        raise MotionError(
+            f"surrogate {surrogate.name!r} has outputs in {units}; expected one unit, since "
+            "errors are distances over all outputs"
+        )
     if wished is not None:
         return lambda motions: np.zeros((*motions.shape[:-1], wished.shape[1])), wished
     chain = chain_of_surrogate(surrogate)
@@ -222,8 +228,8 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
 def _require_limits(what: str, motion: FloatArray, surrogate: Surrogate, limits: Limits) -> None:
     step = surrogate.window.step
     used = limits.used(motion[0], motion, step)
-    worst = max(used, key=lambda name: used[name])
     if not limits.kept(motion[0], motion, step):
+        worst = max(used, key=lambda name: used[name])
         remedy = (
             "keep it in the ranges that the FMU declares"
             if worst == "range"

@@ -38,7 +38,7 @@ class Limits:
         yield "jerk", 3, self.jerk
 
     def used(self, start: FloatArray, motion: FloatArray, step: float) -> dict[str, float]:
-        """Tell which part of each limit a motion uses, at its worst sample and coordinate.
+        """Tell which part of each limit that there is a motion uses, at its worst.
 
         Args:
             start: where it rests before its first sample, (n_coordinates,).
@@ -48,14 +48,17 @@ class Limits:
         found = {}
         padded = np.concatenate([np.tile(start, (3, 1)), motion, np.tile(motion[-1], (3, 1))])
         for name, order, limit in self.derivatives():
+            if np.isinf(limit).all():
+                continue
             largest = np.abs(np.diff(padded, n=order, axis=0)).max(axis=0) / step**order
             found[name] = float(np.max(largest / limit))
-        with np.errstate(invalid="ignore"):  # an angle has no range
-            middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
-            away = np.abs(motion - middle).max(axis=0) / half
-        found["range"] = float(np.nan_to_num(away, nan=0.0).max())
+        ranged = np.isfinite(self.high - self.low)  # an angle has no range
+        if ranged.any():
+            low, high = self.low[ranged], self.high[ranged]
+            away = np.abs(motion[:, ranged] - 0.5 * (low + high)).max(axis=0)
+            found["range"] = float(np.max(away / (0.5 * (high - low))))
         return found
 
     def kept(self, start: FloatArray, motion: FloatArray, step: float) -> bool:
         """Tell whether a motion, as for ``used``, keeps all limits."""
-        return max(self.used(start, motion, step).values()) <= 1 + TOLERANCE
+        return max(self.used(start, motion, step).values(), default=0.0) <= 1 + TOLERANCE

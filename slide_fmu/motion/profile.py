@@ -78,7 +78,8 @@ def least_times(profiles: Profiles, way: FloatArray, limits: Limits) -> FloatArr
 def fastest(way: FloatArray, limits: Limits) -> tuple[Profiles, float]:
     """Give the fastest symmetric profile of a way within limits, and its time in s.
 
-    Without a limit of the jerk it is the fastest trapezoid of the speed.
+    Without a limit of the jerk it is the fastest trapezoid of the speed, to about 2 %: it is the
+    best of a grid, and its corners are rounded by ``LEAST_JERK_SHARE``.
     """
     ramp, rounded = np.meshgrid(np.geomspace(0.01, 0.5, 400), np.linspace(LEAST_JERK_SHARE, 1, 50))
     grid = Profiles(ramp.ravel(), ramp.ravel(), rounded.ravel())

@@ -82,9 +82,9 @@ class PathTask(Table):
 
     Attributes:
         kind: ``"compensate"``.
-        path: a file with a column for every coordinate, and one of times; the columns of outputs
-            say what these should be, without any the tool of a serial chain shall go as if its
-            links were rigid. It lies here, or beside the task.
+        path: a file with a column for every input, and one of times; the columns of outputs say
+            what these should be, without any the tool of a serial chain shall go as if its links
+            were rigid. It lies beside the task, or here.
         knots: time in s between the knots of the corrections; three samples if not given.
         limits: that the corrected path keeps.
     """
@@ -134,7 +134,7 @@ def read_task(path: Path) -> MoveTask | PathTask:
     try:
         tables = tomllib.loads(read_recipe_text(path))
         task: MoveTask | PathTask = TypeAdapter(Task).validate_python(
-            {"kind": "earliest", **tables}
+            {"kind": "compensate" if "path" in tables else "earliest", **tables}
         )
     except tomllib.TOMLDecodeError as error:
         raise MotionError(f"{path}: not valid TOML: {error}") from error
@@ -149,6 +149,12 @@ def read_task(path: Path) -> MoveTask | PathTask:
         raise MotionError(
             f"{path}: kind = {task.kind!r} {'without' if task.duration is None else 'with'} "
             "duration; expected one for 'quietest' alone: add it, or remove it"
+        )
+    unused = sorted({"minimise", "candidates", "longest"} & task.model_fields_set)
+    if unused and task.kind != "choose":
+        raise MotionError(
+            f"{path}: kind = {task.kind!r} with {unused}; expected these for 'choose' alone: "
+            "remove them"
         )
     return task
 

@@ -71,7 +71,8 @@ class Corrected:
         return figures
 
 
-def _compared(before: FloatArray, after: FloatArray) -> dict[str, float]:
+def _compared(before: FloatArray, after: FloatArray) -> dict[str, float | None]:
+    """Return both errors as distances, and how many times smaller they became; None if to zero."""
     one, other = (np.linalg.norm(error, axis=1) for error in (before, after))
     rms = [float(np.sqrt(np.mean(distance**2))) for distance in (one, other)]
     return {
@@ -79,7 +80,7 @@ def _compared(before: FloatArray, after: FloatArray) -> dict[str, float]:
         "rms_after": rms[1],
         "largest_before": float(one.max()),
         "largest_after": float(other.max()),
-        "times_less": rms[0] / rms[1] if rms[1] > 0 else float(np.finfo(float).max),
+        "times_less": rms[0] / rms[1] if rms[1] > 0 else None,
     }
 
 

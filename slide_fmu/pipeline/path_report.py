@@ -54,7 +54,11 @@ def path_rows(corrected: Corrected) -> Rows:
 
 def _cells(found: dict[str, Any], unit: str) -> list[str]:
     names = "rms_before", "rms_after", "largest_before", "largest_after"
-    return [*(f"{found[name]:.3g} {unit}" for name in names), f"{found['times_less']:.3g} times"]
+    less = found["times_less"]
+    return [
+        *(f"{found[name]:.3g} {unit}" for name in names),
+        "all of it" if less is None else f"{less:.3g} times",
+    ]
 
 
 def _errors(corrected: Corrected) -> bytes:

@@ -75,6 +75,10 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
         ({"kind": '"quietest"'}, "kind = 'quietest' without duration"),
         ({"duration": "1.0"}, "kind = 'earliest' with duration"),
         ({"tolerence": "1.0"}, "tolerence"),
+        (
+            {"candidates": "9"},
+            "kind = 'earliest' with ['candidates']; expected these for 'choose'",
+        ),
         ({"limits": "{ speed = [1.0, 2.0] }"}, "limits.speed has 2 numbers; expected 1"),
     ],
 )

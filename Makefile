@@ -49,10 +49,8 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-r
 test: setup
 	$(PYTEST) -m "not extended"
 
-# make test-extended MARKED="extended and not training" leaves the trainings of minutes out.
-MARKED ?= extended
 test-extended: setup
-	$(PYTEST) -m "$(MARKED)"
+	$(PYTEST) -m extended
 
 test-all: setup
 	$(PYTEST)

@@ -87,7 +87,6 @@ NEEDS = {"simpler_models": [needs_sysidentpy]}
 """Marks of tutorials that an extra is needed for."""
 
 
-@pytest.mark.training
 @pytest.mark.extended
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=NEEDS.get(name, [])) for name in LIMITS]

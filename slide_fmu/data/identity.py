@@ -13,7 +13,7 @@ def identity(recipe: Recipe, source: Source) -> FloatArray:
     """Return numbers that change when a model or a record changes, shape (n, m).
 
     Of a model they are the outputs of a short motion (``slide_fmu.data.draws.probe``), of records
-    a digest of their files; ``slide_fmu.data.store.same_motion`` compares them.
+    a digest of their files; ``slide_fmu.data.fingerprint.same_motion`` compares them.
 
     Raises:
         SimulationError: the model could not be simulated.

@@ -9,7 +9,6 @@ that data of other values, or of a model that has changed since, is refused.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import shutil
 import threading
@@ -27,14 +26,10 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.claims import locked
+from slide_fmu.data.fingerprint import data_fingerprint, first_difference, same_motion
 from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
-
-SAME = 1e-6
-"""Motions that differ by less than this part of their largest value count as the same: processors
-differ in the last digits."""
-
 
 ROOM_PATIENCE = 60.0
 """Time in s in which other programs make room in a store, one after the other."""
@@ -63,53 +58,9 @@ class Split:
     parameters: FloatArray | None = None
 
 
-_DO_NOT_MATTER = "budget_minutes", "most_failures"
-_OF_RECORDS = "shares", "by"
-"""Keys of the table ``data``; stores of models that earlier versions made have not the latter."""
-
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a trajectory's ``inputs``, (N, n_inputs), ``outputs``, (N + 1, n_outputs), and, where
 there are physical parameters, of these, (n_parameters,)."""
-
-
-def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
-    """Return the values of a recipe that its data depend on, as plain JSON values.
-
-    A store that was made from other values is not used. Numbers of trajectories are no part of
-    the fingerprint: a store may hold more than a recipe reads.
-    """
-    system = recipe.system.model_dump(
-        mode="json", exclude={"reference", "picture", "chain", "drive", "noise_record"}
-    )
-    measured = recipe.system.is_record
-    if not measured:
-        del system["further"]
-    if system["kind"] == "class":  # stores of earlier versions know no other
-        for key in ("kind", "inputs", "outputs"):
-            del system[key]
-    fingerprint = {
-        "system": system,
-        "step": recipe.window.step,
-        "data": recipe.data.model_dump(
-            mode="json", exclude={*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
-        ),
-    }
-    if recipe.parameters:
-        tables = recipe.model_dump(mode="json", include={"parameters"})
-        fingerprint["parameters"] = {
-            name: table if measured else {k: v for k, v in table.items() if k != "values"}
-            for name, table in tables["parameters"].items()
-        }
-    if recipe.estimator is not None:
-        keys = {"amplitude_factor", "in_range"}
-        fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
-    return dict(json.loads(json.dumps(fingerprint)))
-
-
-def same_motion(before: FloatArray, now: FloatArray) -> bool:
-    """Whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
-    slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
-    return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
 
 
 def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
@@ -223,7 +174,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
     for one, other in ((found, wanted), (wanted, found)):
         if "estimator" not in one:
             other.pop("estimator", None)
-    difference = _first_difference(found, wanted)
+    difference = first_difference(found, wanted)
     if difference is not None:
         raise StoreError(
             f"{path} was generated from other values: {difference}; restore the recipe, or "
@@ -423,15 +374,3 @@ def _create_split(group: Any, count: int, shapes: Shapes) -> None:
     # there may be hundreds of files of records
     for name, dtype in (("kinds", "int32"), ("done", "int8")):
         group.create_array(name, shape=(count,), chunks=(1,), dtype=dtype, fill_value=0, **kept)
-
-
-def _first_difference(found: Any, wanted: Any, place: str = "") -> str | None:
-    """Name the first value, in the order of the keys, that differs; None if none does."""
-    if isinstance(found, dict) and isinstance(wanted, dict):
-        for key in sorted({*found, *wanted}):
-            name = f"{place}.{key}" if place else str(key)
-            difference = _first_difference(found.get(key), wanted.get(key), name)
-            if difference is not None:
-                return difference
-        return None
-    return None if found == wanted else f"{place} = {found!r} there, {wanted!r} in the recipe"

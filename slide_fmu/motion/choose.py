@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.costs import Answers, Cost
 from slide_fmu.motion.earliest import Found, baselines
@@ -57,7 +57,7 @@ class Family:
     seed: int
 
 
-def choose(problem: Problem, cost: Cost, family: Family, progress: Progress) -> Found:
+def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = quiet) -> Found:
     """Choose the candidate of the least cost, or a baseline that costs less.
 
     All are compared as predicted; the best ones again with their margins, which decide.
@@ -89,7 +89,7 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress) -> 
     best = places[np.argsort(costs, kind="stable")[:LOOKED_AT]]
     known = [space.again(move) for move in known]
     found = [*space.moves(best, f"best of {family.candidates}"), *known]
-    values = [float(cost(space.answer(move))[0]) for move in found]
+    values = [move.cost(cost, space.response, problem.tolerance) for move in found]
     if not np.isfinite(values).any():
         raise MotionError(
             f"none of {family.candidates} candidates stays within {problem.tolerance:g} "
@@ -153,12 +153,6 @@ class _Space:
         motion = np.tile(self.problem.goal, (self.response.count, 1))
         motion[: move.end] = move.motion[: move.end]
         return described(self.response, move.name, motion, move.end)
-
-    def answer(self, move: Move) -> Answers:
-        """Give what a cost is told of one move, with its margin."""
-        ends = np.array([move.end])
-        time, tolerance = self.response.output_time, self.problem.tolerance
-        return Answers(move.outputs[None], move.margin[None], ends, time, tolerance)
 
     def _sampled(self, places: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
         profiles, times, delays, parts = self._drawn(places)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
@@ -78,9 +78,9 @@ def compensate(
     surrogate: Surrogate,
     path: FloatArray,
     limits: Limits,
-    wished: FloatArray | None,
-    between: float | None,
-    progress: Progress,
+    wished: FloatArray | None = None,
+    between: float | None = None,
+    progress: Progress = quiet,
 ) -> Compensated:
     """Correct a path that begins at rest.
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.progress import Progress
-from slide_fmu.motion.costs import Answers, settled
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.motion.costs import residual, settled
 from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, shaped_move
 from slide_fmu.motion.problem import Problem
@@ -72,7 +72,7 @@ def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
     return response, profile, found
 
 
-def earliest(problem: Problem, progress: Progress) -> Found:
+def earliest(problem: Problem, progress: Progress = quiet) -> Found:
     """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
     The progress is told how many durations were tried.
@@ -81,7 +81,7 @@ def earliest(problem: Problem, progress: Progress) -> Found:
         MotionError: no move settles within the tolerance, or as for ``baselines``.
     """
     response, profile, known = baselines(problem)
-    times = [settled_after(problem, response, move) for move in known]
+    times = [move.cost(settled, response, problem.tolerance) for move in known]
     first = known[int(np.argmin(times))]
     # an optimised move settles when it arrives, so later ones than the best baseline are no use
     last = min(int(np.searchsorted(response.output_time, min(times))), response.samples + 1)
@@ -96,30 +96,18 @@ def earliest(problem: Problem, progress: Progress) -> Found:
         if planned.largest > allowed or not kept:
             continue
         move = described(response, "optimised", planned.motion, end)
-        if settled_after(problem, response, move) < min(times):
+        if move.cost(settled, response, problem.tolerance) < min(times):
             progress(len(tried), len(tried))
             return Found(response, move, tuple(known))
     progress(len(tried), len(tried))
     if not np.isfinite(min(times)):
-        raise MotionError(_nothing(problem, margin, known))
+        raise MotionError(_nothing(problem, response, margin, known))
     return Found(response, first, tuple(known))
 
 
-def settled_after(problem: Problem, response: Response, move: Move) -> float:
-    """Give the time in s after which a move has settled, with its margin; infinite if never."""
-    ends, time = np.array([move.end]), response.output_time
-    told = Answers(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
-    return float(settled(told)[0])
-
-
-def left_by(move: Move) -> float:
-    """What a move leaves at most, with its margin, as a norm in the outputs' unit."""
-    away = np.linalg.norm(move.outputs, axis=1) + move.margin
-    return float(away[move.end :].max())
-
-
-def _nothing(problem: Problem, margin: float, known: list[Move]) -> str:
-    unit, least = problem.unit, min(left_by(move) for move in known)
+def _nothing(problem: Problem, response: Response, margin: float, known: list[Move]) -> str:
+    unit = problem.unit
+    least = min(move.cost(residual, response, problem.tolerance) for move in known)
     return (
         f"tolerance {problem.tolerance:g} {unit}; no move was found that settles within it: the "
         f"best of those tried leaves {least:.3g} {unit}, and after it predictions may be off by "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.motion.costs import Answers, largest, residual, settled
+from slide_fmu.motion.costs import Answers, Cost, largest, residual, settled
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.margin import known, margins
 from slide_fmu.motion.response import Response
@@ -35,6 +35,22 @@ class Move:
     margin: FloatArray
     known: float
 
+    def cost(
+        self, cost: Cost, response: Response, tolerance: float, with_margin: bool = True
+    ) -> float:
+        """Give a cost of the move, with its margin or as predicted.
+
+        Args:
+            cost: as ``slide_fmu.motion.costs.settled``.
+            response: the move's.
+            tolerance: largest distance from rest that counts as settled, in the outputs' unit.
+            with_margin: whether the margin counts.
+        """
+        margin = self.margin if with_margin else np.zeros_like(self.margin)
+        ends, time = np.array([self.end]), response.output_time
+        told = Answers(self.outputs[None], margin[None], ends, time, tolerance)
+        return float(cost(told)[0])
+
     def figures(self, response: Response, limits: Limits, tolerance: float) -> dict[str, Any]:
         """Return what the move takes and leaves as plain values.
 
@@ -43,32 +59,22 @@ class Move:
             limits: of the task.
             tolerance: largest distance from rest that counts as settled, in the outputs' unit.
         """
-        bare, with_margin = (
-            Answers(
-                self.outputs[None],
-                margin[None],
-                np.array([self.end]),
-                response.output_time,
-                tolerance,
-            )
-            for margin in (np.zeros_like(self.margin), self.margin)
-        )
         return {
             "name": self.name,
             "arrives_s": float(response.time[self.end]),
-            "settled_s": _finite(settled(bare)),
-            "settled_with_margin_s": _finite(settled(with_margin)),
-            "residual": float(residual(bare)[0]),
-            "residual_with_margin": float(residual(with_margin)[0]),
-            "largest": float(largest(bare)[0]),
+            "settled_s": _finite(self.cost(settled, response, tolerance, False)),
+            "settled_with_margin_s": _finite(self.cost(settled, response, tolerance)),
+            "residual": self.cost(residual, response, tolerance, False),
+            "residual_with_margin": self.cost(residual, response, tolerance),
+            "largest": self.cost(largest, response, tolerance, False),
             "known": self.known,
             "limits_used": limits.used(response.start, self.motion, response.step),
         }
 
 
-def _finite(costs: FloatArray) -> float | None:
+def _finite(cost: float) -> float | None:
     """None stands for a motion that has not settled at the end of its record."""
-    return float(costs[0]) if np.isfinite(costs[0]) else None
+    return cost if np.isfinite(cost) else None
 
 
 def described(response: Response, name: str, motion: FloatArray, end: int) -> Move:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.core.progress import Progress
-from slide_fmu.motion.earliest import Found, left_by, ringing_shapers
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.motion.costs import residual
+from slide_fmu.motion.earliest import Found, ringing_shapers
 from slide_fmu.motion.move import Move, described
 from slide_fmu.motion.moves import arrivals, shaped_move
 from slide_fmu.motion.problem import Problem
@@ -17,7 +18,7 @@ LEAST = 0.01
 """What a plain move leaves is brought down to this part of it at most: less is not planned."""
 
 
-def quietest(problem: Problem, duration: float, progress: Progress) -> Found:
+def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> Found:
     """Find the move of a given time that leaves least; what is below the margin counts as nothing.
 
     Args:
@@ -48,10 +49,14 @@ def quietest(problem: Problem, duration: float, progress: Progress) -> Found:
         known.append(described(response, row.name, motion, end))
     plain = known[0]
     margin = float(plain.margin[plain.end :].max())
-    allowed = max(margin, LEAST * left_by(plain))
+
+    def left(move: Move) -> float:
+        return move.cost(residual, response, problem.tolerance)
+
+    allowed = max(margin, LEAST * left(plain))
     begin = shaped_move(response, profile, duration, NONE)
     planned = shape(response, problem.limits, begin, plain.end, allowed)
     optimised = described(response, "optimised", planned.motion, plain.end)
     progress(1, 1)
     both: list[Move] = [optimised, *known]
-    return Found(response, min(both, key=left_by), tuple(known))
+    return Found(response, min(both, key=left), tuple(known))

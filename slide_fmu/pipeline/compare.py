@@ -11,8 +11,9 @@ import numpy as np
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
+from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.data.identity import identity
-from slide_fmu.data.store import Split, data_fingerprint, read_split, require_origin
+from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.baselines.base import Baseline, Budget, Frozen

@@ -19,9 +19,9 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.fingerprint import same_motion
 from slide_fmu.data.identity import identity
 from slide_fmu.data.recorded import stretches
-from slide_fmu.data.store import same_motion
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.resolved import Resolved

@@ -13,8 +13,8 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.fingerprint import same_motion
 from slide_fmu.data.identity import identity
-from slide_fmu.data.store import same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing

@@ -118,7 +118,9 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
     def command(service: str) -> list[str]:
         text = COMPOSE[service]["command"].replace("scheduler:8786", f"127.0.0.1:{port}")
         text = text.replace("--port 8786", f"--host 127.0.0.1 --port {port}")
-        return shlex.split(text.replace("/work/$RECIPE", "recipe/lag.toml").replace("/work/", ""))
+        return shlex.split(
+            text.replace("/shared/$RECIPE", "recipe/lag.toml").replace("/shared/", "")
+        )
 
     recipe = write_lag(tmp_path / "recipe")
     with ExitStack() as processes:

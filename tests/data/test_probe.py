@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
-from slide_fmu.data.store import same_motion
+from slide_fmu.data.fingerprint import same_motion
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system

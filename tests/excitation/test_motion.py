@@ -9,24 +9,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import Excitation
 from slide_fmu.excitation.point_to_point import Moves, trapezoid_way
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.systems import recipe_system
+from tests.excitation.drawn import HIGH, JOINTS, LOW, STEP, TIME, kind_of, motion
 from tests.recipes import tiny_state_space_recipe
 from tests.strategies import point_to_point_tables
 
-STEP = 1 / 60
-TIME = STEP * np.arange(6001)
 DIRECTOR = (Signal("cosine", "1", -1.0, 1.0), Signal("sine", "1", -1.0, 1.0))
-JOINTS = tuple(
-    Signal(f"q{i + 1}", "rad", low, high)
-    for i, (low, high) in enumerate([(-2.8, 2.8), (-1.9, 1.9), (0.0, 2.4), (-3.0, -1.0)])
-)
-LOW, HIGH = (np.array([getattr(joint, end) for joint in JOINTS]) for end in ("low", "high"))
 SPEED, ACCELERATION = (1.4, 1.3, 2.1, 4.0), (8.0, 10.0, 12.0, 20.0)
 REALISTIC: dict[str, Any] = {
     "duration": [0.6, 2.0],
@@ -38,18 +31,6 @@ REALISTIC: dict[str, Any] = {
     "dwell": 0.4,
 }
 RAMPS: dict[str, Any] = {"speed": 8.0, "acceleration": 20.0}
-
-
-def kind_of(name: str, **extra: object) -> Any:
-    return TypeAdapter(Excitation).validate_python({"kind": name, "weight": 1.0, **extra})
-
-
-def motion(
-    kind: Any, signals: tuple[Signal, ...], seed: int, factor: float = 1.0, time: FloatArray = TIME
-) -> FloatArray:
-    kind.check(signals)
-    inputs: FloatArray = kind.inputs(signals, time, factor, np.random.default_rng(seed))
-    return inputs
 
 
 def rotation(
@@ -390,50 +371,3 @@ def test_values_that_make_no_sense_are_refused(
 ) -> None:
     with pytest.raises(ValidationError, match=key):
         kind_of(name, **extra)
-
-
-BURSTS: dict[str, Any] = {
-    "angular_frequency": [20.0, 60.0],
-    "acceleration": [4.0, 6.0, 9.0, 12.0],
-    "duration": [2.0, 5.0],
-}
-
-
-@pytest.mark.parametrize("factor", [1.0, 2.0])
-def test_vibration_has_its_frequencies_and_keeps_its_accelerations(factor: float) -> None:
-    still = kind_of("vibration", **BURSTS, reach=1e-6, single=0.0)
-    fine = np.arange(0, 100, 0.002)
-    positions = motion(still, JOINTS, 3, factor, fine)
-    acceleration = np.abs(np.diff(positions, n=2, axis=0)).max(axis=0) / 0.002**2
-    limits = factor * np.array(BURSTS["acceleration"])
-    # the swelling of a burst adds little to the acceleration of its sine
-    assert np.all(acceleration < 1.15 * limits)
-    assert np.all(acceleration > 0.6 * limits)
-    away = positions - positions.mean(axis=0)
-    crossings = np.sum(np.diff(np.sign(away), axis=0) != 0, axis=0)
-    lowest, highest = (np.array(BURSTS["angular_frequency"]) / np.pi * 100).tolist()
-    assert np.all((lowest < crossings) & (crossings < highest))
-
-
-def test_vibration_moves_smoothly_from_point_to_point() -> None:
-    fine = np.arange(0, 60, 0.002)
-    positions = motion(kind_of("vibration", **BURSTS), JOINTS, 5, 1.0, fine)
-    assert np.all((positions >= LOW) & (positions <= HIGH))
-    assert np.all(np.ptp(positions, axis=0) > 0.4 * (HIGH - LOW))
-    jumps = np.abs(np.diff(positions, axis=0)).max(axis=0)
-    fastest = 1.875 * 0.8 * (HIGH - LOW) / 2.0 + np.array(BURSTS["acceleration"]) / 20.0
-    assert np.all(jumps < 0.002 * fastest)
-
-
-def test_single_inputs_vibrate_alone() -> None:
-    alone = kind_of("vibration", **BURSTS, reach=1e-6, single=1.0)
-    fine = np.arange(0, 40, 0.002)
-    positions = motion(alone, JOINTS, 2, 1.0, fine)
-    moving = np.abs(np.diff(positions, axis=0)) > 1e-7
-    assert np.mean(moving.sum(axis=1) <= 1) == 1.0
-    assert np.all(moving.any(axis=0))
-
-
-def test_without_an_acceleration_for_each_input_vibration_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"acceleration has 4 values; expected 3.*'q1', 'q2'"):
-        kind_of("vibration", **BURSTS).check(JOINTS[:3])

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.core.progress import quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion import Limits, MotionError, compensate, coordinates_of
 from slide_fmu.motion.compensate import chain_of_surrogate
@@ -36,7 +35,7 @@ def rms(error: FloatArray) -> float:
 def test_tool_of_the_robot_follows_the_rigid_path_on_the_streamed_surrogate() -> None:
     robot = released("robot_6r")
     path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot).motion
-    found = compensate(robot, path, unlimited(robot), None, None, quiet)
+    found = compensate(robot, path, unlimited(robot))
     assert rms(found.before) > 3e-3
     assert rms(found.after) < rms(found.before) / 1000
     chain = chain_of_surrogate(robot)
@@ -53,7 +52,7 @@ def test_force_on_the_duffing_moves_it_as_wished() -> None:
     time = duffing.window.step * np.arange(200)
     wished = 0.15 * np.sin(3 * time[:, None]) * np.minimum(time, 1.0)[:, None] ** 3
     still = np.zeros((200, 1))
-    found = compensate(duffing, still, unlimited(duffing), wished, None, quiet)
+    found = compensate(duffing, still, unlimited(duffing), wished)
     assert rms(found.after) < 0.01 * rms(wished)
     lead = np.zeros((300, 1))
     moved = duffing.predict_newest(np.concatenate([lead, found.motion]))[300:]
@@ -65,7 +64,7 @@ def test_a_wish_beyond_the_range_of_the_force_is_refused_with_the_limit() -> Non
     time = duffing.window.step * np.arange(200)
     wished = 1.5 * np.sin(3 * time[:, None]) * np.minimum(time, 1.0)[:, None] ** 3
     with pytest.raises(MotionError, match=r"of the limit of range; expected at most 100 %"):
-        compensate(duffing, np.zeros((200, 1)), unlimited(duffing), wished, None, quiet)
+        compensate(duffing, np.zeros((200, 1)), unlimited(duffing), wished)
 
 
 def test_limits_that_the_correction_breaks_are_named() -> None:
@@ -73,7 +72,7 @@ def test_limits_that_the_correction_breaks_are_named() -> None:
     path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot).motion
     slow = unlimited(robot, speed=np.full(6, 0.1))
     with pytest.raises(MotionError, match=r"% of the limit of speed; expected at most 100 %"):
-        compensate(robot, path, slow, None, None, quiet)
+        compensate(robot, path, slow)
 
 
 def test_a_path_through_singular_places_becomes_no_worse() -> None:
@@ -83,7 +82,7 @@ def test_a_path_through_singular_places_becomes_no_worse() -> None:
     start, goal = rng.uniform(0.6 * low, 0.6 * high, (4, 6))[2:]
     done = np.linspace(0, 1, 200)[:, None]
     path = start + done**3 * (10 - 15 * done + 6 * done**2) * (goal - start)
-    found = compensate(robot, path, unlimited(robot), None, None, quiet)
+    found = compensate(robot, path, unlimited(robot))
     assert found.condition.max() > 100
     assert rms(found.after) < rms(found.before)
 
@@ -91,7 +90,7 @@ def test_a_path_through_singular_places_becomes_no_worse() -> None:
 def test_surrogates_without_a_chain_need_a_wish() -> None:
     duffing = released("duffing")
     with pytest.raises(MotionError, match=r"knows no serial chain .* add what they should be"):
-        compensate(duffing, np.zeros((50, 1)), unlimited(duffing), None, None, quiet)
+        compensate(duffing, np.zeros((50, 1)), unlimited(duffing))
 
 
 HEADS = "time,force,position"
@@ -154,11 +153,11 @@ def test_corrections_that_gain_less_than_the_margin_are_refused() -> None:
     count = 100
     path = 8 * np.pi * np.linspace(0, 1, count)[:, None] ** 2
     with pytest.raises(MotionError, match=r"does not become smaller|may be off by"):
-        compensate(crank, path, unlimited(crank), np.zeros((count, 1)), None, quiet)
+        compensate(crank, path, unlimited(crank), np.zeros((count, 1)))
 
 
 def test_a_path_that_is_off_already_and_one_without_error_are_told_apart() -> None:
     duffing = released("duffing")
     outside = np.full((50, 1), 3000.0)
     with pytest.raises(MotionError, match=r"the path uses 300 % of the limit of range"):
-        compensate(duffing, outside, unlimited(duffing), np.zeros((50, 1)), None, quiet)
+        compensate(duffing, outside, unlimited(duffing), np.zeros((50, 1)))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.core.progress import quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion import (
     Answers,
@@ -66,7 +65,7 @@ def streamed(problem: Problem, move: Move) -> FloatArray:
 
 def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_limits() -> None:
     problem = robot_problem()
-    found = earliest(problem, quiet)
+    found = earliest(problem)
     move, step = found.move, problem.surrogate.window.step
     assert move.name == "optimised"
     assert problem.limits.kept(problem.start, move.motion, step)
@@ -82,13 +81,13 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
 
 def test_predictions_of_moves_are_those_of_the_streamed_surrogate() -> None:
     problem = robot_problem(seed=8)
-    for move in earliest(problem, quiet).baselines[:2]:
+    for move in earliest(problem).baselines[:2]:
         np.testing.assert_allclose(move.outputs, streamed(problem, move), atol=2e-6)
 
 
 def test_force_on_the_duffing_settles_without_ringing() -> None:
     problem = force_problem(600.0, 2e-3)
-    found = earliest(problem, quiet)
+    found = earliest(problem)
     assert found.move.name == "optimised"
     away = np.abs(streamed(problem, found.move)[:, 0])
     assert away[found.move.end :].max() <= 2e-3
@@ -104,7 +103,7 @@ def test_crank_turns_as_one_angle() -> None:
     free = np.array([np.inf])
     limits = Limits(-free, free, np.array([8.0]), np.array([20.0]), free)
     problem = Problem(surrogate, np.zeros(1), np.full(1, 7.0), limits, 1e-3)
-    found = earliest(problem, quiet)
+    found = earliest(problem)
     assert found.move.motion[-1, 0] == 7.0  # more than a turn
     inputs = inputs_of((angle,), found.move.motion)
     np.testing.assert_allclose(np.hypot(*inputs.T), 1.0)
@@ -116,12 +115,12 @@ def test_a_tolerance_below_what_is_known_is_refused_in_words() -> None:
     with pytest.raises(
         MotionError, match=r"tolerance 1e-06 m; no move .* the best of those tried leaves"
     ):
-        earliest(robot_problem(tolerance=1e-6), quiet)
+        earliest(robot_problem(tolerance=1e-6))
 
 
 def test_quietest_move_rings_less_than_all_others_of_its_time() -> None:
     problem = robot_problem()
-    found = quietest(problem, 1.35, quiet)
+    found = quietest(problem, 1.35)
     names = [move.name for move in found.baselines]
     assert names[0] == "not shaped"
     assert len(names) > 1
@@ -138,7 +137,7 @@ def test_a_time_below_what_the_limits_need_is_refused() -> None:
     with pytest.raises(
         MotionError, match=r"duration 0\.3 s, in whole steps; expected at least 1\.1"
     ):
-        quietest(robot_problem(), 0.3, quiet)
+        quietest(robot_problem(), 0.3)
 
 
 def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
@@ -150,8 +149,8 @@ def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
 @pytest.mark.parametrize("cost", [settled, residual, largest])
 def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> None:
     problem = robot_problem()
-    few = choose(problem, cost, Family(40, 1.5, 0), quiet).move
-    many = choose(problem, cost, Family(400, 1.5, 0), quiet)
+    few = choose(problem, cost, Family(40, 1.5, 0)).move
+    many = choose(problem, cost, Family(400, 1.5, 0))
     least = cost_of(problem, cost, many.move)
     assert least <= cost_of(problem, cost, few)
     assert all(least <= cost_of(problem, cost, move) for move in many.baselines)
@@ -160,9 +159,7 @@ def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> Non
 
 def test_the_same_seed_chooses_the_same_move() -> None:
     problem = robot_problem()
-    one, same, other = (
-        choose(problem, largest, Family(64, 1.5, seed), quiet).move for seed in (1, 1, 2)
-    )
+    one, same, other = (choose(problem, largest, Family(64, 1.5, seed)).move for seed in (1, 1, 2))
     np.testing.assert_array_equal(one.motion, same.motion)
     assert not np.array_equal(one.motion[: other.end], other.motion[: other.end])
 
@@ -191,7 +188,7 @@ def test_networks_without_a_state_are_refused() -> None:
     with pytest.raises(
         MotionError, match=r"FeedForward; expected one of the family 'state_space'"
     ):
-        earliest(Problem(plain, np.zeros(1), np.ones(1), limits, 1.0), quiet)
+        earliest(Problem(plain, np.zeros(1), np.ones(1), limits, 1.0))
 
 
 @pytest.mark.parametrize("name", ["duffing", "linear", "robot_6r", "slider_crank"])
@@ -225,7 +222,7 @@ def test_written_set_points_give_the_predicted_outputs_in_an_importer(
 
 
 def test_moves_between_the_ends_of_the_range_stay_in_it() -> None:
-    found = earliest(force_problem(1000.0, 2e-3, start=-1000.0), quiet)
+    found = earliest(force_problem(1000.0, 2e-3, start=-1000.0))
     assert np.abs(found.move.motion).max() <= 1000.0 * (1 + 1e-6)
 
 
@@ -234,7 +231,7 @@ def test_earliest_move_settles_no_later_than_any_baseline(
     start: float, goal: float, tolerance: float
 ) -> None:
     problem = force_problem(goal, tolerance, start=start)
-    found = earliest(problem, quiet)
+    found = earliest(problem)
     mine = cost_of(problem, settled, found.move)
     assert np.isfinite(mine)
     assert all(mine <= cost_of(problem, settled, move) for move in found.baselines)
@@ -245,4 +242,4 @@ def test_moves_that_take_too_many_samples_are_refused_at_once() -> None:
     one = np.array([0.001])
     slow = Limits(problem.limits.low, problem.limits.high, one, one * np.inf, one * np.inf)
     with pytest.raises(MotionError, match=r"samples; expected at most 2000: raise the limits"):
-        earliest(Problem(problem.surrogate, problem.start, problem.goal, slow, 1e-3), quiet)
+        earliest(Problem(problem.surrogate, problem.start, problem.goal, slow, 1e-3))

@@ -9,7 +9,7 @@ from types import ModuleType
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
-from slide_fmu.data.store import data_fingerprint
+from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.recipe.systems import data_specification, recipe_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError

@@ -1,0 +1,74 @@
+"""What a store was made from: the values of a recipe that its data depend on, and a short motion.
+
+Data of other values, or of a model that has changed since, are told by them.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+
+SAME = 1e-6
+"""Motions that differ by less than this part of their largest value count as the same: processors
+differ in the last digits."""
+
+_DO_NOT_MATTER = "budget_minutes", "most_failures"
+_OF_RECORDS = "shares", "by"
+"""Keys of the table ``data``; stores of models that earlier versions made have not the latter."""
+
+
+def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
+    """Return the values of a recipe that its data depend on, as plain JSON values.
+
+    A store that was made from other values is not used. Numbers of trajectories are no part of
+    the fingerprint: a store may hold more than a recipe reads.
+    """
+    system = recipe.system.model_dump(
+        mode="json", exclude={"reference", "picture", "chain", "drive", "noise_record"}
+    )
+    measured = recipe.system.is_record
+    if not measured:
+        del system["further"]
+    if system["kind"] == "class":  # stores of earlier versions know no other
+        for key in ("kind", "inputs", "outputs"):
+            del system[key]
+    fingerprint = {
+        "system": system,
+        "step": recipe.window.step,
+        "data": recipe.data.model_dump(
+            mode="json", exclude={*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
+        ),
+    }
+    if recipe.parameters:
+        tables = recipe.model_dump(mode="json", include={"parameters"})
+        fingerprint["parameters"] = {
+            name: table if measured else {k: v for k, v in table.items() if k != "values"}
+            for name, table in tables["parameters"].items()
+        }
+    if recipe.estimator is not None:
+        keys = {"amplitude_factor", "in_range"}
+        fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
+    return dict(json.loads(json.dumps(fingerprint)))
+
+
+def same_motion(before: FloatArray, now: FloatArray) -> bool:
+    """Whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
+    slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
+    return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
+
+
+def first_difference(found: Any, wanted: Any, place: str = "") -> str | None:
+    """Name the first value, in the order of the keys, that differs; None if none does."""
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        for key in sorted({*found, *wanted}):
+            name = f"{place}.{key}" if place else str(key)
+            difference = first_difference(found.get(key), wanted.get(key), name)
+            if difference is not None:
+                return difference
+        return None
+    return None if found == wanted else f"{place} = {found!r} there, {wanted!r} in the recipe"

@@ -126,7 +126,7 @@ def compensate(
         if not worth:
             break
     progress(ROUNDS, ROUNDS)
-    condition = _condition(rigid, path, ranges)
+    condition = condition_along(rigid, path, ranges)
     found = Compensated(records, rigid, target, path, motion, before, error, condition)
     _require_use(found, surrogate, limits)
     return found
@@ -195,8 +195,14 @@ def _norm(error: FloatArray) -> float:
     return float(np.linalg.norm(error))
 
 
-def _condition(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> FloatArray:
-    """Condition of the rigid motion's slopes at every sample; 1 if there are none."""
+def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> FloatArray:
+    """Give the condition number of the rigid motion's slopes at every sample; 1 without any.
+
+    Args:
+        rigid: what is added to the outputs.
+        path: coordinates, (count, n_coordinates).
+        ranges: units of the coordinates, (n_coordinates,).
+    """
     shifted = path[:, None] + PROBE * np.diag(ranges)
     slopes = rigid(shifted) - rigid(path)[:, None]
     values = np.linalg.svd(slopes, compute_uv=False)

@@ -40,6 +40,12 @@ def test_pages_of_the_site_load_nothing_from_the_network(site: Path) -> None:
         assert loaded == [], page.name
 
 
+def test_pages_of_the_site_show_the_files_that_they_include(site: Path) -> None:
+    """A line that is no exact directive would be shown as it stands."""
+    for page in site.rglob("*.html"):
+        assert not re.search(r"8 ?(?:<|&lt;) ?--", page.read_text(encoding="utf-8")), page.name
+
+
 @pytest.mark.parametrize(
     "name", [path.stem for path in sorted((ROOT / "docs/gallery").glob("*.py"))]
 )

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from slide_fmu.fitting.calibration.result import Calibration
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
+    from slide_fmu.motion.autodiff.functions import casadi_function, torch_module
     from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.recipe.reading import load_recipe
@@ -71,6 +72,7 @@ __all__ = [
     "Window",
     "__version__",
     "calibrate",
+    "casadi_function",
     "export_fmu",
     "gradient",
     "jacobian",
@@ -79,9 +81,11 @@ __all__ = [
     "load_recipe",
     "parameter_jacobian",
     "simulate",
+    "torch_module",
 ]
 
 _HOMES = {
+    "slide_fmu.motion.autodiff.functions": ("casadi_function", "torch_module"),
     "slide_fmu.core.parameters": ("Parameter",),
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),

@@ -17,6 +17,7 @@ from slide_fmu.motion.records import MotionError
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.reading import mistakes, read_recipe_text
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.surrogate.surrogate import Surrogate
 
 Numbers = tuple[Annotated[float, Field(allow_inf_nan=False)], ...]
 
@@ -33,6 +34,10 @@ class LimitsTable(Table):
     jerk: tuple[PositiveFloat, ...] = ()
 
 
+Parameters = dict[str, Annotated[float, Field(allow_inf_nan=False)]]
+"""Values of physical parameters by name; those that are not given have their start values."""
+
+
 class MoveTask(Table):
     """A task to move from rest to rest.
 
@@ -47,6 +52,7 @@ class MoveTask(Table):
         candidates: how many are tried.
         longest: the slowest candidates take so many times as long as the limits need.
         limits: that the motion keeps.
+        parameters: physical parameters of the surrogate, by name.
     """
 
     kind: Literal["earliest", "quietest", "choose"]
@@ -58,6 +64,7 @@ class MoveTask(Table):
     candidates: PositiveInt = 10000
     longest: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
     limits: LimitsTable = LimitsTable()
+    parameters: Parameters = Field(default_factory=dict)
 
     def points(self, coordinates: tuple[Coordinate, ...]) -> tuple[FloatArray, FloatArray]:
         """Give start and goal, (n_coordinates,) each.
@@ -87,16 +94,30 @@ class PathTask(Table):
             were rigid. It lies beside the task, or here.
         knots: time in s between the knots of the corrections; three samples if not given.
         limits: that the corrected path keeps.
+        parameters: as of ``MoveTask``.
     """
 
     kind: Literal["compensate"]
     path: str
     knots: PositiveFloat | None = None
     limits: LimitsTable = LimitsTable()
+    parameters: Parameters = Field(default_factory=dict)
 
 
 Task = Annotated[MoveTask | PathTask, Field(discriminator="kind")]
 """What a file of a task says; its ``kind`` decides which one it is."""
+
+
+def at_parameters(surrogate: Surrogate, values: Parameters) -> Surrogate:
+    """Give a surrogate at the parameters of a task.
+
+    Raises:
+        MotionError: a name is that of no parameter, or a value lies outside its range.
+    """
+    try:
+        return surrogate.at(values)
+    except ValueError as error:
+        raise MotionError(f"the task's table parameters: {error}") from error
 
 
 def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits:

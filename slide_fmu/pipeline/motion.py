@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,12 @@ from slide_fmu.motion.margin import what_margins_are
 from slide_fmu.motion.move import Move
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.quietest import quietest
-from slide_fmu.motion.task import MoveTask, limits_of
+from slide_fmu.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 
 
@@ -90,7 +93,8 @@ def solve(
         LoadError: the reference model is not installed here.
         SimulationError: it could not be simulated.
     """
-    surrogate, provenance = read_fmu(fmu)
+    released, provenance = read_fmu(fmu)
+    surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
     (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
     problem = Problem(surrogate, start, goal, limits, task.tolerance)
@@ -106,8 +110,8 @@ def solve(
     solved = Solved(surrogate, task, limits, found, ())
     if not verify:
         return solved
-    recipe, progress = recipe_of_provenance(provenance, str(fmu)), bar("reference model")
-    system, truths = reference_system(recipe), []
+    progress, truths = bar("reference model"), []
+    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
     resting = np.tile(inputs_of(coordinates, goal[None]), (found.response.lead, 1))
     rest = simulate(system, resting).outputs[-1]
     for done, move in enumerate(solved.moves):
@@ -116,6 +120,21 @@ def solve(
         truths.append(outputs[found.response.lead + 1 :] - rest)
     progress(len(solved.moves), len(solved.moves))
     return Solved(surrogate, task, limits, found, tuple(truths))
+
+
+def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, float]) -> System:
+    """Return the reference system at the physical parameters at which a surrogate is asked.
+
+    Args:
+        recipe: of the surrogate.
+        surrogate: with its parameters, whose start values those have that are not given.
+        values: of parameters, by name.
+
+    Raises:
+        LoadError: the reference model is not installed here.
+    """
+    starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
+    return reference_system(recipe.at({**starts, **values}))
 
 
 def write_set_points(solved: Solved, path: Path) -> Path:

@@ -16,10 +16,9 @@ from slide_fmu.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.margin import known, margins, what_margins_are
 from slide_fmu.motion.path import read_path
-from slide_fmu.motion.task import PathTask, limits_of
-from slide_fmu.pipeline.motion import write_inputs
+from slide_fmu.motion.task import PathTask, at_parameters, limits_of
+from slide_fmu.pipeline.motion import reference_at, write_inputs
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 
@@ -101,7 +100,8 @@ def correct(
         LoadError: the reference model is not installed here.
         SimulationError: it could not be simulated.
     """
-    surrogate, provenance = read_fmu(fmu)
+    released, provenance = read_fmu(fmu)
+    surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
     limits = limits_of(task.limits, coordinates)
     path = read_path(task.path, coordinates, surrogate)
@@ -110,11 +110,8 @@ def correct(
     corrected = Corrected(surrogate, task, limits, found)
     if not verify:
         return corrected
-    system, progress = (
-        reference_system(recipe_of_provenance(provenance, str(fmu))),
-        bar("reference model"),
-    )
-    errors = []
+    progress, errors = bar("reference model"), []
+    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
     for done, tried in enumerate((found.path, found.motion)):
         progress(done, 2)
         outputs = simulate(system, found.records.inputs(tried)).outputs[found.records.lead + 1 :]

@@ -79,6 +79,7 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
             {"candidates": "9"},
             "kind = 'earliest' with ['candidates']; expected these for 'choose'",
         ),
+        ({"parameters": "{ mass = 1.0 }"}, "parameter 'mass'; the surrogate has no parameters"),
         ({"limits": "{ speed = [1.0, 2.0] }"}, "limits.speed has 2 numbers; expected 1"),
     ],
 )
@@ -117,6 +118,44 @@ def test_a_corrected_path_stands_beside_the_path_as_it_was(tmp_path: Path) -> No
     table = np.genfromtxt(place / "set_points.csv", delimiter=",", names=True)
     assert table.dtype.names == ("time", *(f"joint_{i}" for i in range(1, 7)))
     assert (place / "report.html").read_text(encoding="utf-8").count("data:image/webp") == 2
+
+
+CRANK = ROOT / "fmus" / "slider_crank_payload" / "slider_crank_payload.fmu"
+TURN = {
+    "start": "[0.0]",
+    "goal": "[2.0]",
+    "tolerance": "2e-3",
+    "limits": "{ speed = [8.0], acceleration = [20.0] }",
+}
+
+
+def test_a_motion_is_that_of_the_parameters_of_the_task(tmp_path: Path) -> None:
+    """The shapers' responses are those of the reference model with the same mass."""
+    left = {}
+    for mass in (0.6, 1.4):
+        task = write_task(tmp_path, **TURN, parameters=f"{{ slider_mass = {mass} }}")
+        done = invoke("motion", CRANK, task, "-o", tmp_path / "m", "--verify", "--json", "-")
+        assert done.exit_code == 0, done.output
+        figures = json.loads(done.stdout)
+        assert figures["task"]["parameters"] == {"slider_mass": mass}
+        plain, true = figures["baselines"][0], figures["reference"]["baselines"][0]
+        assert plain["residual"] == pytest.approx(true["residual"], rel=0.05)
+        left[mass] = plain["residual"]
+    assert abs(left[1.4] / left[0.6] - 1) > 0.06
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("{ mass = 1.0 }", "parameter 'mass'; expected one of ['slider_mass']"),
+        ("{ slider_mass = 2.6 }", "'slider_mass' = 2.6 kg; expected a number in its range, 0.5"),
+        ("{ slider_mass = nan }", "slider_mass"),
+    ],
+)
+def test_parameters_that_do_not_fit_are_refused(values: str, message: str, tmp_path: Path) -> None:
+    done = invoke("motion", CRANK, write_task(tmp_path, **TURN, parameters=values))
+    assert done.exit_code == 1
+    assert message in " ".join(done.output.split())
 
 
 def test_a_path_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from slide_fmu.motion.costs import Answers, largest, residual, settled
 from slide_fmu.motion.earliest import Found, earliest
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.move import Move
-from slide_fmu.motion.problem import Problem
+from slide_fmu.motion.problem import Past, Problem
 from slide_fmu.motion.quietest import quietest
 from slide_fmu.motion.records import MotionError, Records
 from slide_fmu.motion.response import Response
@@ -28,6 +28,7 @@ __all__ = [
     "MotionError",
     "Move",
     "MoveTask",
+    "Past",
     "PathTask",
     "Problem",
     "Records",

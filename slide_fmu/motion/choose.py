@@ -19,7 +19,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.costs import Answers, Cost
 from slide_fmu.motion.earliest import Found, baselines
 from slide_fmu.motion.move import Move, described
-from slide_fmu.motion.moves import arrivals, moves
+from slide_fmu.motion.moves import arrivals, shares
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
 from slide_fmu.motion.records import MotionError
@@ -31,6 +31,9 @@ AT_ONCE = 500
 
 LOOKED_AT = 20
 """So many of the best candidates are looked at with their margins."""
+
+MOST_LOOKED_AT = 200
+"""So many at most, as long as none of those before stays in the domain."""
 
 NEAR = 0.06
 """Half of all candidates lie so near to one of the best of the other half, in each direction of a
@@ -69,8 +72,14 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = qu
         progress: is told how many were tried.
 
     Raises:
-        MotionError: no candidate has a finite cost, or as for ``baselines``.
+        MotionError: no candidate has a finite cost, the best ones leave the surrogate's domain,
+            there are points to pass, or as for ``baselines``.
     """
+    if problem.past is not None:
+        raise MotionError(
+            "candidates go straight from the start to the goal; expected no points to pass: "
+            "remove via, or ask for kind = 'earliest' or 'quietest'"
+        )
     plain, profile, known = baselines(problem)
     latest = plain.step * max(move.end - known[0].end for move in known)
     space = _Space(problem, profile, latest, family.longest)
@@ -86,17 +95,29 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = qu
         near = np.clip(near, 0.0, 1.0)
         more = space.costs(near, cost, progress, (half, family.candidates))
         places, costs = np.concatenate([places, near]), np.concatenate([costs, more])
-    best = places[np.argsort(costs, kind="stable")[:LOOKED_AT]]
+    order = np.argsort(costs, kind="stable")
     known = [space.again(move) for move in known]
-    found = [*space.moves(best, f"best of {family.candidates}"), *known]
-    values = [move.cost(cost, space.response, problem.tolerance) for move in found]
-    if not np.isfinite(values).any():
-        raise MotionError(
-            f"none of {family.candidates} candidates stays within {problem.tolerance:g} "
-            f"{problem.unit}; expected some that settle: raise the tolerance, candidates, or "
-            "longest"
+    for some in batches(min(len(places), MOST_LOOKED_AT), LOOKED_AT):
+        best = space.moves(places[order[some]], f"best of {family.candidates}")
+        found = [*best, *known]
+        values = [move.trusted(cost, space.response, problem.tolerance) for move in found]
+        if np.isfinite(values).any():
+            return Found(space.response, found[int(np.argmin(values))], tuple(known))
+    raise MotionError(_nothing(problem, family, found))
+
+
+def _nothing(problem: Problem, family: Family, found: list[Move]) -> str:
+    """Say what no candidate does: settle, or stay in the domain."""
+    if min(move.known for move in found) < 1:
+        return (
+            f"the best of {family.candidates} candidates leave the domain of the surrogate; "
+            "outside its error bound says nothing: lower the limits, raise longest, or move start "
+            "or goal"
         )
-    return Found(space.response, found[int(np.argmin(values))], tuple(known))
+    return (
+        f"none of {family.candidates} candidates stays within {problem.tolerance:g} "
+        f"{problem.unit}; expected some that settle: raise the tolerance, candidates, or longest"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,9 +177,8 @@ class _Space:
 
     def _sampled(self, places: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
         profiles, times, delays, parts = self._drawn(places)
-        return moves(self.response, profiles, times, delays, parts), arrivals(
-            self.response, times, delays
-        )
+        way = shares(self.response, profiles, times, delays, parts)
+        return self.problem.way.at(way), arrivals(self.response, times, delays)
 
     def _drawn(self, places: FloatArray) -> tuple[Profiles, FloatArray, FloatArray, FloatArray]:
         """Give profiles, their times in s (B,), and delays and parts of two impulses, (B, 2) each.

@@ -51,6 +51,10 @@ class Move:
         told = Answers(self.outputs[None], margin[None], ends, time, tolerance)
         return float(cost(told)[0])
 
+    def trusted(self, cost: Cost, response: Response, tolerance: float) -> float:
+        """Give a cost with the margin, as ``cost``; infinite for a move that leaves the domain."""
+        return self.cost(cost, response, tolerance) if self.known == 1 else np.inf
+
     def figures(self, response: Response, limits: Limits, tolerance: float) -> dict[str, Any]:
         """Return what the move takes and leaves as plain values.
 
@@ -59,6 +63,9 @@ class Move:
             limits: of the task.
             tolerance: largest distance from rest that counts as settled, in the outputs' unit.
         """
+        used = limits.used(response.start, self.motion, response.step)
+        if not response.way.straight:
+            used["via_tolerance"] = response.missed(self.motion)
         return {
             "name": self.name,
             "arrives_s": float(response.time[self.end]),
@@ -68,7 +75,7 @@ class Move:
             "residual_with_margin": self.cost(residual, response, tolerance),
             "largest": self.cost(largest, response, tolerance, False),
             "known": self.known,
-            "limits_used": limits.used(response.start, self.motion, response.step),
+            "limits_used": used,
         }
 
 

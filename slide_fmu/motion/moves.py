@@ -1,4 +1,4 @@
-"""Motions from one point to another by profiles and shapers, sampled."""
+"""Moves along a way by profiles and shapers, sampled."""
 
 from __future__ import annotations
 
@@ -8,35 +8,37 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.profile import Profiles
 from slide_fmu.motion.response import Response
-from slide_fmu.motion.shapers import Shaper
+from slide_fmu.motion.shapers import NONE, Shaper
 
 
-def moves(
+def shares(
     response: Response,
     profiles: Profiles,
     times: FloatArray,
     delays: FloatArray,
     parts: FloatArray,
 ) -> FloatArray:
-    """Sample B moves from the start to the goal of a response, (B, count, n_coordinates).
+    """Sample shares of the way of B moves, (B, count).
 
     Args:
-        response: the samples, the start and the goal.
+        response: the samples.
         profiles: B of them.
         times: that they take in s, (B,).
         delays, parts: of the impulses of a shaper for each, in s and shares of 1, (B, n).
     """
-    way = np.zeros((len(times), response.count))
+    found = np.zeros((len(times), response.count))
     for index in range(delays.shape[1]):
         past = response.time[None] - delays[:, index, None]
-        way += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
-    return np.asarray(response.start + way[:, :, None] * (response.goal - response.start))
+        found += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
+    return found
 
 
-def shaped_move(response: Response, profile: Profiles, time: float, shaper: Shaper) -> FloatArray:
-    """Sample one profile, that takes a time in s, behind a shaper: (count, n_coordinates)."""
+def shaped_shares(
+    response: Response, profile: Profiles, time: float, shaper: Shaper = NONE
+) -> FloatArray:
+    """Sample one profile, that takes a time in s, behind a shaper: shares of the way, (count,)."""
     rows = shaper.delays[None], shaper.parts[None]
-    return np.asarray(moves(response, profile, np.array([time]), *rows)[0])
+    return np.asarray(shares(response, profile, np.array([time]), *rows)[0])
 
 
 def arrivals(response: Response, times: FloatArray, delays: FloatArray) -> NDArray[np.intp]:

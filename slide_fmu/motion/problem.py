@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.records import MotionError
 from slide_fmu.motion.response import Response
+from slide_fmu.motion.way import Way
 from slide_fmu.surrogate.surrogate import Surrogate
 
 MOST_SAMPLES = 2000
 """A move has at most so many samples: a linear program's matrix grows with their square."""
+
+
+LOOKED_AT = 1000
+"""At so many places of a curve its coordinates are looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """A move goes Past points without resting there.
+
+    Attributes:
+        points: coordinates, (n, n_coordinates), in their order.
+        near: how near each coordinate must come to them, (n_coordinates,), above 0.
+    """
+
+    points: FloatArray
+    near: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +46,12 @@ class Problem:
         limits: that every move keeps.
         tolerance: distance of the outputs from rest that counts as settled, in their unit, as a
             norm over all outputs.
+        past: points to pass, if there are some.
+        slower: profiles take so many times what their limits need.
 
     Raises:
-        MotionError: start and goal are the same, or outputs have several units, of which no norm
-            can be taken.
+        MotionError: two points in a row are the same, the way leaves the ranges, or outputs have
+            several units, of which no norm can be taken.
     """
 
     surrogate: Surrogate
@@ -37,18 +59,65 @@ class Problem:
     goal: FloatArray
     limits: Limits
     tolerance: float
+    past: Past | None = None
+    slower: float = 1.0
 
     def __post_init__(self) -> None:
-        if np.array_equal(self.start, self.goal):
-            raise MotionError(
-                f"start and goal are both {self.start.tolist()}; expected two points: correct the "
-                "task"
-            )
+        self._require_range()
         units = sorted({output.unit for output in self.surrogate.outputs})
         if len(units) > 1:
             raise MotionError(
                 f"surrogate {self.surrogate.name!r} has outputs in {units}; expected one unit, "
                 "since the distance from rest is a norm over all of them"
+            )
+
+    def _require_range(self) -> None:
+        """Refuse a curve that leaves the ranges between its points."""
+        along = self.way.at(np.linspace(0, 1, LOOKED_AT))
+        beyond = np.maximum(along - self.limits.high, self.limits.low - along).max(axis=0)
+        worst = int(np.argmax(beyond))
+        if not self.way.straight and beyond[worst] > 0:
+            coordinate = coordinates_of(self.surrogate.inputs)[worst]
+            raise MotionError(
+                f"the smooth way past the points leaves the range of {coordinate.name} by "
+                f"{beyond[worst]:.3g} {coordinate.unit}; expected one within it: move the points, "
+                "or raise via_tolerance"
+            )
+
+    @cached_property
+    def way(self) -> Way:
+        """The way from the start to the goal."""
+        if self.past is None:
+            free = np.full(len(self.start), np.inf)
+            return Way(np.stack([self.start, self.goal]), free, free)
+        points = np.vstack([self.start, self.past.points, self.goal])
+        speed, ranges = self.limits.speed, np.ptp(points, axis=0)
+        pace = speed if np.isfinite(speed).all() else np.where(ranges > 0, ranges, np.inf)
+        return Way(points, self.past.near, pace)
+
+    def admits(self, response: Response, motion: FloatArray) -> bool:
+        """Tell whether a motion, (count, n_coordinates), keeps limits and passes the points."""
+        kept = self.limits.kept(self.start, motion, response.step)
+        return kept and response.missed(motion) <= 1
+
+    def require_known_start(self) -> None:
+        """Refuse a start at which the surrogate does not know rest.
+
+        Raises:
+            MotionError: rest there is outside of the domain.
+        """
+        surrogate = self.surrogate
+        if surrogate.bound is None:
+            return
+        coordinates = coordinates_of(surrogate.inputs)
+        resting = np.tile(self.start, (surrogate.window.n_in, 1))
+        inputs = inputs_of(coordinates, resting)
+        if not surrogate.in_domain(inputs)[-1]:
+            novelty = surrogate.trust(inputs).novelty[-1]
+            raise MotionError(
+                f"rest at the start {self.start.tolist()} is outside of the domain of the "
+                f"surrogate {surrogate.name!r} (novelty {novelty:.3g}; expected at most 1): its "
+                "error bound says nothing there; begin elsewhere"
             )
 
     @property
@@ -68,4 +137,4 @@ class Problem:
                 f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
                 "raise the limits, or lower duration or longest"
             )
-        return Response(self.surrogate, self.start, self.goal, samples)
+        return Response(self.surrogate, self.way, samples)

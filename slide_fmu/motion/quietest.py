@@ -6,13 +6,12 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.motion.costs import residual
-from slide_fmu.motion.earliest import Found, ringing_shapers
+from slide_fmu.motion.earliest import Found, ringing_shapers, shaped_moves
 from slide_fmu.motion.move import Move, described
-from slide_fmu.motion.moves import arrivals, shaped_move
+from slide_fmu.motion.moves import shaped_shares
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.records import MotionError
 from slide_fmu.motion.shape import shape
-from slide_fmu.motion.shapers import NONE
 
 LEAST = 0.01
 """What a plain move leaves is brought down to this part of it at most: less is not planned."""
@@ -27,7 +26,8 @@ def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> F
         progress: is told of the begin and the end.
 
     Raises:
-        MotionError: the limits ask for more time, or as for ``ringing_shapers``.
+        MotionError: the limits ask for more time, all moves leave the surrogate's domain, or as
+            for ``ringing_shapers``.
     """
     progress(0, 1)
     profile, least, rows = ringing_shapers(problem)
@@ -39,24 +39,27 @@ def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> F
             "limits and the step need: give the motion more time, or raise the limits"
         )
     response = problem.response(duration)
-    known = []
-    for row in rows:
-        time = duration - row.delays[-1]
-        if time < least:  # this shaper comes too late
-            continue
-        end = int(arrivals(response, np.array([time]), row.delays[None])[0])
-        motion = shaped_move(response, profile, time, row)
-        known.append(described(response, row.name, motion, end))
+    times = [(row, duration - row.delays[-1]) for row in rows]
+    # other shapers come too late
+    known = shaped_moves(problem, response, profile, [one for one in times if one[1] >= least])
     plain = known[0]
     margin = float(plain.margin[plain.end :].max())
 
     def left(move: Move) -> float:
-        return move.cost(residual, response, problem.tolerance)
+        return move.trusted(residual, response, problem.tolerance)
 
-    allowed = max(margin, LEAST * left(plain))
-    begin = shaped_move(response, profile, duration, NONE)
+    allowed = max(margin, LEAST * plain.cost(residual, response, problem.tolerance))
+    begin = shaped_shares(response, profile, duration)
     planned = shape(response, problem.limits, begin, plain.end, allowed)
-    optimised = described(response, "optimised", planned.motion, plain.end)
+    found = list(known)
+    if planned is not None and problem.admits(response, planned.motion):
+        found.insert(0, described(response, "optimised", planned.motion, plain.end))
     progress(1, 1)
-    both: list[Move] = [optimised, *known]
-    return Found(response, min(both, key=left), tuple(known))
+    best = min(found, key=left)
+    if not np.isfinite(left(best)):
+        raise MotionError(
+            f"all moves of {duration:g} s that were tried leave the domain of the surrogate "
+            f"({100 * (1 - best.known):.3g} % of the samples); outside its error bound says "
+            "nothing: give the motion more time, or move start or goal"
+        )
+    return Found(response, best, tuple(known))

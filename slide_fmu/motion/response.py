@@ -9,6 +9,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.coordinates import Coordinate, inputs_of
 from slide_fmu.motion.records import Records
+from slide_fmu.motion.way import Way
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -17,7 +18,7 @@ class Response:
 
     Args:
         surrogate: what predicts.
-        start, goal: coordinates before and after the motion, (n_coordinates,) each.
+        way: of the motion, between the coordinates before it and after it.
         samples: longest motion in samples; the response after it is looked at for as long as the
             window is.
 
@@ -25,11 +26,19 @@ class Response:
         MotionError: as for ``Records``.
     """
 
-    def __init__(
-        self, surrogate: Surrogate, start: FloatArray, goal: FloatArray, samples: int
-    ) -> None:
-        self.surrogate, self.start, self.goal, self.samples = surrogate, start, goal, samples
+    def __init__(self, surrogate: Surrogate, way: Way, samples: int) -> None:
+        self.surrogate, self.way, self.samples = surrogate, way, samples
         self._records = Records(surrogate, samples + surrogate.window.n_in)
+
+    @property
+    def start(self) -> FloatArray:
+        """Coordinates before the motion, (n_coordinates,)."""
+        return self.way.start
+
+    @property
+    def goal(self) -> FloatArray:
+        """Coordinates after it, (n_coordinates,)."""
+        return self.way.goal
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -82,6 +91,10 @@ class Response:
         the system rests at the start.
         """
         return self._records.outputs(motions, self.start) - self.rest
+
+    def missed(self, motion: FloatArray) -> float:
+        """Tell by which part of its tolerance a motion misses a point of its way, at its worst."""
+        return self.way.missed(motion, self.surrogate.hold == "first_order")
 
     def record(self, motions: FloatArray) -> FloatArray:
         """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.

@@ -13,6 +13,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.coordinates import Coordinate
 from slide_fmu.motion.limits import Limits
+from slide_fmu.motion.problem import Past
 from slide_fmu.motion.records import MotionError
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.reading import mistakes, read_recipe_text
@@ -45,6 +46,8 @@ class MoveTask(Table):
         kind: ``"earliest"`` settles as early as it can; ``"quietest"`` rings least after
             ``duration``; ``"choose"`` takes the best of many candidates.
         start, goal: coordinates, in the order of the FMU's inputs.
+        via: points that the motion passes on its way, in their order, without resting there.
+        via_tolerance: how near to them it comes, for each coordinate, in its unit.
         tolerance: distance of the outputs from rest that counts as settled, in their unit; as a
             norm over all outputs.
         duration: of the quietest motion, in s.
@@ -59,6 +62,8 @@ class MoveTask(Table):
     start: Numbers = Field(min_length=1)
     goal: Numbers = Field(min_length=1)
     tolerance: PositiveFloat
+    via: tuple[Numbers, ...] = ()
+    via_tolerance: tuple[PositiveFloat, ...] = ()
     duration: PositiveFloat | None = None
     minimise: Literal["settled", "residual", "largest"] = "settled"
     candidates: PositiveInt = 10000
@@ -73,15 +78,21 @@ class MoveTask(Table):
             MotionError: there is not one number for each coordinate, or one is out of range.
         """
         for name, values in (("start", self.start), ("goal", self.goal)):
-            _require_one_each(name, values, coordinates)
-            for coordinate, value in zip(coordinates, values, strict=True):
-                if not coordinate.low <= value <= coordinate.high:
-                    raise MotionError(
-                        f"{name} of {coordinate.name} is {value:g} {coordinate.unit}; expected "
-                        f"{coordinate.low:g} to {coordinate.high:g}, the range that the FMU "
-                        "declares: move the point"
-                    )
+            _require_point(name, values, coordinates)
         return np.array(self.start), np.array(self.goal)
+
+    def past(self, coordinates: tuple[Coordinate, ...]) -> Past | None:
+        """Give the points to pass, if there are some.
+
+        Raises:
+            MotionError: as for ``points``.
+        """
+        if not self.via:
+            return None
+        for index, values in enumerate(self.via, start=1):
+            _require_point(f"via {index}", values, coordinates)
+        _require_one_each("via_tolerance", self.via_tolerance, coordinates)
+        return Past(np.array(self.via), np.array(self.via_tolerance))
 
 
 class PathTask(Table):
@@ -136,6 +147,19 @@ def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits
     return Limits(low, high, *found)
 
 
+def _require_point(
+    name: str, values: tuple[float, ...], coordinates: tuple[Coordinate, ...]
+) -> None:
+    _require_one_each(name, values, coordinates)
+    for coordinate, value in zip(coordinates, values, strict=True):
+        if not coordinate.low <= value <= coordinate.high:
+            raise MotionError(
+                f"{name} of {coordinate.name} is {value:g} {coordinate.unit}; expected "
+                f"{coordinate.low:g} to {coordinate.high:g}, the range that the FMU declares: "
+                "move the point"
+            )
+
+
 def _require_one_each(
     name: str, values: tuple[float, ...], coordinates: tuple[Coordinate, ...]
 ) -> None:
@@ -170,6 +194,11 @@ def read_task(path: Path) -> MoveTask | PathTask:
         raise MotionError(
             f"{path}: kind = {task.kind!r} {'without' if task.duration is None else 'with'} "
             "duration; expected one for 'quietest' alone: add it, or remove it"
+        )
+    if bool(task.via) != bool(task.via_tolerance):
+        raise MotionError(
+            f"{path}: {'via' if task.via else 'via_tolerance'} alone; expected both via and "
+            "via_tolerance, or neither: add the other one, or remove it"
         )
     unused = sorted({"minimise", "candidates", "longest"} & task.model_fields_set)
     if unused and task.kind != "choose":

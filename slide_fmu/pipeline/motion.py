@@ -66,6 +66,7 @@ class Solved:
             "fmu": self.surrogate.name,
             "task": self.task.model_dump(),
             "margin_is": what_margins_are(self.surrogate),
+            "slower": self.found.slower,
             "move": self.found.move.figures(*terms),
             "baselines": [move.figures(*terms) for move in self.found.baselines],
         }
@@ -97,7 +98,8 @@ def solve(
     surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
     (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
-    problem = Problem(surrogate, start, goal, limits, task.tolerance)
+    past = task.past(coordinates)
+    problem = Problem(surrogate, start, goal, limits, task.tolerance, past)
     progress = bar("motions")
     if task.kind == "earliest":
         found = earliest(problem, progress)

@@ -33,7 +33,8 @@ def motion_report(solved: Solved) -> Report:
         f"{move['residual_with_margin']:.3g} {unit}, of {solved.task.tolerance:g} {unit} that "
         f"are allowed. The margin is {figures['margin_is']}."
     )
-    summary += unknown(solved)
+    if remark := kept_in_domain(solved):
+        summary += f" {remark}"
     predicted, *true = move_rows(solved).items()
     text = (
         "Settled means that the outputs stay closer to rest than the tolerance; the margin is "
@@ -55,16 +56,17 @@ def motion_report(solved: Solved) -> Report:
     return Report(f"Motion with {solved.surrogate.name}", summary, figures, sections)
 
 
-def unknown(solved: Solved) -> str:
-    """Say which part of the move the surrogate does not know, if there is one."""
-    move = solved.found.move
-    if move.known == 1:
-        return ""
-    where = "its domain" if solved.surrogate.bound is not None else "the ranges of its inputs"
-    return (
-        f" In {100 * (1 - move.known):.3g} % of the samples until the goal the surrogate is "
-        f"outside of {where}: there its margin may be too small by far."
-    )
+def kept_in_domain(solved: Solved) -> str | None:
+    """Say which moves leave the domain, and whether the move had to be slower; None if none do."""
+    found, said = solved.found, []
+    if outside := ", ".join(move.name for move in found.baselines if move.known < 1):
+        said.append(f"These leave the domain of the surrogate, so they are no answer: {outside}.")
+    if found.slower > 1:
+        said.append(
+            "Moves as fast as the limits admit leave the domain; so all of them begin with "
+            f"{found.slower:g} times the time."
+        )
+    return " ".join(said) or None
 
 
 def _headed(table: tuple[str, Rows], text: str) -> tuple[str, str, Rows]:

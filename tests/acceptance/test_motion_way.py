@@ -80,6 +80,16 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
             "kind = 'earliest' with ['candidates']; expected these for 'choose'",
         ),
         ({"parameters": "{ mass = 1.0 }"}, "parameter 'mass'; the surrogate has no parameters"),
+        ({"via": "[[300.0]]"}, "via alone; expected both via and via_tolerance, or neither"),
+        ({"via_tolerance": "[9.0]"}, "via_tolerance alone; expected both"),
+        (
+            {"via": "[[1600.0]]", "via_tolerance": "[9.0]"},
+            "via 1 of force is 1600 N; expected -1000 to 1000",
+        ),
+        (
+            {"via": "[[300.0]]", "via_tolerance": "[9.0, 1.0]"},
+            "via_tolerance has 2 numbers; expected 1",
+        ),
         ({"limits": "{ speed = [1.0, 2.0] }"}, "limits.speed has 2 numbers; expected 1"),
     ],
 )
@@ -156,6 +166,17 @@ def test_parameters_that_do_not_fit_are_refused(values: str, message: str, tmp_p
     done = invoke("motion", CRANK, write_task(tmp_path, **TURN, parameters=values))
     assert done.exit_code == 1
     assert message in " ".join(done.output.split())
+
+
+def test_a_task_may_pass_points_and_says_how_near_it_comes(tmp_path: Path) -> None:
+    limits = {"limits": "{ speed = [4000.0] }"}
+    task = write_task(tmp_path, via="[[-200.0]]", via_tolerance="[60.0]", **limits)
+    done = invoke("motion", DUFFING, task, "-o", tmp_path / "m", "--json", "-")
+    assert done.exit_code == 0, done.output
+    used = json.loads(done.stdout)["move"]["limits_used"]
+    assert 0 < used["via_tolerance"] <= 1
+    table = np.genfromtxt(tmp_path / "m" / "set_points.csv", delimiter=",", names=True)
+    assert np.abs(table["force"] + 200).min() == pytest.approx(60 * used["via_tolerance"])
 
 
 def test_a_path_that_is_not_there_is_named(tmp_path: Path) -> None:

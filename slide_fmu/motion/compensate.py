@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.motion.corrections import PROBE, gauss_newton, slopes, splines
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.margin import margins
 from slide_fmu.motion.records import MotionError, Records
@@ -28,9 +28,6 @@ KNOTS = 3
 
 ROUNDS = 5
 """So many Gauss-Newton steps are taken at most."""
-
-PROBE = 1e-4
-"""Responses are differentiated by corrections of this part of a coordinate's range, forwards."""
 
 DAMPING = 1e-6
 """Part of the largest curvature that every direction has at least: what nothing needs stays."""
@@ -102,7 +99,7 @@ def compensate(
     _require_limits("path", path, surrogate, limits)
     rigid, target = _wish(surrogate, path, wished)
     samples = KNOTS if between is None else max(1, round(between / surrogate.window.step))
-    basis = _splines(len(path), samples)
+    basis = splines(len(path), samples)
     ranges = np.array([_half_range(c.low, c.high) for c in records.coordinates])
 
     def errors(motions: FloatArray) -> FloatArray:
@@ -114,8 +111,8 @@ def compensate(
         progress(done, ROUNDS)
         if _norm(error) == 0:
             break
-        slopes = _slopes(errors, motion, error, basis, PROBE * ranges)
-        change = _step(slopes, error, damping)
+        differences = slopes(errors, motion, error, basis, ranges)
+        change = gauss_newton(differences, error, damping)
         tried = motion + np.einsum("kt,ki->ti", basis, change * ranges)
         left = errors(tried[None])[0]
         if not _norm(left) < _norm(error):
@@ -157,38 +154,6 @@ def _wish(
 def _half_range(low: float, high: float) -> float:
     """The unit in which a coordinate is corrected; a rad for an angle without range."""
     return 0.5 * (high - low) if np.isfinite(high - low) else 1.0
-
-
-def _splines(count: int, between: int) -> FloatArray:
-    """Cubic B-splines with knots every so many samples, (n, count): any constant is their sum."""
-    pieces = max(1, -(-(count - 1) // between))
-    inner = np.linspace(0, count - 1, pieces + 1)
-    knots = np.concatenate([np.zeros(3), inner, np.full(3, float(count - 1))])
-    return np.asarray(BSpline.design_matrix(np.arange(float(count)), knots, 3).toarray().T)
-
-
-def _slopes(
-    errors: Callable[[FloatArray], FloatArray],
-    motion: FloatArray,
-    error: FloatArray,
-    basis: FloatArray,
-    probes: FloatArray,
-) -> FloatArray:
-    """Slopes of the errors by corrections in ranges, (n_splines, n_coordinates, *errors)."""
-    count, coordinates = len(basis), len(probes)
-    directions = np.einsum("kt,ij->kitj", basis, np.diag(probes))
-    flat = directions.reshape(count * coordinates, *motion.shape)
-    found = (errors(motion + flat) - error) / PROBE
-    return found.reshape(count, coordinates, *error.shape)
-
-
-def _step(slopes: FloatArray, error: FloatArray, damping: float) -> FloatArray:
-    """One damped Gauss-Newton step, (n_splines, n_coordinates), in ranges."""
-    matrix = slopes.reshape(-1, error.size)
-    curvature = matrix @ matrix.T
-    curvature += damping * np.diag(curvature).max() * np.eye(len(curvature))
-    found = np.linalg.solve(curvature, -matrix @ error.reshape(-1))
-    return np.asarray(found.reshape(slopes.shape[:2]))
 
 
 def _norm(error: FloatArray) -> float:

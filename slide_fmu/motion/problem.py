@@ -15,8 +15,8 @@ from slide_fmu.motion.response import Response
 from slide_fmu.motion.way import Way
 from slide_fmu.surrogate.surrogate import Surrogate
 
-MOST_SAMPLES = 2000
-"""A move has at most so many samples: a linear program's matrix grows with their square."""
+MOST_SAMPLES = 5000
+"""A move has at most so many samples: time and memory of its linear programs grow with them."""
 
 
 LOOKED_AT = 1000

@@ -16,13 +16,36 @@ from slide_fmu.python_fmu.torch_export import ModuleTable
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+FIRST_RESULT = "It prints"
+"""The README shows here what its first example gives."""
 
 
-def test_readme_s_table_of_subcommands_is_complete() -> None:
-    listed = re.findall(r"^\| `slide-fmu ([\w-]+)", README, re.MULTILINE)
+def page(name: str) -> str:
+    """The text of a page of the documentation."""
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def subcommands() -> list[str]:
+    """All subcommands of the console script."""
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)
-    assert sorted(listed) == sorted(group.commands)
+    return sorted(group.commands)
+
+
+def test_readme_is_short_and_comes_to_a_result_soon() -> None:
+    assert len(README.splitlines()) <= 120
+    assert len(README[: README.index(FIRST_RESULT)].split()) < 200
+
+
+def test_readme_names_all_subcommands_and_no_others() -> None:
+    start = README.index("The subcommands of `slide-fmu`:")
+    listed = re.findall(r"`(\w+)`", README[start : README.index("`make test`")].replace("\n", " "))
+    assert sorted(listed) == subcommands()
+
+
+def test_table_of_subcommands_is_complete() -> None:
+    listed = re.findall(r"^\| `slide-fmu ([\w-]+)", page("command_line.md"), re.MULTILINE)
+    assert sorted(listed) == subcommands()
 
 
 def test_make_targets_named_in_the_readme_exist() -> None:
@@ -36,10 +59,10 @@ def test_files_named_in_the_readme_exist() -> None:
         assert (ROOT / name).exists(), name
 
 
-def test_python_examples_of_the_readme_run() -> None:
-    """All but the first one of the README check their shapes themselves."""
-    api = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
-    examples = re.findall(r"```python\n(.*?)```", README + api, re.DOTALL)
+def test_python_examples_of_readme_and_pages_run() -> None:
+    """Those that print nothing check their shapes themselves."""
+    text = README + page("api.md") + page("use_an_fmu.md")
+    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
     said = []
     for example in examples:
@@ -52,14 +75,14 @@ def test_python_examples_of_the_readme_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 4
+    assert len(said) == 5
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02
     assert 0 < error < 0.1
 
 
-def test_readme_s_description_of_a_torch_module_is_accepted() -> None:
-    (example,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+def test_description_of_a_torch_module_on_its_page_is_accepted() -> None:
+    (example,) = re.findall(r"```toml\n(.*?)```", page("torch_modules.md"), re.DOTALL)
     table = ModuleTable.model_validate(tomllib.loads(example))
     assert (table.inputs[0].name, table.window.n_in) == ("force", 100)

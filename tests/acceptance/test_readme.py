@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
+import pytest
 import typer.main
 
 from slide_fmu.cli import app
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.python_fmu.torch_export import ModuleTable
 
 ROOT = Path(__file__).parents[2]
@@ -46,6 +49,29 @@ def test_readme_names_all_subcommands_and_no_others() -> None:
 def test_table_of_subcommands_is_complete() -> None:
     listed = re.findall(r"^\| `slide-fmu ([\w-]+)", page("command_line.md"), re.MULTILINE)
     assert sorted(listed) == subcommands()
+
+
+def shell_commands() -> list[str]:
+    """All lines of the shell in the README, without their comments."""
+    blocks = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+    return [line.split("#")[0].strip() for block in blocks for line in block.splitlines()]
+
+
+@pytest.mark.extended
+def test_commands_of_the_readme_make_an_fmu_with_a_small_error(tmp_path: Path) -> None:
+    """``make demo`` would set up another checkout: only what it would run is looked at."""
+    assert shell_commands()[:2] == ["make demo", ". .venv/bin/activate"]
+    planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
+    assert "slide-fmu run training/duffing.toml" in planned.stdout
+    for command in shell_commands()[2:]:
+        program, *arguments = shlex.split(command)
+        assert program == "slide-fmu"
+        subprocess.run([sys.executable, "-m", "slide_fmu", *arguments], cwd=tmp_path, check=True)
+    figures = read_fmu(tmp_path / "runs" / "my_model" / "my_model.fmu")[1]
+    assert figures is not None
+    (position, velocity) = figures["measured"]["validation"]["in range"]["outputs"]
+    assert position["relative_rmse"] < 0.002
+    assert velocity["relative_rmse"] < 0.002
 
 
 def test_make_targets_named_in_the_readme_exist() -> None:

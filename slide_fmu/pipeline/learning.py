@@ -64,7 +64,7 @@ class Learnt:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Relative RMSE of every output on unseen trajectories in range, by its name."""
+        """Return the relative RMSE of every output on unseen trajectories in range, by its name."""
         found = self.figures["validation"]["in range"]["outputs"]
         return {output["name"]: float(output["relative_rmse"]) for output in found}
 

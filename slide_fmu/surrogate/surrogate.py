@@ -147,7 +147,7 @@ class Surrogate:
 
     @property
     def inputs_at_step_end(self) -> bool:
-        """Whether the FMU, unless told otherwise, takes inputs as reached by the step's end."""
+        """Say whether the FMU, unless told otherwise, takes inputs as reached by the step's end."""
         first_order = self.hold == "first_order"
         return first_order and (self.forecast is None or self.forecast.at_step_end)
 
@@ -158,7 +158,7 @@ class Surrogate:
 
     @property
     def memory_length(self) -> int:
-        """The number of samples of the inputs that any result may depend on.
+        """Return the number of samples of the inputs that any result may depend on.
 
         It is the longest of the input window and the memories of error estimator and error bound,
         and before them the ``BEFORE`` samples that features look at. The C runtime has it as

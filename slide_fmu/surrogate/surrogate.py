@@ -147,7 +147,7 @@ class Surrogate:
 
     @property
     def inputs_at_step_end(self) -> bool:
-        """Say whether the FMU, unless told otherwise, takes inputs as reached by the step's end."""
+        """Say whether the FMU, unless told otherwise, takes inputs as those at the step's end."""
         first_order = self.hold == "first_order"
         return first_order and (self.forecast is None or self.forecast.at_step_end)
 
@@ -246,7 +246,8 @@ class Surrogate:
         """Predict a long record as a co-simulation does: the newest output of every step.
 
         Args:
-            inputs, parameters: as for ``predict``.
+            inputs: record of the inputs in their units, shape (N, n_inputs).
+            parameters: values of the physical parameters by name; start values for others.
 
         Returns:
             Outputs at samples 1 .. N, shape (N, n_outputs).

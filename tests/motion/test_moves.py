@@ -244,5 +244,5 @@ def test_moves_that_take_too_many_samples_are_refused_at_once() -> None:
     problem = force_problem(900.0, 1e-3)
     one = np.array([0.001])
     slow = Limits(problem.limits.low, problem.limits.high, one, one * np.inf, one * np.inf)
-    with pytest.raises(MotionError, match=r"samples; expected at most 2000: raise the limits"):
+    with pytest.raises(MotionError, match=r"samples; expected at most 5000: raise the limits"):
         earliest(Problem(problem.surrogate, problem.start, problem.goal, slow, 1e-3))

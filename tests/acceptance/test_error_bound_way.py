@@ -104,6 +104,13 @@ def test_credentials_have_the_bound(finished: Finished) -> None:
     assert json.loads(result.stdout)["problems"] == []
 
 
+def test_experiment_repeats_bound_novelty_and_domain(finished: Finished) -> None:
+    result = invoke("check", finished.fmu, "--run", "--json", "-")
+    found = json.loads(result.stdout[result.stdout.index("{") : result.stdout.rindex("}") + 1])
+    assert found["problems"] == []
+    assert set(NAMES) < found["replay"]["differences"].keys()
+
+
 def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
     found = json.loads(invoke("info", finished.fmu, "--json", "-").stdout)["error_bound"]
     surrogate, _ = read_fmu(finished.fmu)

@@ -14,10 +14,10 @@ from slide_fmu.validation.tables import percent
 from slide_fmu.validation.trust import HARMFUL
 from slide_fmu.validation.trust_tables import Figures
 
-MOST_HARMFUL = 0.01
+MOST_HARMFUL = 0.02
 """A kind of inputs is valid if no larger part of its samples is harmful, ..."""
 
-MOST_UNNOTICED = 0.005
+MOST_UNNOTICED = 0.01
 """... and no larger part harmful with neither a flag nor a bound that says so."""
 
 MOSTLY = 0.5
@@ -31,13 +31,13 @@ TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
 """So kinds are called of which no harmful errors are known."""
 
 RULE = (
-    "A sample is harmful if an error is more than "
-    f"{HARMFUL:g} times what 95 % of the errors in range are below; it is flagged if in_domain is "
-    "false, and unnoticed if it is harmful, not flagged, and its bound does not cover it. A kind "
-    f"of inputs is called valid if at most {percent(MOST_HARMFUL)} of its measured samples are "
-    f"harmful and at most {percent(MOST_UNNOTICED)} unnoticed. One that is not valid is called "
-    f"noticed by the FMU if at most {percent(MOST_UNNOTICED)} are unnoticed. Where more than "
-    f"{percent(MOSTLY)} of the harmless samples are flagged, bounds are not calibrated."
+    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
+    "range are below; it is flagged if in_domain is false, and unnoticed if it is harmful, not "
+    "flagged, and its bound does not cover it. A kind of inputs is called valid if at most "
+    f"{percent(MOST_HARMFUL)} of its measured samples are harmful and at most "
+    f"{percent(MOST_UNNOTICED)} unnoticed; if the latter alone holds, it is not valid, and the "
+    f"FMU says so. Where more than {percent(MOSTLY)} of the harmless samples are flagged, a valid "
+    "kind is outside of the domain, and its bounds are not calibrated."
 )
 """What the verdicts mean."""
 

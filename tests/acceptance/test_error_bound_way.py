@@ -87,11 +87,13 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
         (section,) = re.findall(rf"<h2>{title}(?: steps)?</h2>(.*?)<h2>", page, re.DOTALL)
         pictures.append(section.count("data:image/webp;base64,"))
     assert pictures == [2, 1, 1]
-    card = (folder / "card.md").read_text(encoding="utf-8").split("### Error bound")[1]
+    text = (folder / "card.md").read_text(encoding="utf-8")
+    assert "- Valid: force takes random values of up to 1000 N, each for " in text
+    assert "<td>force takes random values of up to 1000 N, each for " in page
+    card = text.split("### Error bound")[1]
     (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]
     assert f"| in range | position | {100 * output['coverage']:.3g} % | " in card
     assert "| in range | multisine | " in card
-    assert "held_random (amplitude 1.0 .. 1.0" in card
 
 
 def test_credentials_have_the_bound(finished: Finished) -> None:

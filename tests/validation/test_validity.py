@@ -65,14 +65,14 @@ def judged(**validations: dict[str, Any]) -> list[Judgement]:
 @pytest.mark.parametrize(
     ("harm", "verdict"),
     [
-        ({"harmful": 0.01, "harmful_unnoticed": 0.005}, "valid"),
-        ({"harmful": 0.0101}, "not valid, and the FMU says so"),
+        ({"harmful": 0.02, "harmful_unnoticed": 0.01}, "valid"),
+        ({"harmful": 0.0201}, "not valid, and the FMU says so"),
         (
-            {"harmful": 0.006, "harmful_unnoticed": 0.0051},
+            {"harmful": 0.011, "harmful_unnoticed": 0.0101},
             "not valid, and the FMU does not always say so",
         ),
         (
-            {"harmful": 0.2, "harmful_unnoticed": 0.0051},
+            {"harmful": 0.2, "harmful_unnoticed": 0.0101},
             "not valid, and the FMU does not always say so",
         ),
         ({"harmless_flagged": 0.5}, "valid"),

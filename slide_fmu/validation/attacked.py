@@ -43,7 +43,8 @@ class Target:
         system: its reference.
         drawn: where the search starts.
         goes_on: whether a run goes on from where its inputs were changed, and ends when that is
-            forgotten, if the system's states can be set; if not, all records are simulated whole.
+            forgotten, if the drawn trajectory has a state to start from; if not, all records are
+            simulated whole.
     """
 
     surrogate: Surrogate

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
 from pathlib import Path
 from typing import Any
@@ -18,8 +16,11 @@ from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
 from slide_fmu.page.drawing import load_drawing
 from slide_fmu.page.facts import facts_of
-from slide_fmu.page.scripts import WEB, joined_modules
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.web.packing import packed, styles
+from slide_fmu.web.scripts import joined_modules
+
+WEB = Path(__file__).parent / "web"
 
 TRAJECTORY = {
     "inputs": members.INPUTS,
@@ -52,6 +53,12 @@ def write_page(
     """
     if path.suffix != ".html":
         raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+    write_whole(path, page_of(fmu, title, drawing).encode("utf-8"))
+    return path
+
+
+def page_of(fmu: Path, title: str | None = None, drawing: str | None = None) -> str:
+    """Return the page of an FMU as text; arguments and errors are those of ``write_page``."""
     surrogate, _ = read_fmu(fmu)
     experiment = read_experiment(fmu)
     files = {}
@@ -64,8 +71,7 @@ def write_page(
         owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
         described = load_drawing(drawing, [signal.name for group in owners for signal in group])
         files["drawing"] = json.dumps(described).encode("utf-8")
-    write_whole(path, page_html(surrogate, facts, files).encode("utf-8"))
-    return path
+    return page_html(surrogate, facts, files)
 
 
 def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:
@@ -86,14 +92,9 @@ def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, byte
         columns=", ".join(signal["name"] for signal in facts["inputs"]),
         json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
         blobs={name: packed(content) for name, content in blobs.items()},
-        style=(WEB / "style.css").read_text(encoding="utf-8"),
-        script=joined_modules("main"),
+        style=styles(WEB / "style.css"),
+        script=joined_modules(WEB / "main.js"),
     )
-
-
-def packed(content: bytes) -> str:
-    """Return bytes as text, compressed; browsers unpack it."""
-    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def _summary(facts: dict[str, Any]) -> str:

@@ -33,7 +33,7 @@ def useless_beyond(measured: Figures) -> list[str]:
         if high > 1.0 and error > UNUSABLE:
             found.append(
                 f"at {low} to {high} times the amplitude its error is up to {100 * error:.3g} % "
-                "of the output's RMS"
+                "of the output's RMS about its mean"
             )
     return found
 

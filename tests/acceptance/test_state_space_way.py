@@ -71,7 +71,7 @@ def test_report_and_model_card_show_the_fading_memory(state_space: Finished) -> 
     surrogate, _ = read_fmu(state_space.fmu)
     assert isinstance(surrogate.network, StateSpace)
     assert f"({len(surrogate.network.cell.a)} states, 8 units)" in card
-    assert not (folder / "stability.png").exists()  # the picture of a failure
+    assert not (folder / "stability.html").exists()  # the charts of a failure
 
 
 def test_check_of_a_finished_state_space_fmu_finds_nothing(state_space: Finished) -> None:

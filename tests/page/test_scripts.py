@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
 from slide_fmu.page.scripts import WEB, ScriptError, joined_modules
+
 from tests.page.node import node
 
 MOST_LINES = 250

@@ -1,14 +1,14 @@
 // The page of one surrogate: live, over its stored trajectory, over a user's record.
 
-import { saveText } from "./blobs.js";
+import { saveText } from "../../web/modules/blobs.js";
 import { channelsOf, limitsOf } from "./channels.js";
 import { differenceTo, ownCourse, storedCourse } from "./course.js";
-import { byId } from "./elements.js";
+import { byId } from "../../web/modules/elements.js";
 import { Live } from "./live.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
-import { beginTheme } from "./theme.js";
+import { beginTheme } from "../../web/modules/theme.js";
 import { View } from "./view.js";
 
 const WAYS = ["live", "stored", "own"];

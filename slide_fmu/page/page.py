@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,8 @@ from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
-from slide_fmu.page.drawing import load_drawing
-from slide_fmu.page.facts import facts_of
+from slide_fmu.page.drawing import checked_drawing, load_drawing
+from slide_fmu.page.facts import facts_of, names_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.web.packing import packed, styles
 from slide_fmu.web.scripts import joined_modules
@@ -40,7 +41,8 @@ def write_page(
         path: the HTML file; replaced as a whole when it is there.
         title: heading; the name of the surrogate if None.
         drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
-            (``slide_fmu/page/drawing.py``); it is not drawn if None.
+            (``slide_fmu/page/drawing.py``); if None, the description that the FMU carries, if
+            there is one.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -59,19 +61,30 @@ def write_page(
 
 def page_of(fmu: Path, title: str | None = None, drawing: str | None = None) -> str:
     """Return the page of an FMU as text; arguments and errors are those of ``write_page``."""
-    surrogate, _ = read_fmu(fmu)
+    surrogate, provenance = read_fmu(fmu)
     experiment = read_experiment(fmu)
     files = {}
     facts = {"title": title or surrogate.name, **facts_of(surrogate)}
-    facts |= {"trajectory": None, "drawn": drawing is not None}
+    described = _drawing(surrogate, provenance, drawing)
+    facts |= {"trajectory": None, "drawn": described is not None}
     if experiment is not None:
         facts["trajectory"] = {"parameters": dict(experiment.parameters)}
         files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
-    if drawing is not None:
-        owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
-        described = load_drawing(drawing, [signal.name for group in owners for signal in group])
+    if described is not None:
         files["drawing"] = json.dumps(described).encode("utf-8")
     return page_html(surrogate, facts, files)
+
+
+def _drawing(
+    surrogate: Surrogate, provenance: Mapping[str, Any] | None, name: str | None
+) -> dict[str, Any] | None:
+    """Return the drawing of a name, or that of the provenance; None where there is none."""
+    if name is not None:
+        return load_drawing(name, names_of(surrogate))
+    carried = (provenance or {}).get("drawing")
+    if carried is None:
+        return None
+    return checked_drawing(carried, names_of(surrogate), f"of {surrogate.name}")
 
 
 def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:

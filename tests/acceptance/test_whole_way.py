@@ -46,7 +46,8 @@ def test_linear_recipe_finds_the_exact_response(linear: Finished) -> None:
 def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     folder = duffing.fmu.parent
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/webp;base64,") >= 5
+    assert page.count("data-chart=") >= 10
+    assert '<iframe id="inside"' in page
     for heading in ("Side by side", "Error estimate", "Window", "Training", "Time per step"):
         assert heading in page
     assert json.loads((folder / "report.json").read_text()) == duffing.figures

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
-from matplotlib.figure import Figure
 
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.validation import figures
 from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.model_card import model_card
@@ -82,20 +79,6 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     found["validation"]["in range"]["excitations"] = rows
     text = model_card(finer.surrogate, recipe, found, "picture.png")
     assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
-
-
-def test_bars_of_excitations_of_one_kind_lie_beside_each_other(
-    finer: Validation, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """With the same name one would hide the other."""
-    recipe = tiny_recipe(data={"excitation": TWO_OF_A_KIND})
-    kinds = (0, 2, 2)
-    comparisons = [replace(c, kind=k) for c, k in zip(finer.comparisons, kinds, strict=True)]
-    drawn: list[Figure] = []
-    monkeypatch.setattr(figures, "_png", drawn.append)
-    figures.excitation_bars(replace(finer, recipe=recipe, comparisons=tuple(comparisons)))
-    labels = [label.get_text() for label in drawn[0].axes[0].get_yticklabels()]
-    assert labels == ["held_random 1 (1)", "held_random 3 (2)"]
 
 
 def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:

@@ -100,9 +100,9 @@ def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     beyond = {**main, "outputs": [output], "amplitude": [1.0, float(factor)]}
     found["validation"]["beyond the range"] = beyond
     text = model_card(finer.surrogate, FINER, found, "picture.png")
-    sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its error is"
+    sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its"
     assert text.count("Do not use") == warned
-    assert text.count(f"{sentence} up to 30 % of the output's RMS.") == warned
+    assert text.count(f"{sentence} relative RMSE is up to 30 %.") == warned
 
 
 def test_card_begins_with_the_range_whatever_the_order_of_the_figures(finer: Validation) -> None:

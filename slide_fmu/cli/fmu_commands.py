@@ -173,12 +173,20 @@ def page(
             help="Draw the machine in motion as this function describes it, not as the FMU does.",
         ),
     ] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TASK.toml", help="Play the move chosen for this task beside a plain one."
+        ),
+    ] = None,
 ) -> None:
     """Write one HTML file in which people can move the inputs of an FMU and watch its outputs."""
     from slide_fmu.page.page import write_page
+    from slide_fmu.pipeline.page_moves import solved_moves
 
     with errors():
-        path = write_page(fmu, output, title, drawing)
+        moves = None if motion is None else solved_moves(fmu, motion)
+        path = write_page(fmu, output, title, drawing, moves)
     console.print(f"page    {path}")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import jinja2
 
@@ -23,6 +23,8 @@ from slide_fmu.web.scripts import joined_modules
 
 WEB = Path(__file__).parent / "web"
 
+Look = Literal["page", "front"]
+
 TRAJECTORY = {
     "inputs": members.INPUTS,
     "results": members.RESULTS,
@@ -32,7 +34,11 @@ TRAJECTORY = {
 
 
 def write_page(
-    fmu: Path, path: Path, title: str | None = None, drawing: str | None = None
+    fmu: Path,
+    path: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write the page of an FMU, with the trajectory that it carries, and return its path.
 
@@ -43,6 +49,8 @@ def write_page(
         drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
             (``slide_fmu/page/drawing.py``); if None, the description that the FMU carries, if
             there is one.
+        moves: two moves that it plays beside each other, as ``slide_fmu.pipeline.page_moves``
+            gives them; none if None.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -55,24 +63,33 @@ def write_page(
     """
     if path.suffix != ".html":
         raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
-    write_whole(path, page_of(fmu, title, drawing).encode("utf-8"))
+    write_whole(path, page_of(fmu, title, drawing, moves).encode("utf-8"))
     return path
 
 
-def page_of(fmu: Path, title: str | None = None, drawing: str | None = None) -> str:
-    """Return the page of an FMU as text; arguments and errors are those of ``write_page``."""
+def page_of(
+    fmu: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
+    look: Look = "page",
+) -> str:
+    """Return the page of an FMU as text; arguments and errors are those of ``write_page``.
+
+    With the look "front" it is made to stand inside another page, with the machine foremost.
+    """
     surrogate, provenance = read_fmu(fmu)
     experiment = read_experiment(fmu)
     files = {}
     facts = {"title": title or surrogate.name, **facts_of(surrogate)}
     described = _drawing(surrogate, provenance, drawing)
-    facts |= {"trajectory": None, "drawn": described is not None}
+    facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
     if experiment is not None:
         facts["trajectory"] = {"parameters": dict(experiment.parameters)}
         files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
     if described is not None:
         files["drawing"] = json.dumps(described).encode("utf-8")
-    return page_html(surrogate, facts, files)
+    return page_html(surrogate, facts, files, look)
 
 
 def _drawing(
@@ -87,13 +104,16 @@ def _drawing(
     return checked_drawing(carried, names_of(surrogate), f"of {surrogate.name}")
 
 
-def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:
+def page_html(
+    surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes], look: Look
+) -> str:
     """Return the page; the same arguments give the same text.
 
     Args:
         surrogate: what runs in it.
         facts: what it shows of it.
         files: further files that it reads, by their names in the page.
+        look: how it is laid out.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
@@ -101,6 +121,7 @@ def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, byte
     blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
     return environment.get_template("page.html").render(
         facts=facts,
+        look=look,
         summary=_summary(facts),
         columns=", ".join(signal["name"] for signal in facts["inputs"]),
         json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element

@@ -51,7 +51,7 @@ export function linearTicks([low, high], about) {
 /** Ticks of a logarithmic axis, about so many: powers of ten, and some between where there is room. */
 export function logTicks([low, high], about) {
   const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-  const every = Math.ceil((last - first) / about);
+  const every = Math.ceil((last - first) / (about + 1));
   for (const parts of [[1, 2, 5], [1]]) {
     const ticks = [];
     for (let power = first; power <= last; power += parts.length > 1 ? 1 : every) {

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import slide_fmu
 from tests.browser import Browser
 
 ROOT = Path(__file__).parents[2]
@@ -64,6 +65,12 @@ def test_front_page_shows_the_robot_which_makes_its_chosen_move(
     (earlier,) = re.findall(r"That is (\d+) % earlier", said)
     assert int(earlier) > 10
     assert chromium.complaints() == []
+
+
+def test_page_of_the_python_interface_documents_every_public_name(site: Path) -> None:
+    page = (site / "api.html").read_text(encoding="utf-8")
+    for name in set(slide_fmu.__all__) - {"__version__"}:
+        assert f'id="slide_fmu.{name}"' in page, name
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,7 @@ from slide_fmu.fmu.libraries.platforms import compiled
 from slide_fmu.page.drawing import checked_drawing, load_drawing
 from slide_fmu.page.facts import facts_of, names_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.web.packing import packed, styles
-from slide_fmu.web.scripts import joined_modules
+from slide_fmu.web.packing import packed, scripts, styles
 
 WEB = Path(__file__).parent / "web"
 
@@ -127,7 +126,7 @@ def page_html(
         json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=styles(WEB / "style.css"),
-        script=joined_modules(WEB / "main.js"),
+        **scripts(WEB / "main.js"),
     )
 
 

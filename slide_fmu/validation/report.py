@@ -13,8 +13,7 @@ import jinja2
 from slide_fmu.core.files import write_whole
 from slide_fmu.validation.pictures import in_page
 from slide_fmu.web.charts import Bar, Chart, Columns, described
-from slide_fmu.web.packing import MODULES, packed, styles
-from slide_fmu.web.scripts import joined_modules
+from slide_fmu.web.packing import MODULES, packed, scripts, styles
 
 WEB = Path(__file__).parent / "web"
 
@@ -77,7 +76,7 @@ class Report:
             sections=sections,
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),
-            script=joined_modules(WEB / "report.js"),
+            **scripts(WEB / "report.js"),
         )
 
     def write(self, folder: Path) -> Path:

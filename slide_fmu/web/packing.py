@@ -6,6 +6,8 @@ import base64
 import gzip
 from pathlib import Path
 
+from slide_fmu.web.scripts import joined_modules
+
 MODULES = Path(__file__).parent / "modules"
 """Modules of JavaScript and style sheets that pages share."""
 
@@ -13,6 +15,15 @@ MODULES = Path(__file__).parent / "modules"
 def packed(content: bytes) -> str:
     """Return bytes as text, compressed; ``modules/blobs.js`` unpacks it."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def scripts(entry: Path) -> dict[str, str]:
+    """Return what a template shows of the script that begins with a module.
+
+    ``script`` is all of it, compressed; ``loader`` runs it.
+    """
+    whole = joined_modules(entry).encode("utf-8")
+    return {"script": packed(whole), "loader": joined_modules(MODULES / "loader.js")}
 
 
 def styles(*own: Path) -> str:

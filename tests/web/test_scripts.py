@@ -69,7 +69,11 @@ def test_modules_of_another_folder_are_found_by_their_path(tmp_path: Path) -> No
     assert script == "const b = 1;\nconst a = b;\nlog(a, b);\n"
 
 
-ENTRIES = {"page": page.WEB / "main.js", "report": report.WEB / "report.js"}
+ENTRIES = {
+    "loader": MODULES / "loader.js",
+    "page": page.WEB / "main.js",
+    "report": report.WEB / "report.js",
+}
 
 
 @pytest.mark.parametrize("name", ENTRIES)

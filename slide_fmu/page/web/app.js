@@ -1,8 +1,8 @@
 // The page of one surrogate: live, over its stored trajectory, over a user's record.
 
-import { saveText } from "../../web/modules/blobs.js";
 import { channelsOf, limitsOf } from "./channels.js";
-import { differenceTo, ownCourse, storedCourse } from "./course.js";
+import { differenceTo, storedCourse } from "./course.js";
+import { watchFiles } from "./files.js";
 import { byId } from "../../web/modules/elements.js";
 import { Grip } from "./grip.js";
 import { Live } from "./live.js";
@@ -52,7 +52,7 @@ export class App {
   begin() {
     this.panel.show(this.live.targets);
     this.makeButtons();
-    this.makeFiles();
+    watchFiles(this);
     beginTheme(() => this.wish());
     new ResizeObserver(() => this.wish()).observe(byId("plots"));
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -80,19 +80,6 @@ export class App {
         this.play(!this.playing);
       }
     });
-  }
-
-  makeFiles() {
-    const on = (id, event, action) => byId(id).addEventListener(event, action);
-    on("open", "change", () => this.open(byId("open").files[0]));
-    on("drop", "dragover", (event) => event.preventDefault());
-    on("drop", "drop", (event) => {
-      event.preventDefault();
-      this.open(event.dataTransfer.files[0]);
-    });
-    on("save", "click", () => saveText(`${this.facts.name}_answers.csv`, this.course.table(this.facts)));
-    on("example", "click", () => saveText("inputs.csv", this.files.inputs));
-    byId("example").hidden = this.courses.stored === null;
   }
 
   /** The record that is shown, once the surrogate has answered it; null when there is none. */
@@ -185,23 +172,6 @@ export class App {
       this.player.go(time);
       this.wish();
     }
-  }
-
-  async open(file) {
-    if (file !== undefined) {
-      const text = await file.text();
-      this.attempt(() => {
-        this.take(text, file.name);
-      });
-    }
-  }
-
-  /** Takes a user's record, if the surrogate can answer it. */
-  take(text, name) {
-    const course = ownCourse(this.facts, text, name);
-    this.answer(course);
-    this.courses.own = course;
-    this.choose("own");
   }
 
   /** Does something; what goes wrong is shown. */

@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from slide_fmu.web.charts import Chart, Line, Panel
+from slide_fmu.core.web.charts import Chart, Line, Panel
 
 
 def charts_of(page: str) -> dict[str, Any]:

@@ -112,7 +112,7 @@ def checked_drawing(description: Any, signals: Collection[str], name: str) -> di
                 f"drawing {name!r}, shape {shape.model_dump(exclude_none=True)} with unknown "
                 f"points {missing}; expected some of {sorted(drawing.points)}"
             )
-    return drawing.model_dump(exclude_none=True)
+    return drawing.model_dump(mode="json", exclude_none=True)
 
 
 def _check(expression: Any, known: set[str], where: str) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import jinja2
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.packing import packed, scripts, styles
 from slide_fmu.credentials import members
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.fmu.export import read_fmu, read_member
@@ -18,7 +19,6 @@ from slide_fmu.fmu.libraries.platforms import compiled
 from slide_fmu.page.drawing import checked_drawing, load_drawing
 from slide_fmu.page.facts import facts_of, names_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.web.packing import packed, scripts, styles
 
 WEB = Path(__file__).parent / "web"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from slide_fmu.core.web.charts import Bar
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
@@ -17,7 +18,6 @@ from slide_fmu.validation.tables import about_parameters, parameter_rows, percen
 from slide_fmu.validation.trajectory_charts import phase_charts, trajectory_charts
 from slide_fmu.validation.trust_sections import bound_sections, estimate_section
 from slide_fmu.validation.worst_windows import worst_section
-from slide_fmu.web.charts import Bar
 
 PHASE = (
     "Every output over its speed, around the largest error of its worst trajectory, as splines "

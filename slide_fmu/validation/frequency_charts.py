@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.trajectory_charts import OWN, TRUE, said, true_name
-from slide_fmu.web.charts import Axis, Chart, Line, Panel
 
 FREQUENCY = Axis("frequency", "Hz", log=True)
 

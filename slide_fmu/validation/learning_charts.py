@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.web.charts import Axis, Chart, Line, Panel
 
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""

@@ -11,9 +11,9 @@ from typing import Any
 import jinja2
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.charts import Bar, Chart, Columns, described
+from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.validation.pictures import in_page
-from slide_fmu.web.charts import Bar, Chart, Columns, described
-from slide_fmu.web.packing import MODULES, packed, scripts, styles
 
 WEB = Path(__file__).parent / "web"
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.validation.comparison import Comparison, Validation
 from slide_fmu.validation.motions import motions_of
-from slide_fmu.web.charts import Axis, Band, Chart, Line, Panel, Style
 
 MOST_SAMPLES = 3000
 """No chart has more samples than these; of longer trajectories it has the worst part."""

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.tables import percent
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
-from slide_fmu.web.charts import Axis, Band, Chart, Line, Panel
 
 SCATTER_POINTS = 3000
 """A panel has no more points than about these; further ones would hide behind them."""

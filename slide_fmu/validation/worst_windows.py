@@ -6,6 +6,7 @@ import numpy as np
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.web.charts import Chart
 from slide_fmu.validation.comparison import Comparison, Validation
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.report import Section
@@ -18,7 +19,6 @@ from slide_fmu.validation.trajectory_charts import (
 )
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
-from slide_fmu.web.charts import Chart
 
 WINDOWS = 10
 """So many of the worst windows are drawn."""

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from slide_fmu.core.web.charts import Bar, Chart, Line, Panel
 from slide_fmu.validation.report import LONGEST_BAR, Report, Section
-from slide_fmu.web.charts import Bar, Chart, Line, Panel
 from tests.charts import charts_of
 
 X = np.arange(5.0)

@@ -3,7 +3,7 @@
 import { channelsOf, limitsOf } from "./channels.js";
 import { differenceTo, storedCourse } from "./course.js";
 import { watchFiles } from "./files.js";
-import { byId } from "../../web/modules/elements.js";
+import { byId } from "../../core/web/modules/elements.js";
 import { Grip } from "./grip.js";
 import { Live } from "./live.js";
 import { Moves } from "./moves.js";
@@ -11,7 +11,7 @@ import { MovesCard } from "./moves_card.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
-import { beginTheme } from "../../web/modules/theme.js";
+import { beginTheme } from "../../core/web/modules/theme.js";
 import { View } from "./view.js";
 
 const WAYS = ["live", "moves", "stored", "own"];

@@ -1,6 +1,6 @@
 // The machine in motion, by a description in plain values (slide_fmu/page/drawing.py).
 
-import { colourOf, prepare } from "../../web/modules/plot.js";
+import { colourOf, prepare } from "../../core/web/modules/plot.js";
 
 const OPERATIONS = {
   "+": (a, b) => a + b,

@@ -2,7 +2,7 @@
 
 import { Card } from "./cards.js";
 import { Drawing } from "./drawing.js";
-import { byId, element } from "../../web/modules/elements.js";
+import { byId, element } from "../../core/web/modules/elements.js";
 import { InputsPlot } from "./inputs.js";
 import { showLamp } from "./lamp.js";
 

@@ -1,9 +1,9 @@
 // The report: its charts, the switch of colours, and the page that people can touch.
 
-import { unpackText } from "../../web/modules/blobs.js";
-import { Chart } from "../../web/modules/chart.js";
-import { byId } from "../../web/modules/elements.js";
-import { beginTheme } from "../../web/modules/theme.js";
+import { unpackText } from "../../core/web/modules/blobs.js";
+import { Chart } from "../../core/web/modules/chart.js";
+import { byId } from "../../core/web/modules/elements.js";
+import { beginTheme } from "../../core/web/modules/theme.js";
 
 /** Gives the page inside the colours of the report, by its own switch. */
 function colourInside(frame) {

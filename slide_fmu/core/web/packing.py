@@ -6,7 +6,7 @@ import base64
 import gzip
 from pathlib import Path
 
-from slide_fmu.web.scripts import joined_modules
+from slide_fmu.core.web.scripts import joined_modules
 
 MODULES = Path(__file__).parent / "modules"
 """Modules of JavaScript and style sheets that pages share."""

@@ -1,5 +1,5 @@
 """What all pages of HTML share: colours, plots and charts, and how files are packed into one.
 
 The modules of JavaScript in ``modules`` are written by hand. Nothing here knows a surrogate, and
-nothing that a page does needs a network.
+no page needs a network.
 """

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from slide_fmu.web.charts import Axis, Band, Chart, Columns, Line, Panel, described
+from slide_fmu.core.web.charts import X_DIGITS, Axis, Band, Chart, Columns, Line, Panel, described
 
 TIME = np.array([0.0, 0.1, 0.2])
 
@@ -36,7 +36,7 @@ def test_equal_columns_are_kept_once() -> None:
     described(chart, columns)
     count = len(columns.values)
     described(chart, columns)
-    assert count == len(columns.values) == 4  # time, values, both edges of the band
+    assert count == len(columns.values) == 5  # time as place and as value, values, the band
 
 
 def test_values_that_are_not_finite_become_gaps_in_valid_json() -> None:
@@ -46,7 +46,8 @@ def test_values_that_are_not_finite_become_gaps_in_valid_json() -> None:
     json.dumps(columns.values, allow_nan=False)
 
 
-def test_values_have_six_digits() -> None:
+def test_values_have_five_digits_and_places_more() -> None:
     columns = Columns()
     columns.place(np.array([1 / 3, 1e-9 / 3, 123456789.0]))
-    assert columns.values == [[0.333333, 3.33333e-10, 123457000.0]]
+    columns.place(np.array([1 / 3]), X_DIGITS)
+    assert columns.values == [[0.33333, 3.3333e-10, 123460000.0], [0.3333333]]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.core.web.packing import MODULES
+from slide_fmu.core.web.scripts import ScriptError, joined_modules
 from slide_fmu.page import page
 from slide_fmu.validation import report
-from slide_fmu.web.packing import MODULES
-from slide_fmu.web.scripts import ScriptError, joined_modules
 from tests.page.node import node
 
 MOST_LINES = 250

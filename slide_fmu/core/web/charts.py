@@ -16,8 +16,8 @@ Style = Literal["line", "steps", "points"]
 Colour = str
 """The name of a colour in ``modules/colours.css``."""
 
-DIGITS = 6
-"""Values are drawn with so many digits."""
+X_DIGITS, Y_DIGITS = 7, 5
+"""Values are drawn with so many digits; places of the x axis with more, since steps are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,18 +122,18 @@ class Columns:
     values: list[list[float | None]] = field(default_factory=list)
     _places: dict[bytes, int] = field(default_factory=dict)
 
-    def place(self, values: Values) -> int:
+    def place(self, values: Values, digits: int = Y_DIGITS) -> int:
         """Keep a column, (N,), and return its number."""
         column = np.asarray(values, dtype=np.float64)
-        key = column.tobytes()
+        key = digits.to_bytes(1, "big") + column.tobytes()
         if key not in self._places:
             self._places[key] = len(self.values)
-            self.values.append([_rounded(value) for value in column.tolist()])
+            self.values.append([_rounded(value, digits) for value in column.tolist()])
         return self._places[key]
 
 
-def _rounded(value: float) -> float | None:
-    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
+def _rounded(value: float, digits: int) -> float | None:
+    return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
 def described(chart: Chart, columns: Columns) -> dict[str, Any]:
@@ -162,7 +162,7 @@ def described(chart: Chart, columns: Columns) -> dict[str, Any]:
 def _line(line: Line, columns: Columns) -> dict[str, Any]:
     return {
         "name": line.name,
-        "x": columns.place(line.x),
+        "x": columns.place(line.x, X_DIGITS),
         "y": columns.place(line.y),
         "colour": line.colour,
         "style": line.style,
@@ -174,7 +174,7 @@ def _line(line: Line, columns: Columns) -> dict[str, Any]:
 def _band(band: Band, columns: Columns) -> dict[str, Any]:
     return {
         "name": band.name,
-        "x": columns.place(band.x),
+        "x": columns.place(band.x, X_DIGITS),
         "low": columns.place(band.low),
         "high": columns.place(band.high),
         "colour": band.colour,

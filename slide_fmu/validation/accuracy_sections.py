@@ -17,6 +17,7 @@ from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_fi
 from slide_fmu.validation.tables import about_parameters, parameter_rows, percent, scientific
 from slide_fmu.validation.trajectory_charts import phase_charts, trajectory_charts
 from slide_fmu.validation.trust_sections import bound_sections, estimate_section
+from slide_fmu.validation.validity import RULE, is_ruled, judgement_rows, judgements
 from slide_fmu.validation.worst_windows import worst_section
 
 PHASE = (
@@ -37,7 +38,7 @@ MODEL_TEXT = (
 def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
-    worst = worst_section(main)
+    worst, phases = worst_section(main), phase_charts(main)
     sections = [
         Section(
             "Side by side with the reference",
@@ -48,8 +49,9 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             charts=trajectory_charts(main),
         ),
         _kinds_section(main),
+        _validity_section(validations),
         *frequency_sections(main),
-        Section("Phase plot", PHASE, charts=phase_charts(main)),
+        *([Section("Phase plot", PHASE, charts=phases)] if phases else []),
         *([] if worst is None else [worst]),
     ]
     if main.surrogate.parameters:
@@ -77,6 +79,15 @@ def _kinds_section(validation: Validation) -> Section:
         "outputs the largest.",
         bars=bars,
     )
+
+
+def _validity_section(validations: Mapping[str, Validation]) -> Section:
+    """Return the section that says in words where the surrogate is valid."""
+    main = next(iter(validations.values()))
+    figures = {name: validation.figures() for name, validation in validations.items()}
+    found = judgements(main.surrogate, main.recipe, figures)
+    text = RULE if is_ruled(found) else ""
+    return Section("Where it is valid", text, judgement_rows(found))
 
 
 def moving_text(surrogate: Surrogate, is_record: bool) -> str:

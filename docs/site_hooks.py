@@ -3,16 +3,38 @@
 from __future__ import annotations
 
 import logging
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+from slide_fmu.page.page import page_of
+from slide_fmu.pipeline.page_moves import solved_moves
 
 SPACES = "Example file name(s) with space(s) found"
 """mkdocs-gallery warns so of whole paths, also where only the folder of the checkout has a space,
 which breaks no link of the site: its links begin in ``docs``."""
 
+ROOT = Path(__file__).parents[1]
+ROBOT = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
+TASK = ROOT / "docs" / "tutorials" / "pick_and_place.toml"
+DRAWING = "mbs_models.pictures.page_drawings:robot"
+ROBOT_PAGE = "robot_page.html"
+"""The front page shows this one in a frame."""
 
-def on_config(config: object) -> object:
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Leave out a warning that is none: the build counts warnings as errors."""
     logging.getLogger("mkdocs.plugins.mkdocs-gallery").addFilter(_is_about_the_site)
     return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the page of the robot, with the move that is chosen for a task; it is not committed."""
+    title = "A robot on a flexible socket"
+    page = page_of(ROBOT, title, DRAWING, solved_moves(ROBOT, TASK), "front")
+    files.append(File.generated(config, ROBOT_PAGE, content=page))
+    return files
 
 
 def _is_about_the_site(record: logging.LogRecord) -> bool:

@@ -21,6 +21,7 @@ from slide_fmu.pipeline.credentials import Documents, credentials
 from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -36,8 +37,9 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     """Write a released FMU again in its place, with the model card beside it.
 
     Surrogate, provenance, measured figures and report stay as they are. Model description and
-    libraries are those of this version. The card (``README.md``) stays too, but lists the
-    variables that the FMU has now. Credentials say what is known of it.
+    libraries are those of this version, the drawing is that which the recipe names now. The card
+    (``README.md``) stays too, but lists the variables that the FMU has now. Credentials say what
+    is known of it.
 
     Args:
         fmu: the released FMU.
@@ -62,6 +64,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
+    provenance = with_drawing(provenance, recipe, surrogate)
     experiment = None if new_experiment else read_experiment(fmu)
     if experiment is None:
         experiment = _experiment(surrogate, recipe, measured)
@@ -100,9 +103,9 @@ def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
 
 
 def _learnt(recipe: Recipe) -> dict[str, Any]:
-    """Return what a recipe says, but for words and a picture: nothing is learnt by them."""
+    """Return what a recipe says, but for words and pictures: nothing is learnt by them."""
     values = recipe.model_dump(mode="json", exclude={"description", "equations"})
-    del values["system"]["picture"]
+    del values["system"]["picture"], values["system"]["drawing"]
     return values
 
 

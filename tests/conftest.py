@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
+import pytest
 from hypothesis import settings
+
+from tests.browser import Browser, browser
 
 # One thread each: small matrices gain nothing from more, and lose much on a busy machine.
 # Set before torch is loaded; subprocesses inherit it.
@@ -13,3 +17,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # The same examples in every run: a failure comes back. No deadline: machines are shared.
 settings.register_profile("slide", deadline=None, derandomize=True, max_examples=60)
 settings.load_profile("slide")
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser; its profile is removed with the other temporary folders."""
+    with browser(tmp_path_factory.mktemp("profile")) as found:
+        yield found

@@ -43,7 +43,7 @@ learnt = slide.learn(system, "thermal_masses", **sizes, validation={"trajectorie
 # own: one heater works for an hour, later the other one. The error stays below 0.4 K.
 
 for output in learnt.figures["validation"]["in range"]["outputs"]:
-    print(f"{output['name']}: {100 * output['rmse_over_deviation']:.3f} %")
+    print(f"{output['name']}: {100 * output['relative_rmse']:.3f} %")
 hours = np.arange(1, 1441) / 360
 heat = np.stack([400 * (abs(hours - 0.6) < 0.5), 300 * (abs(hours - 2.5) < 0.5)], axis=1)
 true, found = system.simulate(heat)[1:], learnt.surrogate.predict_newest(heat)

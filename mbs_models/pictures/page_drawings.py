@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from mbs_models.mass_chain.mass_chain import LOADED, MASSES, OBSERVED
 from mbs_models.robot_6r.puma_560 import JOINTS, puma_560
 from mbs_models.robot_6r.socket import SocketMesh
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
 
 Expression = Any
 
+SPACING, CHAIN_SCALE = 0.5, 2.0
+"""Masses of the chain are drawn so far apart in m, and their positions so many times as large."""
 COILS, REST = 12, 3.2
 """The spring of an oscillator has so many half turns, and this length in m at rest."""
 ROD_PARTS, DEFLECTION_SCALE = 12, 3.0
@@ -48,6 +51,52 @@ def oscillator() -> dict[str, Any]:
             {"line": spring, "width": 0.05, "colour": "body"},
             {"disc": "mass", "radius": 0.36, "colour": "accent"},
             {"line": ["mass", "push"], "width": 0.09, "colour": "joint"},
+        ],
+    }
+
+
+def mass_chain() -> dict[str, Any]:
+    """Return the drawing of the chain: masses with an output move, those between stand between.
+
+    The others are drawn halfway between their neighbours, walls included: the surrogate does not
+    know them.
+    """
+    known: dict[int, Expression] = {i + 1: f"position_{i + 1}" for i in OBSERVED}
+    moved = {0: 0.0, **known, MASSES + 1: 0.0}
+    points: dict[str, list[Expression]] = {}
+    for i in range(MASSES + 2):
+        lower, upper = max(k for k in moved if k <= i), min(k for k in moved if k >= i)
+        way = _times(0.5, _plus(moved[lower], moved[upper]))
+        place = _plus(i * SPACING, _times(CHAIN_SCALE, way))
+        points[f"place_{i}"] = [place, 0.0]
+    end = (MASSES + 1) * SPACING
+    for i in LOADED:
+        push = _plus(points[f"place_{i + 1}"][0], _times(1e-3, f"force_{i + 1}"))
+        points[f"push_{i + 1}"] = [push, 0.0]
+    for side, x in (("left", 0.0), ("right", end)):
+        points |= {f"{side}_low": [x, -0.2], f"{side}_high": [x, 0.2]}
+    masses = range(1, MASSES + 1)
+    return {
+        "text": f"positions are drawn {CHAIN_SCALE:g} times as large; the masses in grey are no "
+        "outputs and stand halfway between the others; a bar of 1 m is a force of 1 kN",
+        "view": (-0.15, end + 0.15, -0.35, 0.35),
+        "points": points,
+        "shapes": [
+            {"line": ["left_low", "left_high"], "width": 0.03, "colour": "ground"},
+            {"line": ["right_low", "right_high"], "width": 0.03, "colour": "ground"},
+            {"line": ["place_0", f"place_{MASSES + 1}"], "width": 0.02, "colour": "body"},
+            *(
+                {
+                    "disc": f"place_{i}",
+                    "radius": 0.09,
+                    "colour": "accent" if i in known else "ground",
+                }
+                for i in masses
+            ),
+            *(
+                {"line": [f"place_{i + 1}", f"push_{i + 1}"], "width": 0.04, "colour": "joint"}
+                for i in LOADED
+            ),
         ],
     }
 

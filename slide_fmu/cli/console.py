@@ -65,14 +65,18 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
     # not as the table's title, which rich wraps to the width of the table
     console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     moving = all("plain_relative_rmse" in output for output in figures["outputs"])
-    table = table_of("output", "RMS of the reference", "RMSE", "relative RMSE", "largest error")
+    # older FMUs keep figures whose errors are relative to the RMS about zero
+    about_mean = all("rms_reference_about_mean" in output for output in figures["outputs"])
+    size = "rms_reference_about_mean" if about_mean else "rms_reference"
+    heading = "RMS of the reference" + (" about its mean" if about_mean else "")
+    table = table_of("output", heading, "RMSE", "relative RMSE", "largest error")
     if moving:
         table.add_column("relative RMSE, inputs set to what they are now", overflow="fold")
     for output in figures["outputs"]:
         unit = output["unit"]
         table.add_row(
             output["name"],
-            f"{output['rms_reference']:.4g} {unit}",
+            f"{output[size]:.4g} {unit}",
             f"{output['rmse']:.4g} {unit}",
             f"{100 * output['relative_rmse']:.3g} %",
             f"{output['max_error']:.4g} {unit}",

@@ -142,6 +142,7 @@ def validate(
 ) -> None:
     """Run an FMU beside its reference system on unseen inputs and measure the error."""
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
+    from slide_fmu.pipeline.touching import touched
     from slide_fmu.validation.comparison import Task
 
     with progress_bars() as bar:
@@ -151,7 +152,7 @@ def validate(
         result = validate_fmu_file(fmu, task, bar)
         figures = result.figures()
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
-        page = validation_report(result).write(folder)
+        page = touched(validation_report(result), fmu).write(folder)
     write_json(json_path, figures)
     show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
     console.print(f"report  {page}")
@@ -169,15 +170,23 @@ def page(
         str | None,
         typer.Option(
             metavar="MODULE:FUNCTION",
-            help="Draw the machine in motion as this function describes it.",
+            help="Draw the machine in motion as this function describes it, not as the FMU does.",
+        ),
+    ] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TASK.toml", help="Play the move chosen for this task beside a plain one."
         ),
     ] = None,
 ) -> None:
     """Write one HTML file in which people can move the inputs of an FMU and watch its outputs."""
     from slide_fmu.page.page import write_page
+    from slide_fmu.pipeline.page_moves import solved_moves
 
     with errors():
-        path = write_page(fmu, output, title, drawing)
+        moves = None if motion is None else solved_moves(fmu, motion)
+        path = write_page(fmu, output, title, drawing, moves)
     console.print(f"page    {path}")
 
 

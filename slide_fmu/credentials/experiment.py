@@ -54,12 +54,12 @@ class Experiment:
         return len(next(iter(self.reference.values())))
 
     def relative_errors(self) -> dict[str, float]:
-        """Return by output the RMSE beside the reference, over the reference's RMS."""
+        """Return by output the RMSE over the RMS of the reference about its mean."""
         found = {}
         for name, truth in self.reference.items():
             known = np.isfinite(truth)
             error = (self.results[name][-len(truth) :] - truth)[known, None]
-            scale = max(rms(truth[known, None])[0], sys.float_info.min)
+            scale = max(float(truth[known].std()), sys.float_info.min)
             found[name] = float(rms(error)[0] / scale)
         return found
 

@@ -16,7 +16,7 @@ was found before, or a list of an operation and its arguments, such as ``["*", 0
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -61,7 +61,7 @@ class Drawing(BaseModel):
     shapes: list[Shape]
 
 
-def load_drawing(name: str, signals: Iterable[str]) -> dict[str, Any]:
+def load_drawing(name: str, signals: Collection[str]) -> dict[str, Any]:
     """Call the function that describes a drawing, and check what it returns.
 
     Args:
@@ -82,7 +82,7 @@ def load_drawing(name: str, signals: Iterable[str]) -> dict[str, Any]:
     return checked_drawing(found(), signals, name)
 
 
-def checked_drawing(description: Any, signals: Iterable[str], name: str) -> dict[str, Any]:
+def checked_drawing(description: Any, signals: Collection[str], name: str) -> dict[str, Any]:
     """Return a drawing as plain values, all of whose names are known.
 
     Raises:
@@ -112,7 +112,7 @@ def checked_drawing(description: Any, signals: Iterable[str], name: str) -> dict
                 f"drawing {name!r}, shape {shape.model_dump(exclude_none=True)} with unknown "
                 f"points {missing}; expected some of {sorted(drawing.points)}"
             )
-    return drawing.model_dump(exclude_none=True)
+    return drawing.model_dump(mode="json", exclude_none=True)
 
 
 def _check(expression: Any, known: set[str], where: str) -> None:

@@ -45,6 +45,12 @@ def facts_of(surrogate: Surrogate) -> dict[str, Any]:
     }
 
 
+def names_of(surrogate: Surrogate) -> list[str]:
+    """Return the names of inputs, outputs and parameters, which a drawing may use."""
+    owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
+    return [signal.name for group in owners for signal in group]
+
+
 def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[dict[str, Any]]:
     return [
         {

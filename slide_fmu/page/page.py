@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import jinja2
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.packing import packed, scripts, styles
 from slide_fmu.credentials import members
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
-from slide_fmu.page.drawing import load_drawing
-from slide_fmu.page.facts import facts_of
-from slide_fmu.page.scripts import WEB, joined_modules
+from slide_fmu.page.drawing import checked_drawing, load_drawing
+from slide_fmu.page.facts import facts_of, names_of
 from slide_fmu.surrogate.surrogate import Surrogate
+
+WEB = Path(__file__).parent / "web"
+
+Look = Literal["page", "front"]
 
 TRAJECTORY = {
     "inputs": members.INPUTS,
@@ -30,7 +33,11 @@ TRAJECTORY = {
 
 
 def write_page(
-    fmu: Path, path: Path, title: str | None = None, drawing: str | None = None
+    fmu: Path,
+    path: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write the page of an FMU, with the trajectory that it carries, and return its path.
 
@@ -39,7 +46,10 @@ def write_page(
         path: the HTML file; replaced as a whole when it is there.
         title: heading; the name of the surrogate if None.
         drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
-            (``slide_fmu/page/drawing.py``); it is not drawn if None.
+            (``slide_fmu/page/drawing.py``); if None, the description that the FMU carries, if
+            there is one.
+        moves: two moves that it plays beside each other, as ``slide_fmu.pipeline.page_moves``
+            gives them; none if None.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -52,29 +62,57 @@ def write_page(
     """
     if path.suffix != ".html":
         raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
-    surrogate, _ = read_fmu(fmu)
-    experiment = read_experiment(fmu)
-    files = {}
-    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
-    facts |= {"trajectory": None, "drawn": drawing is not None}
-    if experiment is not None:
-        facts["trajectory"] = {"parameters": dict(experiment.parameters)}
-        files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
-    if drawing is not None:
-        owners = (surrogate.inputs, surrogate.outputs, surrogate.parameters)
-        described = load_drawing(drawing, [signal.name for group in owners for signal in group])
-        files["drawing"] = json.dumps(described).encode("utf-8")
-    write_whole(path, page_html(surrogate, facts, files).encode("utf-8"))
+    write_whole(path, page_of(fmu, title, drawing, moves).encode("utf-8"))
     return path
 
 
-def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes]) -> str:
+def page_of(
+    fmu: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
+    look: Look = "page",
+) -> str:
+    """Return the page of an FMU as text; arguments and errors are those of ``write_page``.
+
+    With the look "front" it is made to stand inside another page, with the machine foremost.
+    """
+    surrogate, provenance = read_fmu(fmu)
+    experiment = read_experiment(fmu)
+    files = {}
+    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
+    described = _drawing(surrogate, provenance, drawing)
+    facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
+    if experiment is not None:
+        facts["trajectory"] = {"parameters": dict(experiment.parameters)}
+        files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}
+    if described is not None:
+        files["drawing"] = json.dumps(described).encode("utf-8")
+    return page_html(surrogate, facts, files, look)
+
+
+def _drawing(
+    surrogate: Surrogate, provenance: Mapping[str, Any] | None, name: str | None
+) -> dict[str, Any] | None:
+    """Return the drawing of a name, or that of the provenance; None where there is none."""
+    if name is not None:
+        return load_drawing(name, names_of(surrogate))
+    carried = (provenance or {}).get("drawing")
+    if carried is None:
+        return None
+    return checked_drawing(carried, names_of(surrogate), f"of {surrogate.name}")
+
+
+def page_html(
+    surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes], look: Look
+) -> str:
     """Return the page; the same arguments give the same text.
 
     Args:
         surrogate: what runs in it.
         facts: what it shows of it.
         files: further files that it reads, by their names in the page.
+        look: how it is laid out.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
@@ -82,18 +120,14 @@ def page_html(surrogate: Surrogate, facts: dict[str, Any], files: dict[str, byte
     blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
     return environment.get_template("page.html").render(
         facts=facts,
+        look=look,
         summary=_summary(facts),
         columns=", ".join(signal["name"] for signal in facts["inputs"]),
         json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
         blobs={name: packed(content) for name, content in blobs.items()},
-        style=(WEB / "style.css").read_text(encoding="utf-8"),
-        script=joined_modules("main"),
+        style=styles(WEB / "style.css"),
+        **scripts(WEB / "main.js"),
     )
-
-
-def packed(content: bytes) -> str:
-    """Return bytes as text, compressed; browsers unpack it."""
-    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def _summary(facts: dict[str, Any]) -> str:

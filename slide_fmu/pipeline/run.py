@@ -26,6 +26,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
+from slide_fmu.pipeline.touching import touched, with_drawing
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -114,7 +115,7 @@ def _measured(
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
-    released = {**origin, "measured": report.data}
+    released = with_drawing({**origin, "measured": report.data}, recipe, surrogate)
     experiment = make_experiment(fmu, surrogate, recipe, wanted[IN_RANGE].seed)
     documents = Documents(page.read_bytes(), text)
     found = credentials(surrogate, recipe, released, documents, experiment)
@@ -125,6 +126,7 @@ def _measured(
         documentation=found.documentation,
         extra=found.extra,
     )
+    touched(report, fmu).write(job.folder.path)
     return Finished(fmu, page, report.data)
 
 

@@ -208,7 +208,8 @@ def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     untaught = ("description", "equations", "stability", "validation")
     learnt = {k: v for k, v in recipe.items() if k not in untaught}
     system = recipe["system"].items()
-    learnt["system"] = {k: v for k, v in system if k not in ("reference", "picture")}
+    shown = ("reference", "picture", "drawing")
+    learnt["system"] = {k: v for k, v in system if k not in shown}
     return learnt
 
 

@@ -27,7 +27,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.record.model import MeasuredRecords
 
-STABILITY_PICTURE = "stability.png"
+STABILITY_REPORT = "stability.html"
 
 
 def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
@@ -182,17 +182,20 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
 
 
 def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:
-    """Test a state-space surrogate beyond its amplitude; the picture of a failure is kept.
+    """Test a state-space surrogate beyond its amplitude; the charts of a failure are kept.
 
     Raises:
         UnstableSurrogateError: it failed, and the recipe does not allow that.
     """
     tests = check_stability(surrogate, job.recipe, recipe_source(job.recipe))
-    picture = job.folder.path / STABILITY_PICTURE
-    picture.unlink(missing_ok=True)
+    page = job.folder.path / STABILITY_REPORT
+    page.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):
-        from slide_fmu.validation.figures import stability_tests
+        from slide_fmu.validation.learning_sections import stability_section
+        from slide_fmu.validation.report import Report
 
-        write_whole(picture, stability_tests(tests, surrogate.window.step))
-    require_stability(tests, job.recipe, str(picture))
+        section = stability_section(tests, surrogate.window.step)
+        report = Report(f"{job.recipe.name}: not stable", job.recipe.description, {}, [section])
+        write_whole(page, report.html().encode("utf-8"))
+    require_stability(tests, job.recipe, str(page))
     return tests

@@ -57,6 +57,9 @@ class SystemRecipe(Table):
             of what a faster one has taught. Empty: the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file. None: no picture.
+        drawing: ``"module:function"`` or ``"file.py:function"`` that describes how the machine
+            looks in motion (``slide_fmu/page/drawing.py``), for its page and its report; the FMU
+            carries the description. None: no drawing.
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
             the path of its URDF alone is short for its table. None: that of the model, if it has
             one.
@@ -73,6 +76,7 @@ class SystemRecipe(Table):
     outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
+    drawing: str | None = Field(default=None, pattern=r"^[^:]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
 

@@ -5,16 +5,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from slide_fmu.core.web.charts import Bar
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import figures
 from slide_fmu.validation.comparison import Validation, meaning_of
+from slide_fmu.validation.frequency_charts import frequency_sections
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import about_parameters, parameter_rows, percent, scientific
+from slide_fmu.validation.trajectory_charts import phase_charts, trajectory_charts
 from slide_fmu.validation.trust_sections import bound_sections, estimate_section
 from slide_fmu.validation.validity import RULE, is_ruled, judgement_rows, judgements
+from slide_fmu.validation.worst_windows import worst_section
+
+PHASE = (
+    "Every output over its speed, around the largest error of its worst trajectory, as splines "
+    "through the samples: a wrong period shows as curves that come apart, a wrong rest as curves "
+    "about different places."
+)
 
 OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
 """Figures of outputs that were measured: the noise, and the error of the network run freely."""
@@ -28,7 +38,7 @@ MODEL_TEXT = (
 def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
-    pictures = [figures.side_by_side(main, index) for index in range(len(main.surrogate.outputs))]
+    worst, phases = worst_section(main), phase_charts(main)
     sections = [
         Section(
             "Side by side with the reference",
@@ -36,16 +46,14 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             + (MODEL_TEXT if main.recipe.system.reference else "")
             + moving_text(main.surrogate, main.recipe.system.is_record),
             _accuracy_rows(validations),
-            pictures,
+            charts=trajectory_charts(main),
         ),
-        Section(
-            "By file" if main.recipe.system.is_record else "By kind of excitation",
-            "Relative RMSE: RMSE of the FMU over the RMS of the reference.",
-            (),
-            [figures.excitation_bars(main)],
-        ),
+        _kinds_section(main),
+        _validity_section(validations),
+        *frequency_sections(main),
+        *([Section("Phase plot", PHASE, charts=phases)] if phases else []),
+        *([] if worst is None else [worst]),
     ]
-    sections.append(_validity_section(validations))
     if main.surrogate.parameters:
         text = about_parameters(main.recipe.system.is_record)
         rows = parameter_rows(main.figures()["parameters"])
@@ -56,6 +64,21 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         sections += bound_sections(validations)
     sections.append(_timing_section(main))
     return sections
+
+
+def _kinds_section(validation: Validation) -> Section:
+    """Show the relative RMSE by kind of excitation, the largest over the outputs."""
+    bars = []
+    for row in validation.figures()["excitations"]:
+        error, count = max(row["relative_rmse"]), row["trajectories"]
+        many = f"{count} trajector{'y' if count == 1 else 'ies'}"
+        bars.append(Bar(row["name"], error, f"{percent(error)}, {many}"))
+    return Section(
+        "By file" if validation.recipe.system.is_record else "By kind of excitation",
+        "Relative RMSE: RMSE of the FMU over the RMS of the reference about its mean; of several "
+        "outputs the largest.",
+        bars=bars,
+    )
 
 
 def _validity_section(validations: Mapping[str, Validation]) -> Section:
@@ -127,7 +150,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
         (
             "inputs",
             "output",
-            "RMS of the reference",
+            "RMS of the reference about its mean",
             "RMSE",
             "relative RMSE",
             "median of trajectories (10 % .. 90 %)",
@@ -144,7 +167,7 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                 (
                     name,
                     output["name"],
-                    f"{output['rms_reference']:.4g} {unit}",
+                    f"{output['rms_reference_about_mean']:.4g} {unit}",
                     f"{output['rmse']:.4g} {unit}",
                     percent(output["relative_rmse"]),
                     f"{percent(single['median'])} ({percent(single['p10'])} .. "

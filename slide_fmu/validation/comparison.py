@@ -151,6 +151,24 @@ class Validation:
         _, error = _joined(self.comparisons)
         return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
+    @property
+    def mean(self) -> FloatArray:
+        """The mean of the reference over all trajectories, (n_outputs,).
+
+        Errors are relative to the RMS of the reference about it: an output far from 0, as a
+        temperature in K, would flatter the surrogate otherwise.
+        """
+        return np.asarray(np.concatenate([c.reference for c in self.comparisons]).mean(axis=0))
+
+    def relative(self, error: FloatArray, reference: FloatArray) -> FloatArray:
+        """Return the RMSE over the RMS of the reference about ``mean``, shape (n_outputs,).
+
+        Both arguments have the shape (n, n_outputs), of all trajectories or of some. A reference
+        that is constant throughout counts as tiny, so that the figure stays finite.
+        """
+        size = np.maximum(rms(reference - self.mean), np.finfo(np.float64).tiny)
+        return np.asarray(rms(error) / size)
+
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
         failed = sum(comparison.failed for comparison in self.comparisons)
@@ -179,7 +197,7 @@ class Validation:
             worst[what] = [
                 {
                     **{name: c.parameters[name] for name in names},
-                    "relative_rmse": relative_rmse(c.error, c.reference).tolist(),
+                    "relative_rmse": self.relative(c.error, c.reference).tolist(),
                 }
                 for c in chosen
             ]
@@ -205,26 +223,24 @@ class Validation:
     def _output(self, index: int) -> dict[str, Any]:
         signal = self.surrogate.outputs[index]
         reference, error = _joined(self.comparisons)
-        single = [relative_rmse(c.error, c.reference)[index] for c in self.comparisons]
+        single = [self.relative(c.error, c.reference)[index] for c in self.comparisons]
         figures = {
             "name": signal.name,
             "unit": signal.unit,
-            "rms_reference": float(rms(reference)[index]),
+            "rms_reference_about_mean": float(rms(reference - self.mean)[index]),
             "rmse": float(rms(error)[index]),
-            "relative_rmse": float(relative_rmse(error, reference)[index]),
-            # of an output far from 0, as a temperature in K, the RMS is no measure of its motion
-            "rmse_over_deviation": float(_over_deviation(error, reference)[index]),
+            "relative_rmse": float(self.relative(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
             "p95_error": float(np.quantile(np.abs(error[:, index]), 0.95)),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
         if differences:
-            of_model = relative_rmse(np.concatenate(differences), reference)
+            of_model = self.relative(np.concatenate(differences), reference)
             figures["model_relative_rmse"] = float(of_model[index])
         plain = [c.plain - c.reference for c in self.comparisons if c.plain is not None]
         if plain:
-            of_plain = relative_rmse(np.concatenate(plain), reference)
+            of_plain = self.relative(np.concatenate(plain), reference)
             figures["plain_relative_rmse"] = float(of_plain[index])
         return {**figures, **self._of_records(index)}
 
@@ -234,7 +250,7 @@ class Validation:
             return {}
         found: dict[str, float] = {}
         reference, _ = _joined(self.comparisons)
-        scale = max(float(rms(reference)[index]), sys.float_info.min)
+        scale = max(float(rms(reference - self.mean)[index]), sys.float_info.min)
         noise = measured_noise(self.recipe, [c.error for c in self.comparisons])
         if noise is not None:
             found["relative_noise_floor"] = float(noise[index]) / scale
@@ -253,7 +269,7 @@ class Validation:
                     "name": motion.name,
                     "kind": motion.kind,
                     "trajectories": len(chosen),
-                    "relative_rmse": relative_rmse(error, reference).tolist(),
+                    "relative_rmse": self.relative(error, reference).tolist(),
                 }
                 rows.append(row)
         return rows
@@ -354,19 +370,6 @@ def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
     """Return reference and error of all samples of comparisons, shape (n, n_outputs) each."""
     reference = np.concatenate([c.reference for c in comparisons])
     return reference, np.concatenate([c.error for c in comparisons])
-
-
-def relative_rmse(error: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the RMSE over the RMS of the reference, shape (n_outputs,), of (n, n_outputs) both.
-
-    A reference that is zero throughout counts as tiny, so that the figure stays finite.
-    """
-    return np.asarray(rms(error) / np.maximum(rms(reference), np.finfo(np.float64).tiny))
-
-
-def _over_deviation(error: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the RMSE over the standard deviation of the reference, as of ``relative_rmse``."""
-    return relative_rmse(error, reference - reference.mean(axis=0))
 
 
 def _deviation(values: FloatArray) -> dict[str, float]:

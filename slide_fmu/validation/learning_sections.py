@@ -11,6 +11,11 @@ from slide_fmu.memory.decay_figures import decay_rows
 from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.validation import figures
+from slide_fmu.validation.learning_charts import (
+    curve_chart,
+    stability_charts,
+    training_charts,
+)
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.tables import curve_rows, scientific, size_rows
 
@@ -77,7 +82,7 @@ def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
         "amplitude times the factor (growth). Beyond the trained amplitude systems may have "
         "several lasting responses: there the median pair counts.",
         rows,
-        [figures.stability_tests(tests, step)],
+        charts=stability_charts(tests, step),
     )
 
 
@@ -94,7 +99,7 @@ def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> 
         "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
         "and then the mean deviation of its scaled logarithm.",
         rows,
-        [figures.training_history(histories)],
+        charts=training_charts(histories),
     )
 
 
@@ -117,10 +122,5 @@ def curve_section(curve: Mapping[str, Any]) -> Section:
         "Validation error of a network of moderate size, scaled, that learns from twice as many "
         f"trajectories at each point. The curve ended: {curve['ended']}.",
         curve_rows(curve),
-        [
-            figures.learning_curve(
-                [point["trajectories"] for point in points],
-                [point["validation_error"] for point in points],
-            )
-        ],
+        charts=[curve_chart(points)],
     )

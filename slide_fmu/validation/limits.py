@@ -32,8 +32,8 @@ def useless_beyond(measured: Figures) -> list[str]:
         error = max(output["relative_rmse"] for output in validation["outputs"])
         if high > 1.0 and error > UNUSABLE:
             found.append(
-                f"at {low} to {high} times the amplitude its error is up to {100 * error:.3g} % "
-                "of the output's RMS"
+                f"at {low} to {high} times the amplitude its relative RMSE is up to "
+                f"{100 * error:.3g} %"
             )
     return found
 

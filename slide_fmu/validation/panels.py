@@ -11,9 +11,6 @@ from slide_fmu.core.signals import FloatArray, Signal
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 
-SCATTER_POINTS = 4000
-"""A panel has no more points than about these; further ones would hide behind them."""
-
 
 def panels_in_a_row(count: int, height: float) -> tuple[Figure, list[Axes]]:
     """Return a figure with a number of panels beside each other, each with a grid."""

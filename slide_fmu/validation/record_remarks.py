@@ -39,11 +39,12 @@ def _on_repeats(source: MeasuredRecords, validation: Validation) -> list[str]:
     noise = noise_of_repeats(stretches, validation.surrogate.window.n_truncated)
     if noise is None:
         return []
+    size = "rms_reference_about_mean"
     found = zip(validation.figures()["outputs"], noise, strict=True)
     return [
-        f"output {output['name']!r} has noise of {100 * size / output['rms_reference']:.3g} %, by "
+        f"output {output['name']!r} has noise of {100 * part / output[size]:.3g} %, by "
         "what it differs where the inputs repeat a period; an error can hardly be less beside it"
-        for output, size in found
+        for output, part in found
     ]
 
 

@@ -1,4 +1,4 @@
-"""The report of a surrogate has its figures as JSON, pictures and tables as one HTML file."""
+"""The report of a surrogate has its figures as JSON, charts and tables as one HTML file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ from typing import Any
 import jinja2
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.charts import Bar, Chart, Columns, described
+from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.validation.pictures import in_page
+
+WEB = Path(__file__).parent / "web"
+
+LONGEST_BAR = 70.0
+"""The longest bar takes so many per cent of the width; its text stands behind it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,33 +30,54 @@ class Section:
         text: what is seen here and how to read it.
         rows: table, whose first row is the heading; it may be empty.
         pictures: PNG bytes.
+        charts: what the page draws itself.
+        bars: sizes beside each other.
     """
 
     title: str
     text: str
     rows: Sequence[Sequence[str]] = ()
     pictures: Sequence[bytes] = ()
+    charts: Sequence[Chart] = ()
+    bars: Sequence[Bar] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A report says what the FMU is, with its figures, and the sections that show them."""
+    """A report says what the FMU is, with its figures, and the sections that show them.
+
+    Attributes:
+        title, summary: heading, and what stands below it.
+        data: the figures, as written to JSON.
+        sections: what is shown, in this order.
+        inside: a whole page of HTML, shown behind the sections; none if None.
+    """
 
     title: str
     summary: str
     data: dict[str, Any]
     sections: list[Section] = field(default_factory=list)
+    inside: str | None = None
 
     def html(self) -> str:
         """Return the whole report as one self-contained page."""
         environment = jinja2.Environment(
             loader=jinja2.PackageLoader("slide_fmu.validation"), autoescape=True, trim_blocks=True
         )
-        pictures = [
-            [in_page(picture) for picture in section.pictures] for section in self.sections
-        ]
-        template = environment.get_template("report.html")
-        return template.render(report=self, sections=zip(self.sections, pictures, strict=True))
+        columns, sections = Columns(), []
+        charts: list[dict[str, Any]] = []
+        for section in self.sections:
+            first = len(charts)
+            charts += [described(chart, columns) for chart in section.charts]
+            sections.append({**_shown(section), "charts": range(first, len(charts))})
+        drawn = json.dumps({"columns": columns.values, "charts": charts}, separators=(",", ":"))
+        return environment.get_template("report.html").render(
+            report=self,
+            sections=sections,
+            charts=packed(drawn.encode("utf-8")),
+            style=styles(MODULES / "charts.css", WEB / "report.css"),
+            **scripts(WEB / "report.js"),
+        )
 
     def write(self, folder: Path) -> Path:
         """Write ``report.html`` and ``report.json``, and return the path of the page.
@@ -61,6 +89,16 @@ class Report:
         path = folder / "report.html"
         write_whole(path, self.html().encode("utf-8"))
         return path
+
+
+def _shown(section: Section) -> dict[str, Any]:
+    """Return what the template shows of a section; the longest bar is as long as it may be."""
+    largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
+    return {
+        **vars(section),
+        "pictures": [in_page(picture) for picture in section.pictures],
+        "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
+    }
 
 
 def remark_sections(remarks: Sequence[str]) -> list[Section]:

@@ -16,10 +16,13 @@ from slide_fmu.validation.trust_entries import trust_entries
 from slide_fmu.validation.validity import judgement_sentences, judgements
 
 OF_OUTPUTS = (
-    *("name", "unit", "rms_reference", "rmse", "relative_rmse", "max_error"),
-    *("plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
+    *("name", "unit", "rms_reference", "rms_reference_about_mean", "rmse", "relative_rmse"),
+    *("max_error", "plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
 )
-"""Figures of an output that stand in its row, where they are known."""
+"""Figures of an output that stand in its row, where they are known.
+
+Errors of older FMUs are relative to ``rms_reference``, about zero.
+"""
 
 OF_ESTIMATES = "mean_relative_deviation", "p95_relative_deviation"
 

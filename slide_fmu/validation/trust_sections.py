@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from slide_fmu.validation import figures, trust_pictures
+from slide_fmu.validation import trust_charts
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.report import Section
+from slide_fmu.validation.trust_pictures import coverage_by_kind
 from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences
 from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 
@@ -27,7 +28,7 @@ def estimate_section(validations: Mapping[str, Validation]) -> Section:
         "correlation is that of estimated and true errors."
     )
     rows = estimate_rows({name: v.figures() for name, v in validations.items()})
-    return Section("Error estimate", text, rows, [figures.estimate_scatter(validations)])
+    return Section("Error estimate", text, rows, charts=trust_charts.estimate_charts(validations))
 
 
 def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
@@ -40,9 +41,9 @@ def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
             "Error bound",
             f"{text} {COLUMNS}",
             bound_rows(found),
-            [
-                trust_pictures.bound_scatter(validations),
-                trust_pictures.novelty_scatter(validations),
+            charts=[
+                *trust_charts.bound_charts(validations),
+                *trust_charts.novelty_charts(validations),
             ],
         ),
         Section(
@@ -50,16 +51,9 @@ def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
             "The bound is calibrated on the mix of all kinds, so that a rare one may be covered "
             "less. Shares are those of the output that is covered least.",
             kind_rows(found),
-            [trust_pictures.coverage_by_kind(validations)],
+            [coverage_by_kind(validations)],
         ),
         *_harm_section(found),
-        Section(
-            "Error bound: the worst steps",
-            "These are the steps in range whose errors are largest beside their bounds, one of "
-            "each trajectory at most where there are enough of them.",
-            (),
-            [trust_pictures.worst_steps_picture(first)],
-        ),
     ]
 
 

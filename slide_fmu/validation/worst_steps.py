@@ -1,8 +1,8 @@
-"""The steps at which errors are largest beside their bounds, at different places."""
+"""The steps at which errors are largest beside what is usual, at different places."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,8 @@ class WorstStep(NamedTuple):
     Attributes:
         comparison: the trajectory.
         sample: index of the sample.
-        output: index of the output whose error is the largest one beside its bound.
-        ratio: that error over its bound.
+        output: index of the output whose error is the largest one beside what is usual.
+        ratio: that error over what is usual.
     """
 
     comparison: Comparison
@@ -28,13 +28,20 @@ class WorstStep(NamedTuple):
     ratio: float
 
 
-def worst_steps(comparisons: Sequence[Comparison], count: int, apart: int) -> list[WorstStep]:
-    """Find the steps with the largest errors over their bounds, the largest one first.
+def worst_steps(
+    comparisons: Sequence[Comparison],
+    count: int,
+    apart: int,
+    ratios_of: Callable[[Comparison], FloatArray],
+) -> list[WorstStep]:
+    """Find the steps with the largest errors over what is usual, the largest one first.
+
+    ``ratios_of`` gives the errors over what is usual of a trajectory, (N, n_outputs).
 
     There is one for each trajectory at most. Where there are fewer trajectories than steps wanted,
     those have further ones, which lie so many samples ``apart``.
     """
-    left = [error_over_bound(c) for c in comparisons]
+    left = [ratios_of(c) for c in comparisons]
     found: list[WorstStep] = []
     while len(found) < count:
         of_each = []

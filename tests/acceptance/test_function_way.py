@@ -46,7 +46,7 @@ def errors_of_a_run(recipe: Path) -> dict[str, float]:
     result = invoke("run", recipe, "--runs", runs, "--workers", 1, "--json", "-")
     assert result.exit_code == 0, result.output
     outputs = json.loads(result.stdout)["validation"]["in range"]["outputs"]
-    return {output["name"]: output["rmse_over_deviation"] for output in outputs}
+    return {output["name"]: output["relative_rmse"] for output in outputs}
 
 
 def test_system_of_first_order_is_learnt_from_its_equations(tmp_path: Path) -> None:

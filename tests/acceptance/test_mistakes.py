@@ -20,7 +20,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, provenance, versions
-from slide_fmu.pipeline.stages import STABILITY_PICTURE
+from slide_fmu.pipeline.stages import STABILITY_REPORT
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
@@ -332,8 +332,8 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     job.folder.path.mkdir(parents=True)
     job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
     result = invoke("export", recipe, "--runs", runs, "-o", out)
-    picture = job.folder.path / STABILITY_PICTURE
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    page = job.folder.path / STABILITY_REPORT
+    assert "two runs from different states" in page.read_text(encoding="utf-8")
     assert out.exists() is allowed
     assert result.exit_code == (0 if allowed else 1), result.output
     if not allowed:
@@ -341,11 +341,11 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
         assert "surrogate 'small_linear' is not exported: at 1 times" in message
         assert "two runs from different states still differ by" in message
         assert "stability.allow_unstable = true" in message
-        assert str(picture) in result.output
+        assert str(page) in result.output
         assert "Traceback" not in result.output
 
 
-def test_changed_stability_limits_need_no_new_training_and_old_pictures_vanish(
+def test_changed_stability_limits_need_no_new_training_and_old_charts_vanish(
     tmp_path: Path,
 ) -> None:
     text = SMALL_LINEAR[: SMALL_LINEAR.index("[network]")]
@@ -354,15 +354,15 @@ def test_changed_stability_limits_need_no_new_training_and_old_pictures_vanish(
     job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
     job.folder.save_surrogate(surrogate_of(job), job.recipe, {}, versions())
-    picture = job.folder.path / STABILITY_PICTURE
+    page = job.folder.path / STABILITY_REPORT
     export = ("export", recipe, "--runs", runs)
     assert invoke(*export).exit_code == 1
-    assert picture.exists()
+    assert page.exists()
     remedy = "\n[stability]\nallow_unstable = true\n[validation]\ntrajectories = 3\n"
     recipe.write_text(text + remedy, encoding="utf-8")
     result = invoke(*export)
     assert result.exit_code == 0, result.output
-    assert picture.exists()  # it failed all the same
+    assert page.exists()  # it failed all the same
     recipe.write_text(text.replace("seed = 8", "seed = 9") + remedy, encoding="utf-8")
     result = invoke(*export)
     assert result.exit_code == 1
@@ -371,7 +371,7 @@ def test_changed_stability_limits_need_no_new_training_and_old_pictures_vanish(
     job.folder.save_surrogate(surrogate_of(job, FORGETS), job.recipe, {}, versions())
     result = invoke(*export)
     assert result.exit_code == 0, result.output
-    assert not picture.exists()
+    assert not page.exists()
 
 
 @pytest.mark.parametrize("seed", [2**31, 99999999999, -1])

@@ -22,6 +22,8 @@ def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
     assert {
         "slide_fmu/fmu/runtime/source/resource.c",
         "slide_fmu/validation/templates/report.html",
+        "slide_fmu/validation/web/report.js",
+        "slide_fmu/core/web/modules/chart.js",
         "slide_fmu/validation/templates/card.md",
         "mbs_models/oscillators/oscillators.py",
     } <= names

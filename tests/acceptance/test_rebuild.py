@@ -14,12 +14,17 @@ from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.pipeline.touching import with_drawing
+from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.validation.model_card import variable_table
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
-PROVENANCE: dict[str, object] = {**(read_fmu(LINEAR)[1] or {}), "recipe": RECIPE}
+SURROGATE, RELEASED = read_fmu(LINEAR)
+PROVENANCE: dict[str, object] = with_drawing(
+    {**(RELEASED or {}), "recipe": RECIPE}, parse_recipe(RECIPE, "linear.toml"), SURROGATE
+)
 PAGE = b"<p>report</p>"
 PAGES = {"index.html": PAGE}
 EXPERIMENT = read_folder(LINEAR, EXTRA)
@@ -111,6 +116,16 @@ def test_rebuild_takes_the_recipe_as_it_is_written_now(folder: Path) -> None:
     export_fmu(read_fmu(fmu)[0], fmu, provenance=older, documentation=PAGES, extra=EXPERIMENT)
     rebuild(fmu)
     assert read_fmu(fmu)[1] == PROVENANCE
+
+
+def test_rebuild_gives_an_fmu_the_drawing_that_its_recipe_names_now(folder: Path) -> None:
+    fmu = folder / "linear.fmu"
+    older = {key: value for key, value in PROVENANCE.items() if key != "drawing"}
+    export_fmu(SURROGATE, fmu, provenance=older, documentation=PAGES, extra=EXPERIMENT)
+    rebuild(fmu)
+    _, found = read_fmu(fmu)
+    assert found is not None
+    assert found["drawing"] == PROVENANCE["drawing"]
 
 
 def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:

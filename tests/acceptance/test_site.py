@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import slide_fmu
+from tests.browser import Browser
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,7 +25,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     checkout = tmp_path_factory.mktemp("site") / "a checkout"
     shutil.copytree(ROOT / "docs", checkout / "docs", ignore=shutil.ignore_patterns("pages"))
     shutil.copy(ROOT / "mkdocs.yml", checkout)
-    for shown in ("slide_fmu", "tests"):  # pages show files from there
+    for shown in ("slide_fmu", "tests", "fmus"):  # pages show files from there
         (checkout / shown).symlink_to(ROOT / shown)
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", "built"]
     result = subprocess.run(command, cwd=checkout, capture_output=True, text=True)
@@ -46,6 +47,24 @@ def test_pages_of_the_site_show_the_files_that_they_include(site: Path) -> None:
     """A line that is no exact directive would be shown as it stands."""
     for page in site.rglob("*.html"):
         assert not re.search(r"8 ?(?:<|&lt;) ?--", page.read_text(encoding="utf-8")), page.name
+
+
+def test_front_page_shows_the_robot_which_makes_its_chosen_move(
+    chromium: Browser, site: Path
+) -> None:
+    front = (site / "index.html").read_text(encoding="utf-8")
+    (name,) = re.findall(r'<iframe[^>]*src="([^"]*)"', front)
+    chromium.resize(900, 720)
+    chromium.open(site / name)
+    assert chromium.evaluate("document.documentElement.dataset.ready") == "yes"
+    assert not chromium.evaluate("document.getElementById('drawing').hidden")
+    assert chromium.evaluate("document.documentElement.scrollHeight") <= 720
+    assert chromium.evaluate("document.getElementById('way-moves').textContent") == "Optimise"
+    chromium.evaluate("document.getElementById('way-moves').click()")
+    said = str(chromium.evaluate("document.querySelector('.verdict').textContent"))
+    (earlier,) = re.findall(r"That is (\d+) % earlier", said)
+    assert int(earlier) > 10
+    assert chromium.complaints() == []
 
 
 def test_page_of_the_python_interface_documents_every_public_name(site: Path) -> None:

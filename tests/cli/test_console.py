@@ -25,7 +25,7 @@ FIGURES = {
         {
             "name": "a_position_with_a_name_that_is_longer_than_any_narrow_terminal",
             "unit": "m",
-            "rms_reference": 1.0,
+            "rms_reference_about_mean": 1.0,
             "rmse": 0.25,
             "relative_rmse": 0.25,
             "max_error": 0.5,
@@ -201,6 +201,28 @@ def test_validation_shows_the_plain_call_beside_known_inputs(
     shown = messages.file.getvalue()
     assert "inputs set to what they are now" in shown
     assert " 12.5 % " in shown
+
+
+@pytest.mark.parametrize(
+    ("key", "heading"),
+    [
+        ("rms_reference_about_mean", "RMS of the reference about its mean"),
+        ("rms_reference", "RMS of the reference"),
+    ],
+)
+def test_validation_says_what_the_errors_of_an_fmu_are_relative_to(
+    monkeypatch: pytest.MonkeyPatch, key: str, heading: str
+) -> None:
+    """Older FMUs keep figures whose errors are relative to the RMS about zero."""
+    messages = Messages(file=io.StringIO(), markup=False, highlight=False, width=300)
+    monkeypatch.setattr(console, "console", messages)
+    output = {**FIGURES["outputs"][0], key: 0.75}
+    if key == "rms_reference":
+        del output["rms_reference_about_mean"]
+    console.show_validation({**FIGURES, "outputs": [output]}, "in range")
+    shown = messages.file.getvalue()
+    assert f" {heading} " in shown
+    assert " 0.75 m " in shown
 
 
 def test_figures_that_cannot_be_written_leave_the_old_ones(

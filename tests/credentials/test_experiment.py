@@ -53,12 +53,13 @@ def test_inputs_last_until_the_end_for_importers_that_interpolate() -> None:
 
 
 def test_relative_error_is_that_of_the_samples_at_which_the_reference_is_known() -> None:
-    expected = np.sqrt((0.5**2 + 1.0**2) / (1.5**2 + 4.0**2))
+    deviation = (4.0 - 1.5) / 2
+    expected = np.sqrt((0.5**2 + 1.0**2) / 2) / deviation
     assert EXPERIMENT.relative_errors() == {"y": pytest.approx(expected)}
     with_gap = Experiment(
-        0.1, EXPERIMENT.inputs, EXPERIMENT.results, {"y": np.array([np.nan, 4.0])}
+        0.1, EXPERIMENT.inputs, EXPERIMENT.results, {"y": np.array([np.nan, 1.5, 4.0])}
     )
-    assert with_gap.relative_errors() == {"y": pytest.approx(0.25)}
+    assert with_gap.relative_errors() == EXPERIMENT.relative_errors()
 
 
 @pytest.mark.parametrize(

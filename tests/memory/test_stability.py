@@ -94,7 +94,7 @@ def examine(cell: Cell, recipe: Recipe = RECIPE) -> tuple[AmplitudeTest, ...]:
 
 def refusal(tests: tuple[AmplitudeTest, ...], recipe: Recipe = RECIPE) -> str:
     with pytest.raises(UnstableSurrogateError) as caught:
-        require_stability(tests, recipe, "runs/tiny/stability.png")
+        require_stability(tests, recipe, "runs/tiny/stability.html")
     return str(caught.value)
 
 
@@ -180,7 +180,7 @@ def test_network_that_explodes_is_refused(factor: float) -> None:
     assert all(test.problem is not None for test in tests)
     message = refusal(tests)
     assert message.startswith("surrogate 'tiny' is not exported: at 1 times the trained amplitude")
-    assert "see runs/tiny/stability.png" in message
+    assert "see runs/tiny/stability.html" in message
     assert "stability.allow_unstable = true" in message
     assert ("grow inf times as fast" in message) == (factor > 2)
     assert ("still differ by" in message) == (factor < 2)

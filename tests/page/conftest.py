@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from slide_fmu.page.page import write_page
-from tests.page.browser import Browser, browser
 
 FMUS = Path(__file__).parents[2] / "fmus"
 
@@ -25,10 +24,3 @@ def page_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         return path
 
     return page
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """A browser; its profile is removed with the other temporary folders."""
-    with browser(tmp_path_factory.mktemp("profile")) as found:
-        yield found

@@ -18,12 +18,13 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.page.drawing import DrawingError, checked_drawing, load_drawing
 from slide_fmu.page.page import write_page
 from slide_fmu.systems.errors import LoadError
-from tests.page.browser import Browser
+from tests.browser import Browser
 from tests.page.conftest import FMUS
 
 DRAWINGS = {
     "duffing": "oscillator",
     "linear": "oscillator",
+    "mass_chain": "mass_chain",
     "slider_crank": "slider_crank",
     "slider_crank_payload": "slider_crank",
     "robot_6r": "robot",

@@ -12,7 +12,7 @@ from slide_fmu.credentials import members
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.tables import write_table
 from slide_fmu.fmu.export import read_member
-from tests.page.browser import Browser
+from tests.browser import Browser
 from tests.page.conftest import FMUS
 
 PageOf = Callable[[str], Path]

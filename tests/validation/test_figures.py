@@ -21,7 +21,8 @@ NAN = math.nan
 
 ONE = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
 TWO = comparison([[0.0, 2.0], [0.0, 2.0]], kind=1)
-RMS_REFERENCE = math.sqrt((9 + 16) / 2)
+DEVIATION = 3.5
+"""References are 3 and -4 in turns: so far from their mean."""
 
 
 def test_errors_of_an_output_are_those_over_all_samples_of_all_trajectories() -> None:
@@ -29,10 +30,9 @@ def test_errors_of_an_output_are_those_over_all_samples_of_all_trajectories() ->
     first, second = figures["outputs"]
     assert (figures["trajectories"], figures["seed"], figures["amplitude"]) == (2, 5, [1, 2])
     assert (first["name"], first["unit"]) == ("y0", "m")
-    assert first["rms_reference"] == pytest.approx(RMS_REFERENCE)
+    assert first["rms_reference_about_mean"] == pytest.approx(DEVIATION)
     assert first["rmse"] == pytest.approx(math.sqrt(52 / 6))
-    assert first["relative_rmse"] == pytest.approx(math.sqrt(52 / 6) / RMS_REFERENCE)
-    assert first["rmse_over_deviation"] == pytest.approx(math.sqrt(52 / 6) / 3.5)
+    assert first["relative_rmse"] == pytest.approx(math.sqrt(52 / 6) / DEVIATION)
     assert first["max_error"] == 7
     assert second["rmse"] == pytest.approx(math.sqrt(8 / 6))
     assert second["max_error"] == 2
@@ -45,14 +45,28 @@ def test_quantiles_are_those_of_the_trajectories() -> None:
     found = validation(*(comparison([[level, 0.0]] * 2) for level in levels)).figures()
     quantiles = found["outputs"][0]["relative_rmse_of_trajectories"]
     expected = {"median": 2.0, "p10": 0.4, "p90": 9.6}
-    assert quantiles == pytest.approx({k: v / RMS_REFERENCE for k, v in expected.items()})
+    assert quantiles == pytest.approx({k: v / DEVIATION for k, v in expected.items()})
 
 
 def test_error_of_the_data_s_model_is_relative_to_the_reference() -> None:
     off = replace(ONE, model=ONE.reference + np.array([[0.5, -1.0]]))
     first, second = validation(off, TWO).figures()["outputs"]
-    assert first["model_relative_rmse"] == pytest.approx(0.5 / RMS_REFERENCE)
-    assert second["model_relative_rmse"] == pytest.approx(1.0 / RMS_REFERENCE)
+    assert first["model_relative_rmse"] == pytest.approx(0.5 / DEVIATION)
+    assert second["model_relative_rmse"] == pytest.approx(1.0 / DEVIATION)
+
+
+def test_errors_are_relative_to_what_the_reference_moves_not_to_where_it_lies() -> None:
+    """A temperature in K of 293 K would make an error of 10 % look like 0.1 %."""
+    far = [
+        replace(c, reference=c.reference + 293.0, surrogate=c.surrogate + 293.0)
+        for c in (ONE, TWO)
+    ]
+    near, lifted = (validation(*pair).figures() for pair in ((ONE, TWO), far))
+    for key in ("rms_reference_about_mean", "relative_rmse"):
+        for one, other in zip(near["outputs"], lifted["outputs"], strict=True):
+            assert other[key] == pytest.approx(one[key])
+    for one, other in zip(near["excitations"], lifted["excitations"], strict=True):
+        assert other["relative_rmse"] == pytest.approx(one["relative_rmse"])
 
 
 def test_reference_that_is_zero_throughout_gives_large_numbers_and_no_fault() -> None:
@@ -68,8 +82,8 @@ def test_excitations_have_errors_of_their_own_trajectories() -> None:
         ("held_random", "held_random", 1),
         ("sweep", "sweep", 2),
     ]
-    assert rows[0]["relative_rmse"] == pytest.approx([math.sqrt(13) / RMS_REFERENCE, 0])
-    assert rows[1]["relative_rmse"] == pytest.approx([0, math.sqrt(2) / RMS_REFERENCE])
+    assert rows[0]["relative_rmse"] == pytest.approx([math.sqrt(13) / DEVIATION, 0])
+    assert rows[1]["relative_rmse"] == pytest.approx([0, math.sqrt(2) / DEVIATION])
     (alone,) = validation(TWO).figures()["excitations"]  # a kind that was not drawn has no row
     assert alone["name"] == "sweep"
 

@@ -87,8 +87,8 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
     output = {**main["outputs"][0], "relative_rmse": error}
     found["validation"]["beyond"] = {**main, "outputs": [output], "amplitude": [1.0, 2.0]}
     sentence = (
-        "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its error is up to "
-        "30 % of the output's RMS."
+        "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its relative RMSE is "
+        "up to 30 %."
     )
     assert (sentence in limits(finer.surrogate, FINER, found)) == warned
 

@@ -166,12 +166,13 @@ def test_credentials_of_figures_of_older_versions_have_no_tables_of_trust() -> N
     assert not {"error_estimate.without_floor", "error_bound"} & keywords
 
 
-def test_report_has_three_sections_on_the_bound_with_pictures() -> None:
+def test_report_has_two_sections_on_the_bound_with_charts_and_a_picture() -> None:
     found = bounded(FIRST, SECOND)
     sections = bound_sections({"in range": found, "beyond": found})
-    assert [len(section.pictures) for section in sections] == [2, 1, 1]
+    assert [len(section.charts) for section in sections] == [4, 0]
+    assert [len(section.pictures) for section in sections] == [0, 1]
     assert all(p.startswith(b"\x89PNG") for s in sections for p in s.pictures)
-    assert [len(section.rows) for section in sections] == [5, 5, 0]
+    assert [len(section.rows) for section in sections] == [5, 5]
     assert "calibrated by 150 trajectories" in sections[0].text
 
 

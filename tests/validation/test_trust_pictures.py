@@ -30,37 +30,20 @@ def drawn_by(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 
 def test_worst_steps_are_the_largest_of_each_trajectory_in_falling_order() -> None:
     trajectories = [along([1.0, 4.0, 3.9]), along([-6.0, 1.0, 5.9]), along([0.0, 0.0, 1.0])]
-    found = worst_steps(trajectories, 2, 1)
+    found = worst_steps(trajectories, 2, 1, error_over_bound)
     assert [(step.sample, step.output, step.ratio) for step in found] == [(0, 0, 3), (1, 0, 2)]
     assert found[0].comparison is trajectories[1]
 
 
 def test_trajectories_have_further_steps_apart_where_there_are_too_few() -> None:
     only = along([1.0, 8.0, 7.0, 2.0, 6.0, 1.0])
-    found = worst_steps([only], 3, 2)
+    found = worst_steps([only], 3, 2, error_over_bound)
     assert [step.sample for step in found] == [1, 4]  # further ones touch these
-    assert [step.sample for step in worst_steps([only], 3, 1)] == [1, 2, 4]
+    assert [step.sample for step in worst_steps([only], 3, 1, error_over_bound)] == [1, 2, 4]
 
 
 def test_error_over_bound_is_that_of_every_output() -> None:
     assert np.array_equal(error_over_bound(along([-1.0, 4.0])), [[0.5, 0], [2, 0]])
-
-
-def test_picture_of_worst_steps_shades_what_is_outside_of_the_domain(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    drawn = drawn_by(monkeypatch)
-    first, second = along([0.5] * 9 + [6.0] + [0.5] * 9, outside=(9, 10)), along([1.0] * 19, 1)
-    trust_pictures.worst_steps_picture(bounded(first, second))
-    (figure,) = drawn
-    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
-    assert titles[0] == "held_random: y0 errs by 3 times its bound"
-    assert "sweep: y0 errs by 0.5 times its bound" in titles
-    shaded = [
-        [c for c in axes.collections if c.get_label() == "in_domain is false" and c.get_paths()]
-        for axes in figure.axes[:4]
-    ]
-    assert [len(found) for found in shaded] == [1, 1, 0, 0]
 
 
 def test_picture_of_kinds_has_a_dot_for_each_trajectory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,19 +67,3 @@ def test_picture_of_kinds_names_those_of_each_validation(monkeypatch: pytest.Mon
     trust_pictures.coverage_by_kind({"in range": inside, "held out": held_out})
     labels = [[label.get_text() for label in ax.get_yticklabels()] for ax in drawn[0].axes]
     assert labels == [["held_random (1)", "sweep (0)"], ["sweep (1)"]]
-
-
-def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    drawn = drawn_by(monkeypatch)
-    found = {"in range": bounded(along([1.0, 3.0, 1.0], outside=(2,)))}
-    trust_pictures.bound_scatter(found)
-    trust_pictures.novelty_scatter(found)
-    for figure in drawn:
-        labels = [line.get_label() for line in figure.axes[0].lines]
-        assert labels[:2] == ["in the domain", "outside of the domain"]
-    points = {line.get_label(): line for line in drawn[1].axes[0].lines}
-    assert np.allclose(points["in the domain"].get_xdata(), 0.5)
-    assert np.allclose(points["outside of the domain"].get_ydata(), [0.5])
-    assert "33.3 % not covered, in the domain" in drawn[1].axes[0].get_title()

@@ -1,17 +1,23 @@
 // The page of one surrogate: live, over its stored trajectory, over a user's record.
 
-import { saveText } from "./blobs.js";
 import { channelsOf, limitsOf } from "./channels.js";
-import { differenceTo, ownCourse, storedCourse } from "./course.js";
-import { byId } from "./elements.js";
+import { differenceTo, storedCourse } from "./course.js";
+import { watchFiles } from "./files.js";
+import { byId } from "../../core/web/modules/elements.js";
+import { Grip } from "./grip.js";
 import { Live } from "./live.js";
+import { Moves } from "./moves.js";
+import { MovesCard } from "./moves_card.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
-import { beginTheme } from "./theme.js";
+import { beginTheme } from "../../core/web/modules/theme.js";
 import { View } from "./view.js";
 
-const WAYS = ["live", "stored", "own"];
+const WAYS = ["live", "moves", "stored", "own"];
+
+// moves last a second or two: they are shown slowly
+const MOVES_PACE = 0.4;
 
 /** An App does what people ask for. */
 export class App {
@@ -23,6 +29,8 @@ export class App {
     this.parameters = facts.parameters.map((parameter) => parameter.start);
     this.confidence = facts.confidence?.start ?? 0;
     this.courses = { stored: facts.trajectory === null ? null : storedCourse(facts, files), own: null };
+    this.moves = facts.moves === null ? null : new Moves(facts);
+    this.movesCard = this.moves === null ? null : new MovesCard(this.moves, byId("moves-plot"));
     const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored));
     this.live = new Live(this.session, facts, this.channels, limits);
     this.player = new Player();
@@ -37,13 +45,14 @@ export class App {
         this.settings();
       },
     });
+    this.grip = drawing === null ? null : new Grip(byId("drawing-canvas"), this);
     this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
   }
 
   begin() {
     this.panel.show(this.live.targets);
     this.makeButtons();
-    this.makeFiles();
+    watchFiles(this);
     beginTheme(() => this.wish());
     new ResizeObserver(() => this.wish()).observe(byId("plots"));
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -57,6 +66,7 @@ export class App {
     const on = (id, event, action) => byId(id).addEventListener(event, action);
     WAYS.forEach((way) => on(`way-${way}`, "click", () => this.choose(way)));
     byId("way-stored").hidden = this.courses.stored === null;
+    byId("way-moves").hidden = this.moves === null;
     on("play", "click", () => this.play(!this.playing));
     on("restart", "click", () => this.restart());
     on("wander", "change", () => this.wander(byId("wander").checked));
@@ -72,22 +82,9 @@ export class App {
     });
   }
 
-  makeFiles() {
-    const on = (id, event, action) => byId(id).addEventListener(event, action);
-    on("open", "change", () => this.open(byId("open").files[0]));
-    on("drop", "dragover", (event) => event.preventDefault());
-    on("drop", "drop", (event) => {
-      event.preventDefault();
-      this.open(event.dataTransfer.files[0]);
-    });
-    on("save", "click", () => saveText(`${this.facts.name}_answers.csv`, this.course.table(this.facts)));
-    on("example", "click", () => saveText("inputs.csv", this.files.inputs));
-    byId("example").hidden = this.courses.stored === null;
-  }
-
   /** The record that is shown, once the surrogate has answered it; null when there is none. */
   get course() {
-    return this.way === "live" ? null : this.courses[this.way];
+    return this.courses[this.way] ?? null;
   }
 
   /** Goes to one of the ways. */
@@ -96,14 +93,22 @@ export class App {
     document.body.dataset.way = way;
     WAYS.forEach((name) => byId(`way-${name}`).setAttribute("aria-pressed", String(name === way)));
     this.restart();
-    this.play(way === "live");
+    if (way === "moves") {
+      this.player.go(this.moves.xRange[0]);
+    }
+    this.play(way === "live" || way === "moves");
+  }
+
+  /** What the player plays: a record, or moves; null when there is neither. */
+  get played() {
+    return this.way === "moves" ? this.moves : this.course;
   }
 
   play(on) {
-    this.playing = on && (this.way === "live" || this.course !== null);
+    this.playing = on && (this.way === "live" || this.played !== null);
     byId("play").textContent = this.playing ? "Pause" : "Play";
-    if (this.playing && this.course !== null && this.player.atEnd) {
-      this.player.go(0);
+    if (this.playing && this.played !== null && this.player.atEnd) {
+      this.player.go(this.played.xRange[0]);
     }
   }
 
@@ -118,16 +123,21 @@ export class App {
     this.attempt(() => {
       if (this.way === "live") {
         this.live.restart(this.parameters, this.confidence);
-      } else if (this.course !== null) {
-        this.answer(this.course);
-        this.player.take(this.course);
+      } else if (this.played !== null) {
+        this.answer(this.played);
+        this.player.take(this.played);
       }
     });
     this.wish();
   }
 
-  /** Lets the surrogate answer a record. */
+  /** Lets the surrogate answer a record, or moves. */
   answer(course) {
+    if (course === this.moves) {
+      course.run(this.session, this.facts, this.parameters, this.confidence);
+      this.movesCard.say();
+      return;
+    }
     const given = this.facts.parameters.map(
       (parameter, i) => course.parameters?.[parameter.name] ?? this.parameters[i],
     );
@@ -142,8 +152,8 @@ export class App {
     this.attempt(() => {
       if (this.way === "live") {
         this.session.set(this.parameters, this.confidence);
-      } else if (this.course !== null) {
-        this.answer(this.course);
+      } else if (this.played !== null) {
+        this.answer(this.played);
       }
     });
     this.wish();
@@ -157,28 +167,11 @@ export class App {
 
   /** Marks a time of a record, where people point at one. */
   point(time) {
-    if (this.course !== null && time !== null) {
+    if (this.played !== null && time !== null) {
       this.play(false);
       this.player.go(time);
       this.wish();
     }
-  }
-
-  async open(file) {
-    if (file !== undefined) {
-      const text = await file.text();
-      this.attempt(() => {
-        this.take(text, file.name);
-      });
-    }
-  }
-
-  /** Takes a user's record, if the surrogate can answer it. */
-  take(text, name) {
-    const course = ownCourse(this.facts, text, name);
-    this.answer(course);
-    this.courses.own = course;
-    this.choose("own");
   }
 
   /** Does something; what goes wrong is shown. */
@@ -219,7 +212,7 @@ export class App {
         this.panel.show(this.live.targets);
       }
     } else {
-      this.player.go(this.player.time + seconds);
+      this.player.go(this.player.time + seconds * (this.way === "moves" ? MOVES_PACE : 1));
       if (this.player.atEnd) {
         this.play(false);
       }
@@ -230,6 +223,8 @@ export class App {
   draw() {
     if (this.way === "live") {
       this.view.drawLive(this.live, this.parameters, this.confidence);
+    } else if (this.way === "moves") {
+      this.view.drawMoves(this.player, this.movesCard);
     } else if (this.course !== null) {
       this.view.drawCourse(this.player, this.confidence);
     } else {

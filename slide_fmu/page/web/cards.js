@@ -1,8 +1,9 @@
 // A card for every output: its value now, its course, and what its error may be.
 
-import { element } from "./elements.js";
-import { drawPlot, rangeOf, timeAt, widened } from "./plot.js";
-import { quantity } from "./units.js";
+import { element } from "../../core/web/modules/elements.js";
+import { rangeOf, widened } from "../../core/web/modules/axes.js";
+import { drawPlot, placeAt } from "../../core/web/modules/plot.js";
+import { quantity } from "../../core/web/modules/units.js";
 
 function key(name, text) {
   return element("span", { class: "key" }, element("i", { class: `swatch ${name}` }), text);
@@ -29,7 +30,7 @@ export class Card {
   /** Calls back with the time that people point at, or null. */
   onPoint(callback) {
     for (const canvas of [this.main, this.below]) {
-      const point = (event) => callback(timeAt(canvas, event.clientX, this.xRange));
+      const point = (event) => callback(placeAt(canvas, event.clientX, this.xRange));
       canvas.addEventListener("pointermove", point);
       canvas.addEventListener("pointerdown", point);
       canvas.addEventListener("pointerleave", () => callback(null));

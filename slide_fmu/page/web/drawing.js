@@ -1,6 +1,6 @@
 // The machine in motion, by a description in plain values (slide_fmu/page/drawing.py).
 
-import { colourOf, prepare } from "./plot.js";
+import { colourOf, prepare } from "../../core/web/modules/plot.js";
 
 const OPERATIONS = {
   "+": (a, b) => a + b,
@@ -67,8 +67,8 @@ export class Drawing {
     return [right, z * Math.cos(elevation) - depth * Math.sin(elevation)];
   }
 
-  /** Draws the machine; truth: outputs of the reference, drawn behind it, or null. */
-  draw(row, outputs, parameters, truth) {
+  /** Draws the machine; behind: { row, outputs } of another one behind it, or null. */
+  draw(row, outputs, parameters, behind) {
     const { context, width, height } = prepare(this.canvas);
     const [left, right, low, high] = this.description.view;
     const scale = Math.min(width / (right - left), height / (high - low));
@@ -77,8 +77,9 @@ export class Drawing {
     context.translate(-(left + right) / 2, -(low + high) / 2);
     context.lineCap = "round";
     context.lineJoin = "round";
-    if (truth !== null) {
-      this.drawShapes(context, this.places(row, truth, parameters), "draw-truth");
+    if (behind !== null) {
+      const places = this.places(behind.row, behind.outputs, parameters);
+      this.drawShapes(context, places, "draw-truth");
     }
     this.drawShapes(context, this.places(row, outputs, parameters), null);
   }

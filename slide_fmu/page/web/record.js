@@ -41,14 +41,14 @@ export function beside(reference, count) {
   return values;
 }
 
-/** Root mean square of the error where the reference is known, over the RMS of the reference. */
+/** Root mean square of the error where the reference is known, over that of the reference about its mean. */
 export function relativeError(values, reference) {
+  const known = Array.from(reference, (_, k) => k).filter((k) => Number.isFinite(reference[k]));
+  const mean = known.reduce((sum, k) => sum + reference[k], 0) / known.length;
   let [error, scale] = [0, 0];
-  reference.forEach((truth, k) => {
-    if (Number.isFinite(truth)) {
-      error += (values[k] - truth) ** 2;
-      scale += truth ** 2;
-    }
-  });
+  for (const k of known) {
+    error += (values[k] - reference[k]) ** 2;
+    scale += (reference[k] - mean) ** 2;
+  }
   return Math.sqrt(error / scale);
 }

@@ -2,14 +2,14 @@
 
 import { Card } from "./cards.js";
 import { Drawing } from "./drawing.js";
-import { byId, element } from "./elements.js";
+import { byId, element } from "../../core/web/modules/elements.js";
 import { InputsPlot } from "./inputs.js";
 import { showLamp } from "./lamp.js";
 
-/** What the reference gave at the time that is shown; null where not all of it is known. */
-function truthAt({ references, at }) {
-  const found = (references ?? [null]).map((column) => column?.[at] ?? NaN);
-  return found.every(Number.isFinite) ? found : null;
+/** The machine as the reference had it at the time that is shown; null where that is not known. */
+function truthAt({ references, rows, at }) {
+  const outputs = (references ?? [null]).map((column) => column?.[at] ?? NaN);
+  return outputs.every(Number.isFinite) ? { row: rows[at], outputs } : null;
 }
 
 /** A View draws runs. */
@@ -17,6 +17,7 @@ export class View {
   constructor(facts, channels, point, drawing) {
     this.facts = facts;
     this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
+    this.cards.forEach((card) => card.block.classList.add("output"));
     byId("plots").append(...this.cards.map((card) => card.block));
     byId("drawing").hidden = drawing === null;
     byId("drawing-text").textContent = drawing?.text ?? "";
@@ -56,6 +57,22 @@ export class View {
     byId("time").value = course.time[at];
     const { time, rows, answers, references, xRange, given: parameters } = course;
     this.draw({ live: false, time, rows, answers, references, xRange, at, cursor: true, parameters, confidence });
+  }
+
+  /** Draws two moves at the same time of both: the machine of the second one behind the first. */
+  drawMoves(player, card) {
+    const { course: moves, at } = player;
+    const [first, second] = moves.courses;
+    byId("time").value = moves.time[at];
+    byId("plots").hidden = false;
+    byId("lamp").hidden = false;
+    card.draw(at);
+    const { time, rows, answers, xRange, given } = first;
+    this.inputs.draw({ time, rows, xRange, at, cursor: true });
+    const behind = { row: second.rows[at], outputs: second.answers[at].outputs };
+    this.drawing?.draw(rows[at], answers[at].outputs, given, behind);
+    showLamp(answers[at].flags);
+    byId("clock").textContent = `${time[at].toFixed(2)} s`;
   }
 
   /** The table of errors beside a reference; difference: to what the FMU stores, or null. */

@@ -8,7 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.page.scripts import WEB, ScriptError, joined_modules
+from slide_fmu.core.web.packing import MODULES
+from slide_fmu.core.web.scripts import ScriptError, joined_modules
+from slide_fmu.page import page
+from slide_fmu.validation import report
 from tests.page.node import node
 
 MOST_LINES = 250
@@ -27,13 +30,13 @@ def test_imported_modules_stand_before_those_that_import_them_and_once(tmp_path:
         b='import {\n  a,\n} from "./a.js";\nexport const b = a + 1;\n',
         a="export const a = 1;\n",
     )
-    script = joined_modules("main", folder)
+    script = joined_modules(folder / "main.js")
     assert script == "const a = 1;\nconst b = a + 1;\nconsole.log(a, b);\n"
 
 
 def test_comments_and_indentation_are_left_out(tmp_path: Path) -> None:
     text = "// what it is\n\n/**\n * Says so.\n */\nfunction a() {\n  return 1; // one\n}\n"
-    script = joined_modules("main", _write(tmp_path, main=text))
+    script = joined_modules(_write(tmp_path, main=text) / "main.js")
     assert script == "function a() {\nreturn 1; // one\n}\n"
 
 
@@ -51,19 +54,42 @@ def test_modules_that_break_a_rule_are_refused(tmp_path: Path, other: str, said:
     main = 'import { a } from "./a.js";\nimport { b } from "./b.js";\nexport const m = a + b;\n'
     folder = _write(tmp_path, main=main, b=other, a="export const a = 1;\n")
     with pytest.raises(ScriptError, match=said):
-        joined_modules("main", folder)
+        joined_modules(folder / "main.js")
 
 
-def test_modules_of_the_page_are_all_joined_and_small(tmp_path: Path) -> None:
-    script = joined_modules("main")
-    for path in WEB.glob("*.js"):
+def test_modules_of_another_folder_are_found_by_their_path(tmp_path: Path) -> None:
+    shared, own = tmp_path / "shared", tmp_path / "own"
+    shared.mkdir()
+    own.mkdir()
+    _write(
+        shared, a='import { b } from "./b.js";\nexport const a = b;\n', b="export const b = 1;\n"
+    )
+    text = 'import { a } from "../shared/a.js";\nimport { b } from "../shared/b.js";\nlog(a, b);\n'
+    script = joined_modules(_write(own, main=text) / "main.js")
+    assert script == "const b = 1;\nconst a = b;\nlog(a, b);\n"
+
+
+ENTRIES = {
+    "loader": MODULES / "loader.js",
+    "page": page.WEB / "main.js",
+    "report": report.WEB / "report.js",
+}
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_script_of_every_page_is_one_that_node_can_read(tmp_path: Path, name: str) -> None:
+    whole = tmp_path / "page.mjs"
+    whole.write_text(joined_modules(ENTRIES[name]), encoding="utf-8")
+    subprocess.run([node(), "--check", str(whole)], check=True)
+
+
+def test_modules_are_all_joined_into_some_page_and_small() -> None:
+    script = "".join(joined_modules(entry) for entry in ENTRIES.values())
+    for path in (*MODULES.glob("*.js"), *page.WEB.glob("*.js"), *report.WEB.glob("*.js")):
         text = path.read_text(encoding="utf-8")
         names = re.findall(
             r"^export (?:async )?(?:function|class|const) (\w+)", text, re.MULTILINE
         )
-        assert path.stem == "main" or all(f" {name}" in script for name in names), path.name
+        assert path in ENTRIES.values() or all(f" {n}" in script for n in names), path.name
         assert text.startswith("// "), f"{path.name} does not say what it is"
         assert len(text.splitlines()) < MOST_LINES, path.name
-    whole = tmp_path / "page.mjs"
-    whole.write_text(script, encoding="utf-8")
-    subprocess.run([node(), "--check", str(whole)], check=True)

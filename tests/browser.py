@@ -96,7 +96,15 @@ class Browser:
     def press(self, key: str) -> None:
         """Press and release a key."""
         text = {"text": key} if len(key) == 1 else {}
-        codes = {" ": 32, "Tab": 9, "ArrowRight": 39, "ArrowLeft": 37, "Enter": 13}
+        codes = {
+            " ": 32,
+            "Tab": 9,
+            "ArrowRight": 39,
+            "ArrowLeft": 37,
+            "Enter": 13,
+            "+": 107,
+            "0": 48,
+        }
         code = {"windowsVirtualKeyCode": codes[key], "key": key}
         self.call("Input.dispatchKeyEvent", type="keyDown", **code, **text)
         self.call("Input.dispatchKeyEvent", type="keyUp", **code)

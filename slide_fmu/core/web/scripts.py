@@ -1,7 +1,7 @@
-"""The page's modules of JavaScript become one script, which runs in a file opened from disk.
+"""Modules of JavaScript become one script, which runs in a file opened from disk.
 
-Browsers load no modules from the disk, so imports are resolved here. The modules in ``web`` keep
-to a few rules: every import names what it takes, from another module of the folder, at the
+Browsers load no modules from the disk, so imports are resolved here. The modules keep to a few
+rules: every import names what it takes, from another module by its relative path, at the
 beginning of a line; exports are declarations; top-level names are unique among all modules;
 comments stand on lines of their own, and no string goes over several lines. Comments and
 indentation stay in the modules, where people read them.
@@ -12,9 +12,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-WEB = Path(__file__).parent / "web"
-
-_IMPORT = re.compile(r'^import \{[^}]*\} from "\./([a-z_]+)\.js";\n', re.MULTILINE)
+_IMPORT = re.compile(r'^import \{[^}]*\} from "(\.[a-z_./]+\.js)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) )", re.MULTILINE)
 _NAME = re.compile(r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)", re.MULTILINE)
 _FOR_PEOPLE = re.compile(r"^[ \t]*(?://.*\n|/\*\*(?:.|\n)*?\*/\n)|^\s+", re.MULTILINE)
@@ -24,27 +22,26 @@ class ScriptError(RuntimeError):
     """The modules break a rule, so that they cannot be joined."""
 
 
-def joined_modules(entry: str, folder: Path = WEB) -> str:
+def joined_modules(entry: Path) -> str:
     """Join a module and all that it imports, each behind those that it imports.
 
     Args:
-        entry: name of the module that runs, without its ending.
-        folder: where the modules lie.
+        entry: file of the module that runs.
 
     Raises:
         ScriptError: modules import each other in a circle, two have a top-level name in common, or
             there is an import or export that is not resolved.
         FileNotFoundError: there is no such module.
     """
-    texts: dict[str, str] = {}
-    _collect(entry, folder, (), texts)
-    owners: dict[str, str] = {}
+    texts: dict[Path, str] = {}
+    _collect(entry.resolve(), (), texts)
+    owners: dict[str, Path] = {}
     for module, text in texts.items():
         for name in _NAME.findall(text):
             if name in owners:
                 raise ScriptError(
-                    f"{owners[name]}.js and {module}.js both declare {name}; expected names of "
-                    "their own: rename one of them"
+                    f"{owners[name].name} and {module.name} both declare {name}; expected names "
+                    "of their own: rename one of them"
                 )
             owners[name] = module
     whole = "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts.values())
@@ -58,14 +55,14 @@ def joined_modules(entry: str, folder: Path = WEB) -> str:
     return joined
 
 
-def _collect(module: str, folder: Path, way: tuple[str, ...], found: dict[str, str]) -> None:
+def _collect(module: Path, way: tuple[Path, ...], found: dict[Path, str]) -> None:
     """Add a module to those that are found, behind all that it imports."""
     if module in way:
-        circle = " -> ".join((*way[way.index(module) :], module))
+        circle = " -> ".join(path.stem for path in (*way[way.index(module) :], module))
         raise ScriptError(f"modules import each other: {circle}; expected no circle")
     if module in found:
         return
-    text = (folder / f"{module}.js").read_text(encoding="utf-8")
+    text = module.read_text(encoding="utf-8")
     for other in _IMPORT.findall(text):
-        _collect(other, folder, (*way, module), found)
+        _collect((module.parent / other).resolve(), (*way, module), found)
     found[module] = text

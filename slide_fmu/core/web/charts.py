@@ -1,0 +1,181 @@
+"""Charts are plain values that a page draws (``modules/chart.js``); people zoom in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[np.float64]
+
+Style = Literal["line", "steps", "points"]
+
+Colour = str
+"""The name of a colour in ``modules/colours.css``."""
+
+X_DIGITS, Y_DIGITS = 7, 5
+"""Values are drawn with so many digits; places of the x axis with more, since steps are short."""
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A Line goes through points, or is points alone.
+
+    Attributes:
+        name: what it is; lines without a name are not listed.
+        x, y: shape (N,); NaN makes a gap.
+        style: "line", "steps" (a value holds since the point before) or "points".
+        width: in pixels; of points their radius.
+    """
+
+    name: str
+    x: Values
+    y: Values
+    colour: Colour = "line"
+    style: Style = "line"
+    dashed: bool = False
+    width: float = 1.6
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A Band lies between two courses, shape (N,) as x."""
+
+    name: str
+    x: Values
+    low: Values
+    high: Values
+    colour: Colour = "band"
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A Panel is one plot of a chart.
+
+    Attributes:
+        title: what is drawn.
+        unit: of y; "1" of plain numbers.
+        lines: the first one lies undermost.
+        log: whether y has a logarithmic axis.
+        include: values that the axis always has.
+        height: "tall", "short" or "square".
+    """
+
+    title: str
+    unit: str
+    lines: Sequence[Line]
+    bands: Sequence[Band] = ()
+    log: bool = False
+    include: Sequence[float] = ()
+    height: Literal["tall", "short", "square"] = "tall"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An Axis is the x axis that the panels of a chart share."""
+
+    label: str
+    unit: str = ""
+    log: bool = False
+
+
+TIME = Axis("time", "s")
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A Chart is one or more panels above each other.
+
+    Attributes:
+        title: heading.
+        panels: those above each other; they zoom together.
+        axis: of x.
+        text: what is seen, below the heading.
+        parts: pairs of places of x between which all panels are shaded.
+        marks: places of x at which all panels have a dotted line.
+    """
+
+    title: str
+    panels: Sequence[Panel]
+    axis: Axis = TIME
+    text: str = ""
+    parts: Sequence[tuple[float, float]] = ()
+    marks: Sequence[float] = ()
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A Bar is one row of a list of sizes: its name, how long it is, and what stands behind it."""
+
+    name: str
+    size: float
+    text: str
+
+
+@dataclass
+class Columns:
+    """Columns are all numbers of the charts of a page; equal ones are kept once."""
+
+    values: list[list[float | None]] = field(default_factory=list)
+    _places: dict[bytes, int] = field(default_factory=dict)
+
+    def place(self, values: Values, digits: int = Y_DIGITS) -> int:
+        """Keep a column, (N,), and return its number."""
+        column = np.asarray(values, dtype=np.float64)
+        key = digits.to_bytes(1, "big") + column.tobytes()
+        if key not in self._places:
+            self._places[key] = len(self.values)
+            self.values.append([_rounded(value, digits) for value in column.tolist()])
+        return self._places[key]
+
+
+def _rounded(value: float, digits: int) -> float | None:
+    return float(f"{value:.{digits}g}") if np.isfinite(value) else None
+
+
+def described(chart: Chart, columns: Columns) -> dict[str, Any]:
+    """Return a chart as values of JSON, in which columns are numbers of ``columns``."""
+    return {
+        "title": chart.title,
+        "text": chart.text,
+        "axis": vars(chart.axis),
+        "parts": [list(part) for part in chart.parts],
+        "marks": list(chart.marks),
+        "panels": [
+            {
+                "title": panel.title,
+                "unit": panel.unit,
+                "log": panel.log,
+                "include": list(panel.include),
+                "height": panel.height,
+                "lines": [_line(line, columns) for line in panel.lines],
+                "bands": [_band(band, columns) for band in panel.bands],
+            }
+            for panel in chart.panels
+        ],
+    }
+
+
+def _line(line: Line, columns: Columns) -> dict[str, Any]:
+    return {
+        "name": line.name,
+        "x": columns.place(line.x, X_DIGITS),
+        "y": columns.place(line.y),
+        "colour": line.colour,
+        "style": line.style,
+        "dashed": line.dashed,
+        **({"size": line.width} if line.style == "points" else {"width": line.width}),
+    }
+
+
+def _band(band: Band, columns: Columns) -> dict[str, Any]:
+    return {
+        "name": band.name,
+        "x": columns.place(band.x, X_DIGITS),
+        "low": columns.place(band.low),
+        "high": columns.place(band.high),
+        "colour": band.colour,
+    }

@@ -1,0 +1,46 @@
+// The machine itself is gripped: the pointer on its drawing moves the two inputs of the pad.
+
+/** A Grip lets the pointer on a drawing set inputs: the canvas' width or height is a range. */
+export class Grip {
+  /** app: { way, choose, setTarget, channels, panel, live }. */
+  constructor(canvas, app) {
+    this.app = app;
+    this.canvas = canvas;
+    this.last = null;
+    canvas.classList.add("gripped");
+    canvas.addEventListener("pointerdown", (event) => this.begin(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    for (const kind of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(kind, () => {
+        this.last = null;
+      });
+    }
+  }
+
+  begin(event) {
+    if (this.app.way !== "live") {
+      this.app.choose("live");
+    }
+    this.canvas.setPointerCapture(event.pointerId);
+    this.last = [event.clientX, event.clientY];
+  }
+
+  move(event) {
+    if (this.last === null) {
+      return;
+    }
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const parts = [(event.clientX - this.last[0]) / width, (this.last[1] - event.clientY) / height];
+    this.last = [event.clientX, event.clientY];
+    const axes = this.app.panel.pad.axes;
+    [...new Set(axes)].forEach((index, k) => this.turn(index, parts[k]));
+  }
+
+  /** Moves an input by a part of its range; angles go on over a whole turn. */
+  turn(index, part) {
+    const { low, high, turns } = this.app.channels[index];
+    const value = this.app.live.targets[index] + part * (high - low);
+    const turned = value - 360 * Math.round(value / 360);
+    this.app.setTarget(index, turns ? turned : Math.min(Math.max(value, low), high));
+  }
+}

@@ -1,0 +1,112 @@
+"""Spectra of a validation: what the surrogate answers, and what it errs, at each frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.validation.comparison import Comparison
+
+ComplexArray = NDArray[np.complex128]
+
+SEGMENTS = 3
+"""Segments are at most such a part of a trajectory; half of each lies in the next one too."""
+
+SHORTEST_SEGMENT = 32
+"""Segments of fewer samples show no frequencies worth a chart."""
+
+DRIVEN = 1e-7
+"""Frequencies where an input has less than this part of its largest density are not driven."""
+
+RIDGE = 1e-9
+"""Inputs that cannot be told apart at a frequency share its response."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Spectra of all trajectories of a validation, at F frequencies above zero.
+
+    Attributes:
+        frequency: in Hz, (F,).
+        inputs: cross spectral densities of the inputs, (F, n_inputs, n_inputs).
+        to_reference, to_surrogate: those of inputs and outputs, (F, n_inputs, n_outputs).
+        reference, surrogate, error: densities of the outputs and of the error, (F, n_outputs).
+    """
+
+    frequency: FloatArray
+    inputs: ComplexArray
+    to_reference: ComplexArray
+    to_surrogate: ComplexArray
+    reference: FloatArray
+    surrogate: FloatArray
+    error: FloatArray
+
+    def responses(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the frequency responses of reference and surrogate, (F, n_inputs, n_outputs).
+
+        They are those of the linear system that comes nearest (the H1 estimator), found from the
+        same inputs for both, so that they may be compared where the system is nonlinear too.
+        """
+        size = np.trace(self.inputs, axis1=1, axis2=2).real / self.inputs.shape[1]
+        whole = self.inputs + RIDGE * size[:, None, None] * np.eye(self.inputs.shape[1])
+        both = (self.to_reference, self.to_surrogate)
+        true, own = (np.asarray(np.linalg.solve(whole, one), dtype=np.complex128) for one in both)
+        return true, own
+
+    def driven(self, channel: int) -> NDArray[np.bool_]:
+        """Return at which frequencies an input has some power, (F,)."""
+        density = self.inputs[:, channel, channel].real
+        return np.asarray(density > DRIVEN * density.max())
+
+
+def spectra_of(comparisons: Sequence[Comparison], step: float) -> Spectra | None:
+    """Estimate spectra by Welch's method, over all trajectories; None where they are too short."""
+    shortest = min(len(c.time) for c in comparisons)
+    length = 2 ** int(np.log2(max(1, shortest // SEGMENTS)))
+    if length < SHORTEST_SEGMENT:
+        return None
+    sums: dict[str, Any] = {}
+    for u, y, z in _segments(comparisons, length):
+        for name, one, other in (
+            *(("inputs", u, u), ("to_reference", u, y), ("to_surrogate", u, z)),
+            *(("reference", y, y), ("surrogate", z, z), ("error", z - y, z - y)),
+        ):
+            product = np.einsum("fi,fj->fij", one.conj(), other)
+            sums[name] = sums.get(name, 0.0) + product
+    # one-sided densities, the means over all segments
+    window = np.hanning(length)
+    scale = 2.0 * step / (_count(comparisons, length) * np.sum(window**2))
+    found = {name: scale * values[1:] for name, values in sums.items()}
+    for name in ("reference", "surrogate", "error"):
+        found[name] = np.einsum("fii->fi", found[name]).real
+    return Spectra(np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64), **found)
+
+
+def _starts(comparison: Comparison, length: int) -> range:
+    return range(0, len(comparison.time) - length + 1, length // 2)
+
+
+def _count(comparisons: Sequence[Comparison], length: int) -> int:
+    return sum(len(_starts(c, length)) for c in comparisons)
+
+
+def _segments(
+    comparisons: Sequence[Comparison], length: int
+) -> Iterator[tuple[ComplexArray, ComplexArray, ComplexArray]]:
+    """Transform inputs, reference and surrogate of all segments, (F + 1, n_channels) each."""
+    window = np.hanning(length)[:, None]
+    for comparison in comparisons:
+        courses = [comparison.inputs, comparison.reference, comparison.surrogate]
+        # the same mean is taken from both outputs, or a constant error would be lost
+        means = [courses[0].mean(axis=0), courses[1].mean(axis=0), courses[1].mean(axis=0)]
+        for first in _starts(comparison, length):
+            one, other, third = (
+                np.fft.rfft(window * (course[first : first + length] - mean), axis=0)
+                for course, mean in zip(courses, means, strict=True)
+            )
+            yield one, other, third

@@ -1,0 +1,174 @@
+"""Charts of single trajectories: reference, surrogate, errors and the inputs that led to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
+from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.motions import motions_of
+
+MOST_SAMPLES = 3000
+"""No chart has more samples than these; of longer trajectories it has the worst part."""
+
+PHASE_SAMPLES, FINER, FEWEST_OF_SPLINE = 120, 8, 4
+"""A phase plot has so many samples around the largest error, and so many places for each of them
+on a spline through them, which needs a few samples."""
+
+INPUT_COLOURS = 6
+
+TRUE: dict[str, Any] = {"colour": "truth", "dashed": True, "width": 3.0}
+OWN: dict[str, Any] = {"colour": "line", "width": 1.5}
+"""How the lines of the reference and of the surrogate look."""
+
+
+def trajectory_charts(validation: Validation) -> list[Chart]:
+    """Draw the worst and the median trajectory of every output."""
+    found = []
+    for output in range(len(validation.surrogate.outputs)):
+        for title, chosen in ranked(validation, output).items():
+            found.append(_trajectory_chart(validation, chosen, output, title))
+    return found
+
+
+def ranked(validation: Validation, output: int) -> dict[str, Comparison]:
+    """Return the trajectories with the worst and the median relative error, by their titles."""
+    order = sorted(
+        validation.comparisons,
+        key=lambda c: float(validation.relative(c.error, c.reference)[output]),
+    )
+    if len(order) == 1:  # of a record there is often but one block
+        return {"the only trajectory": order[0]}
+    return {"worst trajectory": order[-1], "median trajectory": order[len(order) // 2]}
+
+
+def phase_charts(validation: Validation) -> list[Chart]:
+    """Draw every output over its speed, on the worst part of its worst trajectory."""
+    found = []
+    for output, signal in enumerate(validation.surrogate.outputs):
+        chosen = next(iter(ranked(validation, output).values()))
+        part = around_worst(chosen, output, PHASE_SAMPLES)
+        if len(chosen.time[part]) < FEWEST_OF_SPLINE:
+            continue
+        lines = [
+            Line(name, *_phase_of(chosen.time[part], course[part, output]), **look)
+            for name, course, look in (
+                (true_name(validation), chosen.reference, TRUE),
+                ("surrogate", chosen.surrogate, OWN),
+            )
+        ]
+        panel = Panel("speed", f"{signal.unit}/s", lines, height="square")
+        axis = Axis(said(signal.name), "" if signal.unit == "1" else signal.unit)
+        found.append(Chart(said(signal.name), [panel], axis))
+    return found
+
+
+def _phase_of(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return values and speeds of the cubic spline through samples, (N,) both."""
+    from scipy.interpolate import CubicSpline  # slow to import
+
+    fine = np.linspace(time[0], time[-1], FINER * (len(time) - 1) + 1)
+    spline = CubicSpline(time, values)
+    return np.asarray(spline(fine)), np.asarray(spline(fine, 1))
+
+
+def inputs_panel(validation: Validation, time: FloatArray, inputs: FloatArray) -> Panel:
+    """Draw inputs, (N, n_inputs): one in its unit, several each over half its range."""
+    signals = validation.surrogate.inputs
+    style: Style = "steps" if hold_of(signals) == "zero_order" else "line"
+    if len(signals) == 1:
+        line = Line(signals[0].name, time, inputs[:, 0], "input-0", style, width=1.3)
+        return Panel("input", signals[0].unit, [line], height="short")
+    lines = [
+        Line(
+            s.name,
+            time,
+            _over_range(s, inputs[:, i]),
+            f"input-{i % INPUT_COLOURS}",
+            style,
+            width=1.2,
+        )
+        for i, s in enumerate(signals)
+    ]
+    return Panel("inputs over half their ranges", "1", lines, height="short")
+
+
+def outputs_panel(validation: Validation, chosen: Comparison, part: slice, output: int) -> Panel:
+    """Draw the reference and the surrogate of an output."""
+    signal, time = validation.surrogate.outputs[output], chosen.time[part]
+    truth = Line(true_name(validation), time, chosen.reference[part, output], **TRUE)
+    own = Line("surrogate", time, chosen.surrogate[part, output], **OWN)
+    return Panel(said(signal.name), signal.unit, [truth, own])
+
+
+def error_panel(validation: Validation, chosen: Comparison, part: slice, output: int) -> Panel:
+    """Draw the absolute error of an output, and what the FMU says of it."""
+    signal, time = validation.surrogate.outputs[output], chosen.time[part]
+    error = np.abs(chosen.error[part, output])
+    lines, bands = [Line("|error|", time, error, "bad", width=1.1)], []
+    if chosen.estimate is not None:
+        true = chosen.true_error[part, output]
+        estimate = np.where(np.isfinite(true), chosen.estimate[part, output], np.nan)
+        span = validation.surrogate.estimated_samples
+        lines.append(Line(f"RMSE of {span} samples", time, true, "truth", dashed=True))
+        lines.append(Line("its estimate", time, estimate, "estimate"))
+    if chosen.told is not None:
+        bound = chosen.told.bounds[part, output]
+        bands.append(Band("error bound", time, np.zeros_like(bound), bound))
+    return Panel("error", signal.unit, lines, bands, include=(0.0,))
+
+
+def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
+    """Return the parts of a trajectory, from a time to a time in s, outside of the domain."""
+    if chosen.told is None:
+        return []
+    outside = np.concatenate([[0], chosen.told.in_domain[part] == 0, [0]])
+    edges = np.flatnonzero(np.diff(outside)).reshape(-1, 2)
+    time = chosen.time[part]
+    return [(float(time[max(0, a - 1)]), float(time[b - 1])) for a, b in edges]
+
+
+def around_worst(chosen: Comparison, output: int, most: int = MOST_SAMPLES) -> slice:
+    """Return the samples that are drawn: all, or so many around the largest error."""
+    count = min(len(chosen.time), most)
+    worst = int(np.argmax(np.abs(chosen.error[:, output])))
+    first = min(max(0, worst - count // 2), len(chosen.time) - count)
+    return slice(first, first + count)
+
+
+def true_name(validation: Validation) -> str:
+    """Say what the FMU is compared with."""
+    return "measured" if validation.recipe.system.is_record else "reference"
+
+
+def said(name: str) -> str:
+    """Return the name of a variable as people say it."""
+    return name.replace("_", " ")
+
+
+def _over_range(signal: Signal, values: FloatArray) -> FloatArray:
+    middle, half = 0.5 * (signal.low + signal.high), 0.5 * (signal.high - signal.low)
+    return np.asarray((values - middle) / half)
+
+
+def _trajectory_chart(
+    validation: Validation, chosen: Comparison, output: int, title: str
+) -> Chart:
+    part = around_worst(chosen, output)
+    signal, kind = validation.surrogate.outputs[output], motions_of(validation.recipe)[chosen.kind]
+    error = validation.relative(chosen.error, chosen.reference)[output]
+    panels: Sequence[Panel] = [
+        outputs_panel(validation, chosen, part, output),
+        error_panel(validation, chosen, part, output),
+        inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
+    ]
+    return Chart(
+        f"{said(signal.name)}: {title}",
+        panels,
+        text=f"{kind.name}, relative RMSE {100 * error:.3g} %",
+        parts=outside_parts(chosen, part),
+    )

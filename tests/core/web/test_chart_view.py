@@ -1,0 +1,149 @@
+"""Charts in headless Chromium: what people see, read and zoom."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
+from slide_fmu.validation.report import Report, Section
+from tests.browser import Browser
+
+CANVAS = "document.querySelectorAll('canvas.chart')[{}]"
+WHOLE_IS_HIDDEN = "document.querySelectorAll('.whole')[{}].hidden"
+VALUES = "[...document.querySelectorAll('.chart-card')[{}].querySelectorAll('.value')]"
+SCREEN = (1000, 1400)
+
+X = np.linspace(0.0, 10.0, 101)
+SQUARE = Chart(
+    "a square",
+    [
+        Panel("size", "m", [Line("x squared", X, X**2)]),
+        Panel("root", "m", [Line("x", X, X, style="steps")], height="short"),
+    ],
+)
+POWER = Chart(
+    "a power",
+    [Panel("size", "N", [Line("power", X[1:], X[1:] ** 3)], log=True)],
+    Axis("frequency", "Hz", log=True),
+)
+LOOP = Chart("a loop", [Panel("y", "m", [Line("loop", np.sin(X), np.cos(X))], height="square")])
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    sections = [Section("Charts", "Three.", charts=[SQUARE, POWER, LOOP])]
+    return Report("charts", "All of them.", {}, sections).write(tmp_path_factory.mktemp("charts"))
+
+
+@pytest.fixture
+def shown(chromium: Browser, page: Path) -> Browser:
+    chromium.resize(*SCREEN)
+    chromium.open(page)
+    assert chromium.evaluate("document.documentElement.dataset.ready") == "yes"
+    return chromium
+
+
+def _places(browser: Browser, index: int, *parts: float) -> list[tuple[float, float]]:
+    """Return places on a canvas, parts of its width, on the screen."""
+    left, top, width, height = browser.evaluate(
+        "(r => [r.left, r.top, r.width, r.height])"
+        f"({CANVAS.format(index)}.getBoundingClientRect())"
+    )
+    # a plot has 52 pixels on its left and 8 on its right for the axis
+    return [(left + 52 + part * (width - 60), top + height / 2) for part in parts]
+
+
+def _mouse(browser: Browser, kind: str, place: tuple[float, float], buttons: int) -> None:
+    where = {"x": place[0], "y": place[1], "button": "left" if buttons else "none"}
+    browser.call("Input.dispatchMouseEvent", type=kind, buttons=buttons, clickCount=1, **where)
+
+
+def _drag(browser: Browser, begin: tuple[float, float], end: tuple[float, float]) -> None:
+    _mouse(browser, "mousePressed", begin, 1)
+    _mouse(browser, "mouseMoved", end, 1)
+    browser.call(
+        "Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], button="left"
+    )
+
+
+def _picture(browser: Browser, index: int) -> str:
+    return str(browser.evaluate(f"{CANVAS.format(index)}.toDataURL()"))
+
+
+def test_pointer_reads_the_values_of_all_panels_at_its_place(shown: Browser) -> None:
+    (place,) = _places(shown, 0, 0.3)
+    _mouse(shown, "mouseMoved", place, 0)
+    texts = shown.evaluate(f"{VALUES.format(0)}.map(e => e.textContent)")
+    assert texts == ["9.00 m", "3.00 m"]
+
+
+def test_loop_has_no_value_at_a_place_of_its_axis(shown: Browser) -> None:
+    (place,) = _places(shown, 3, 0.5)
+    _mouse(shown, "mouseMoved", place, 0)
+    assert shown.evaluate(f"{VALUES.format(2)}.map(e => e.textContent)") == [""]
+
+
+@pytest.mark.parametrize(("chart", "canvas"), [(0, 1), (1, 2)], ids=["time", "logarithmic"])
+def test_dragging_shows_a_part_and_the_button_the_whole_again(
+    shown: Browser, chart: int, canvas: int
+) -> None:
+    before = _picture(shown, canvas)
+    assert shown.evaluate(WHOLE_IS_HIDDEN.format(chart))
+    _drag(shown, *_places(shown, canvas, 0.4, 0.6))
+    assert not shown.evaluate(WHOLE_IS_HIDDEN.format(chart))
+    (middle,) = _places(shown, canvas, 0.5)
+    _mouse(shown, "mouseMoved", (middle[0], middle[1] - 400), 0)
+    assert _picture(shown, canvas) != before
+    shown.evaluate(f"document.querySelectorAll('.whole')[{chart}].click()")
+    assert shown.evaluate(WHOLE_IS_HIDDEN.format(chart))
+    assert _picture(shown, canvas) == before
+
+
+def test_zoomed_plot_shows_values_of_its_part_alone(shown: Browser) -> None:
+    _drag(shown, *_places(shown, 0, 0.4, 0.6))
+    begin, end = _places(shown, 0, 0.0, 1.0)
+    found = []
+    for place in (begin, end):
+        _mouse(shown, "mouseMoved", place, 0)
+        text = shown.evaluate(f"{VALUES.format(0)}[1].textContent")
+        found.append(float(str(text).split()[0]))
+    assert found == pytest.approx([4.0, 6.0], abs=0.05)
+
+
+def test_keys_alone_read_and_zoom(shown: Browser) -> None:
+    shown.evaluate(f"{CANVAS.format(0)}.focus()")
+    shown.press("ArrowRight")
+    assert shown.evaluate(f"{VALUES.format(0)}[1].textContent") == "5.20 m"
+    shown.press("+")
+    assert not shown.evaluate(WHOLE_IS_HIDDEN.format(0))
+    shown.press("0")
+    assert shown.evaluate(WHOLE_IS_HIDDEN.format(0))
+
+
+def test_colours_follow_the_system_and_the_switch(shown: Browser, page: Path) -> None:
+    light = _picture(shown, 0)
+    shown.resize(*SCREEN, dark=True)
+    shown.open(page)
+    dark = _picture(shown, 0)
+    assert dark != light
+    shown.evaluate("document.getElementById('theme').click()")
+    assert _picture(shown, 0) == light
+
+
+def test_charts_ask_for_nothing_and_complain_of_nothing(shown: Browser) -> None:
+    assert shown.complaints() == []
+
+
+def test_damaged_charts_are_told(chromium: Browser, page: Path, tmp_path: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    begin = text.index('id="blob-charts">') + len('id="blob-charts">')
+    damaged = tmp_path / "damaged.html"
+    damaged.write_text(text[:begin] + "H4sI" + "A" * 40 + text[begin + 44 :], encoding="utf-8")
+    chromium.open(damaged)
+    assert chromium.evaluate("document.documentElement.dataset.ready") == "no"
+    said = chromium.evaluate("document.getElementById('problem').textContent")
+    assert "The charts cannot be drawn here" in str(said)
+    chromium.events.clear()

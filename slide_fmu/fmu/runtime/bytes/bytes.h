@@ -2,6 +2,8 @@
 #ifndef SLIDE_BYTES_H
 #define SLIDE_BYTES_H
 
+#include "dialect.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,8 +14,7 @@ typedef struct {
 } SlideMessage;
 
 /* Write a message; always false, so that a check can return it. */
-__attribute__((format(printf, 2, 3))) bool slide_say(SlideMessage *message, const char *format,
-                                                     ...);
+SLIDE_LIKE_PRINTF(2, 3) bool slide_say(SlideMessage *message, const char *format, ...);
 
 /* Numbers at a place that was checked before, at any alignment. */
 uint32_t slide_u32(const unsigned char *at);

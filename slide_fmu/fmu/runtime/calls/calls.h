@@ -19,6 +19,16 @@ typedef struct {
 
 /* From instantiation to the end (calls_life.c). slide_instantiate: NULL when refused. */
 SlideInstance *slide_instantiate(const SlideRequest *request);
+
+/* The most memory, in bytes, of an instance, whose name has at most SLIDE_LONGEST_NAME characters,
+ * and of one of its saved states, on any processor; where importers may watch, as in FMI 3.0, or
+ * not; compiled with so many SLIDE_STEPS_PER_SAMPLE. */
+enum { SLIDE_LONGEST_NAME = 255 };
+typedef struct {
+    size_t instance, saved_state;
+} SlideSizes;
+SlideSizes slide_measure(const SlidePayload *payload, bool watched, uint32_t steps_per_sample);
+
 void slide_free(void *component);
 SlideStatus slide_set_logging(SlideInstance *instance, bool on, size_t n_categories,
                               const char *const categories[]);
@@ -74,7 +84,8 @@ SlideStatus slide_get_adjoint_derivative(SlideInstance *instance, const SlideSen
  * step before its end; or NULL. */
 SlideStatus slide_do_step(SlideInstance *instance, double point, double length, bool *early);
 
-/* Save, restore and serialise the state (calls_state.c). */
+/* Save, restore and serialise the state (calls_state.c); bytes of a saved one. */
+size_t slide_saved_size(const SlideInstance *instance);
 SlideStatus slide_save(SlideInstance *instance, void **state);
 SlideStatus slide_restore(SlideInstance *instance, const void *state);
 SlideStatus slide_free_state(SlideInstance *instance, void **state);

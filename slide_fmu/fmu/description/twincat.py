@@ -1,8 +1,9 @@
 """The ``CustomFMU.xml`` of scalar sources: how TwinCAT's TE1420 Target for FMI builds them.
 
-The file has the elements of the template that Beckhoff publishes for further tools (Infosys, TE1420,
-"Integration of additional tools"): the tool's name as ``modelDescription.xml`` has it, folders of
-headers, macros, files that are left out, and replacements in files, of which the sources need none.
+The file has the elements of the template that Beckhoff publishes for further tools (Infosys,
+TE1420, "Integration of additional tools"): the tool's name as ``modelDescription.xml`` has it,
+folders of headers, macros, files that are left out, and replacements in files, of which the
+sources need none.
 """
 
 from __future__ import annotations

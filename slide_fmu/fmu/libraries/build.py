@@ -119,8 +119,8 @@ SOURCE_FOLDERS = {
     fmi: tuple(name for name in LIBRARY_FOLDERS if name not in (other, *PYTHON_FOLDERS))
     for fmi, other in ((2, "fmi3"), (3, "fmi2"))
 }
-"""Those whose files a source FMU needs, by the major version of the standard; the folders ``source``
-and ``scalar`` replace some of them."""
+"""Those whose files a source FMU needs, by the major version of the standard; the folders
+``source`` and ``scalar`` replace some of them."""
 
 STANDARD_HEADERS = {
     2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),

@@ -4,8 +4,8 @@ The runtime's own files, each with one line before it, ``#include "own_names.h"`
 by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
 kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``). Scalar sources, for
 controllers, use no extension of C99 (``SLIDE_SCALAR``) and no memory from the heap: the file in
-``runtime/scalar`` replaces a further one. The headers of the FMI project lie beside them, under its
-own licence, which stands in them.
+``runtime/scalar`` replaces a further one. The headers of the FMI project lie beside them, under
+its own licence, which stands in them.
 """
 
 from __future__ import annotations
@@ -78,7 +78,9 @@ def source_members(
     texts |= {header.name: header.read_text("utf-8") for header in standard_headers(fmi)}
     if fmi == 2:
         texts[_FUNCTIONS] = _with_prefix(texts[_FUNCTIONS])
-    macros = "#define SLIDE_ONE_KERNEL\n" + (_scalar_macros(payload, fmi) if scalar else "")
+    reference = "unsigned int" if fmi == 2 else "uint32_t"
+    macros = f"#define SLIDE_ONE_KERNEL\n#define SLIDE_REFERENCE {reference}\n"
+    macros += _scalar_macros(payload, fmi) if scalar else ""
     texts |= {NAMES: macros + _own_names(name, headers, fmi), "surrogate.h": _as_array(payload)}
     members = {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
     if fmi == 3:
@@ -114,8 +116,8 @@ def _scalar_macros(payload: bytes, fmi: FmiVersion) -> str:
     usual = STEPS_PER_SAMPLE[0]
     lines = [
         "#define SLIDE_SCALAR",
-        "/* Communication steps that are told apart in a sample step; and bytes of an instance and",
-        " * of a saved state on any processor: those with pointers of 32 bits need less. */",
+        "/* Communication steps that are told apart in a sample step; and bytes of an instance",
+        " * and of a saved state on any processor: those with 32-bit pointers need less. */",
         "#if !defined(SLIDE_STEPS_PER_SAMPLE)",
         f"#define SLIDE_STEPS_PER_SAMPLE {usual}",
         "#endif",
@@ -137,8 +139,8 @@ def _own_names(name: str, headers: str, fmi: FmiVersion) -> str:
     internal = sorted(set(_INTERNAL.findall(headers)))
     lines = [
         f"/* Names of {name}'s own. FMI functions have those of the standard, as in a shared",
-        f" * library; compile with -DFMI{fmi}_FUNCTION_PREFIX={name}_ to link several FMUs into one",
-        " * program. */",
+        f" * library; compile with -DFMI{fmi}_FUNCTION_PREFIX={name}_ to link several FMUs into",
+        " * one program. */",
         "#define SLIDE_KERNEL slide_kernel_baseline",
         *(f"#define {function} {name}_{function}" for function in internal),
     ]

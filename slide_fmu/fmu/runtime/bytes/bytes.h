@@ -4,6 +4,7 @@
 
 #include "dialect.h"
 
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,6 +13,10 @@
 typedef struct {
     char text[320];
 } SlideMessage;
+
+/* As vsnprintf; or, with SLIDE_QUIET, the format as it is, but for "%s": some C libraries take memory
+ * from the heap to write numbers. */
+void slide_format(char *text, size_t size, const char *format, va_list arguments);
 
 /* Write a message; always false, so that a check can return it. */
 SLIDE_LIKE_PRINTF(2, 3) bool slide_say(SlideMessage *message, const char *format, ...);

@@ -5,6 +5,13 @@
 
 #include "instance.h"
 
+/* Which variable: of the type that the standard has, in FMI 2.0 unsigned int, which for some
+ * compilers is another type than uint32_t. Source FMUs define it. */
+#if !defined(SLIDE_REFERENCE)
+#define SLIDE_REFERENCE uint32_t
+#endif
+typedef SLIDE_REFERENCE SlideReference;
+
 /* What an importer tells when it instantiates an FMU. */
 typedef struct {
     const char *function, *name, *guid;
@@ -43,7 +50,7 @@ typedef enum { SLIDE_DOUBLES, SLIDE_INTS, SLIDE_BOOLS } SlideForm;
 /* Variables, all of one type, and how many values come with them: one for each, but of an array
  * all. */
 typedef struct {
-    const uint32_t *references;
+    const SlideReference *references;
     size_t n_references, n_values;
     SlideForm form;
 } SlideValues;
@@ -59,14 +66,14 @@ SlideStatus slide_settle(SlideInstance *instance);
 SlideStatus slide_none_of_type(SlideInstance *instance, size_t count);
 
 /* Derivatives of inputs with respect to time (calls_rates.c). */
-SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[], size_t count,
-                            const int orders[], const double rates[]);
+SlideStatus slide_set_rates(SlideInstance *instance, const SlideReference references[],
+                            size_t count, const int orders[], const double rates[]);
 
 /* Derivatives of scalar outputs by inputs, also of those outputs that tell about others. */
 typedef struct {
-    const uint32_t *unknowns;
+    const SlideReference *unknowns;
     size_t n_unknowns;
-    const uint32_t *knowns;
+    const SlideReference *knowns;
     size_t n_knowns;
     const double *seed;
     size_t n_seed;

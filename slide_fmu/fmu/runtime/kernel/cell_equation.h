@@ -29,7 +29,8 @@ SLIDE_INLINE void affine_block(const float *w, Pair start, Pair x, size_t n_in, 
     Lanes *y_a = y + first * PARTS, *y_b = y_a + n_panels * PARTS;
     Lanes a[2 * PARTS], b[2 * PARTS], c[2 * PARTS], d[2 * PARTS];
     for (size_t k = 0; k < count; ++k) {
-        a[k] = start_a[k], b[k] = start_b[k], c[k] = d[k] = (Lanes){0};
+        a[k] = start_a[k], b[k] = start_b[k];
+        c[k] = (Lanes){0}, d[k] = (Lanes){0};
     }
     size_t i = 0;
     for (; i + 2 <= n_in; i += 2) {

@@ -3,7 +3,8 @@
     python tests/benchmarks/misra.py fmus/duffing/duffing.fmu --json -
 
 Rules are those of MISRA C:2012 that the add-on knows, by number; their texts may not be copied.
-Files of the FMI project and of the C library are not counted. ``others`` are what cppcheck says besides.
+Files of the FMI project and of the C library are not counted. ``others`` are what cppcheck says
+besides.
 """
 
 from __future__ import annotations

@@ -51,6 +51,10 @@ def export(
     sources: Annotated[
         bool, typer.Option("--source", help="Add C sources, for your own compiler.")
     ] = False,
+    scalar: Annotated[
+        bool,
+        typer.Option("--scalar", help="Add those for controllers: scalar, no dynamic memory."),
+    ] = False,
     backend: Annotated[
         Backend, typer.Option(help="Run in C, or in Python, as torch modules do.")
     ] = Backend.native,
@@ -73,7 +77,8 @@ def export(
     with progress_bars() as bar:
         version: Literal[2, 3] = 3 if fmi == 3 else 2
         python, seeds = backend == Backend.python, (seed, data_seed)
-        request = Request(source, output, version, sources, python, description, *seeds, runs)
+        kind: bool | Literal["scalar"] = "scalar" if scalar else sources
+        request = Request(source, output, version, kind, python, description, *seeds, runs)
         written = write(request, bar)
     write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
     show_remark(written.remark)

@@ -14,7 +14,7 @@ from slide_fmu.fmu.attachments.files import attached_files
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
-from slide_fmu.fmu.libraries.sources import compiled_files, source_members
+from slide_fmu.fmu.libraries.sources import Sources, compiled_files, source_members
 from slide_fmu.surrogate.payload import MAGIC, PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -49,7 +49,7 @@ def export_fmu(
     provenance: dict[str, object] | None = None,
     documentation: Mapping[str, bytes] | None = None,
     extra: Mapping[str, bytes] | None = None,
-    sources: bool = False,
+    sources: Sources = False,
 ) -> Path:
     """Write a surrogate as co-simulation FMU; the same arguments give the same bytes.
 
@@ -61,23 +61,22 @@ def export_fmu(
         documentation: files of the documentation folder, by name, ``index.html`` first of all.
             The folder ``licenses`` is written in any case.
         extra: files of the folder ``extra``, by name, which no runtime reads.
-        sources: also write the C sources, for targets that the libraries are not for; FMI 2.0.
+        sources: also write the C sources, for targets that the libraries are not for; "scalar":
+            those without vector types and dynamic memory, for controllers.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: names of variables, documentation or extra files are not usable, or sources
-            are asked for in FMI 3.0.
+        ValueError: names of variables, documentation or extra files are not usable.
         FileNotFoundError: the runtime has not been compiled.
+        NativeError: scalar sources: there is no compiled library for this computer.
         OSError: the file cannot be written.
     """
     path = Path(path)
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     payload = surrogate.to_bytes()
-    if fmi == 3 and sources:
-        raise ValueError("C sources in an FMU of FMI 3.0; expected FMI 2.0: export with --fmi 2")
     if fmi == 3:
         description = model_description3(surrogate, guid_of(payload))
     else:
@@ -87,7 +86,7 @@ def export_fmu(
         DESCRIPTION: description,
         SURROGATE: payload,
         **libraries(surrogate.name, fmi),
-        **(source_members(surrogate.name, payload) if sources else {}),
+        **(source_members(surrogate.name, payload, fmi, sources == "scalar") if sources else {}),
     }
     if provenance is not None:
         text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)

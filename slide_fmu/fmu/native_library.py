@@ -100,6 +100,27 @@ class Handles:
             raise NativeError("a feature of the inputs is not finite, or there is no memory left")
 
 
+def memory_sizes(payload: bytes, fmi: int, steps_per_sample: int) -> tuple[int, int]:
+    """Measure the most memory that an FMU's instance takes, on any processor, in bytes.
+
+    Args:
+        payload: the surrogate file.
+        fmi: major version of the FMU's standard.
+        steps_per_sample: that are told apart, the macro ``SLIDE_STEPS_PER_SAMPLE``.
+
+    Returns:
+        Bytes of an instance whose name has at most 255 characters, and of one saved state.
+
+    Raises:
+        NativeError: there is no compiled library, or it refuses the surrogate.
+    """
+    sizes, message = (ctypes.c_size_t * 2)(), ctypes.create_string_buffer(MESSAGE)
+    measure, given = load_library().slide_native_sizes, (payload, len(payload))
+    if measure(*given, fmi, steps_per_sample, sizes, message, MESSAGE) != 0:
+        raise NativeError(message.value.decode())
+    return sizes[0], sizes[1]
+
+
 def groups(count: int, together: int, threads: int) -> list[slice]:
     """Give slices of so many records, at most one for each thread, of whole groups."""
     whole = -(-count // together)
@@ -144,6 +165,7 @@ def load_library() -> ctypes.CDLL:
         "kernel": [text, size],
         "layers": [ctypes.c_int, handle, handle, size, handle],
         "records": [ctypes.c_int, handle, handle, size, size, size, size, size, handle],
+        "sizes": [ctypes.c_int, text, size, *2 * [ctypes.c_uint32], handle, text, size],
         "slopes": [ctypes.c_int, handle, handle, handle, size, size, handle],
     }
     for name, (result, *arguments) in signatures.items():

@@ -21,6 +21,7 @@ from slide_fmu.fmu.export import (
     read_folder,
 )
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -32,7 +33,7 @@ class Request:
         source: recipe that was trained, FMU, or torch module.
         path: the FMU to write; a recipe's has a place of its own in its run folder.
         fmi: version of the standard.
-        sources: whether C sources are written too.
+        sources: whether C sources are written too, and which.
         python: whether an FMU that needs Python was asked for.
         description: TOML file about a torch module.
         training_seed: seed of a trained recipe's training.
@@ -43,7 +44,7 @@ class Request:
     source: Path
     path: Path | None
     fmi: FmiVersion
-    sources: bool
+    sources: Sources
     python: bool
     description: Path | None
     training_seed: int | None
@@ -130,7 +131,7 @@ def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
     return same and other.to_bytes() == surrogate.to_bytes()
 
 
-def export_again(source: Path, path: Path, fmi: FmiVersion, sources: bool) -> Path:
+def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) -> Path:
     """Write the surrogate of an FMU as FMU of either standard, with this version's runtime.
 
     Its documentation and credentials stay as they are.
@@ -170,7 +171,7 @@ def _export_module(request: Request) -> Path:
     if request.fmi != 2 or request.sources:
         raise ModuleError(
             f"{request.source}: the python backend writes the module as it is, as FMI 2.0; leave "
-            "out --fmi 3 and --source, which are for native FMUs"
+            "out --fmi 3, --source and --scalar, which are for native FMUs"
         )
     _refuse_options_of_recipes(request)
     if request.description is None or request.path is None:

@@ -12,6 +12,7 @@ from typing import Any
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.export import load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
@@ -68,7 +69,7 @@ class Learnt:
         found = self.figures["validation"]["in range"]["outputs"]
         return {output["name"]: float(output["relative_rmse"]) for output in found}
 
-    def export(self, path: str | Path, fmi: FmiVersion = 2, sources: bool = False) -> Path:
+    def export(self, path: str | Path, fmi: FmiVersion = 2, sources: Sources = False) -> Path:
         """Write the FMU with its report elsewhere, for a version of FMI, perhaps with C sources.
 
         Raises:

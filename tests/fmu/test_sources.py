@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -119,13 +120,17 @@ def test_export_with_source_adds_the_sources_to_an_fmu(tmp_path: Path) -> None:
     )
 
 
-def test_sources_are_refused_in_fmi_3(tmp_path: Path) -> None:
-    plain = export_fmu(random_surrogate(SHAPES["layers"]), tmp_path / "plain.fmu")
-    arguments = ["export", str(plain), "--source", "--fmi", "3", "-o", str(tmp_path / "no.fmu")]
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 1
-    assert "export with --fmi 2" in result.output
-    assert not (tmp_path / "no.fmu").exists()
+def test_build_description_of_a_source_fmu_of_fmi_3_names_all_sources(tmp_path: Path) -> None:
+    surrogate = random_surrogate(SHAPES["layers"])
+    path = export_fmu(surrogate, tmp_path / "three.fmu", fmi=3, sources=True)
+    assert validate_fmu(str(path)) == []
+    folder = Path(fmpy.extract(str(path), str(tmp_path / "three"))) / "sources"
+    description = ElementTree.parse(folder / "buildDescription.xml").getroot()
+    named = [file.get("name") for file in description.iter("SourceFile")]
+    assert named == sorted(file.name for file in folder.glob("*.c"))
+    assert "fmi3_functions.c" in named
+    assert "fmi2_functions.c" not in named
+    assert check_fmu(path) == []
 
 
 def test_source_fmu_opens_no_file(tmp_path: Path) -> None:

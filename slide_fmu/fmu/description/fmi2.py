@@ -19,6 +19,9 @@ from slide_fmu.fmu.description.surrogate_variables import (
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 
+TOOL = "slide-fmu"
+"""What wrote the FMU, as importers see it."""
+
 CAPABILITIES = {
     "needsExecutionTool": "false",
     "canHandleVariableCommunicationStepSize": "true",
@@ -86,7 +89,7 @@ def root_element(surrogate: Surrogate, version: str, **identity: str) -> Element
         "description": "SLIDE surrogate: a network that needs the last "
         f"{surrogate.network.memory_length} samples of the inputs, {surrogate.window.step:g} s "
         "apart, and gives the outputs one step later",
-        "generationTool": "slide-fmu",
+        "generationTool": TOOL,
         "variableNamingConvention": "flat",
     }
     return ElementTree.Element("fmiModelDescription", attributes)

@@ -115,8 +115,12 @@ PAGE_FOLDERS = (
 )
 """Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
 
-SOURCE_FOLDERS = tuple(name for name in LIBRARY_FOLDERS if name not in ("fmi3", *PYTHON_FOLDERS))
-"""Those whose files a source FMU of FMI 2.0 needs; the folder ``source`` replaces some of them."""
+SOURCE_FOLDERS = {
+    fmi: tuple(name for name in LIBRARY_FOLDERS if name not in (other, *PYTHON_FOLDERS))
+    for fmi, other in ((2, "fmi3"), (3, "fmi2"))
+}
+"""Those whose files a source FMU needs, by the major version of the standard; the folders
+``source`` and ``scalar`` replace some of them."""
 
 STANDARD_HEADERS = {
     2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),

@@ -2,14 +2,19 @@
 
 The runtime's own files, each with one line before it, ``#include "own_names.h"``. One is replaced
 by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
-kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``). The headers of the FMI
-project lie beside them, under its own licence, which stands in them.
+kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``). Scalar sources, for
+controllers, use no extension of C99 (``SLIDE_SCALAR``) and no memory from the heap: the file in
+``runtime/scalar`` replaces a further one. The headers of the FMI project lie beside them, under
+its own licence, which stands in them.
 """
 
 from __future__ import annotations
 
 import re
+from typing import Literal
 
+from slide_fmu.fmu.description.build_description import build_description
+from slide_fmu.fmu.description.twincat import twincat_description
 from slide_fmu.fmu.libraries.build import (
     RUNTIME,
     SOURCE_FOLDERS,
@@ -17,6 +22,14 @@ from slide_fmu.fmu.libraries.build import (
     runtime_files,
     standard_headers,
 )
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.native_library import memory_sizes
+
+Sources = bool | Literal["scalar"]
+"""Whether an FMU has C sources: none, those with vector types, or scalar ones."""
+
+STEPS_PER_SAMPLE = (32, 16, 8, 4, 2)
+"""What the macro ``SLIDE_STEPS_PER_SAMPLE`` may be; the first is that of the libraries."""
 
 FOLDER = "sources"
 NAMES = "own_names.h"
@@ -31,50 +44,103 @@ _PREFIX = f"""#if defined(FMI2_FUNCTION_PREFIX)
 #else
 {_NO_PREFIX}#endif
 """
-"""How ``fmi2Functions.h`` forms the names of functions in fmpy, and in the standard."""
+"""How ``fmi2Functions.h`` forms the names of functions in fmpy, and in the standard. The header of
+FMI 3.0 is as the standard has it."""
 
 _INTERNAL = re.compile(r"\b(slide_\w+)(?=[(;,])")
 
 
-def source_members(name: str, payload: bytes) -> dict[str, bytes]:
+def source_members(
+    name: str, payload: bytes, fmi: FmiVersion = 2, scalar: bool = False
+) -> dict[str, bytes]:
     """Write the files of the folder, by their names in the FMU.
 
     Args:
         name: the model identifier; begins the names of the program's internal functions, so that
             several source FMUs may be linked into one program.
         payload: the surrogate file.
+        fmi: version of the standard.
+        scalar: whether they are in scalar C99, without dynamic memory.
 
     Raises:
-        BuildError: the headers of FMI 2.0 are missing, or others than are known.
+        BuildError: the headers of the standard are missing, or others than are known.
+        NativeError: the memory of scalar sources cannot be measured: there is no compiled
+            library.
     """
-    files = runtime_files(folders=SOURCE_FOLDERS)
+    replaced = [RUNTIME / "source", *([RUNTIME / "scalar"] if scalar else [])]
+    files = [*runtime_files(folders=SOURCE_FOLDERS[fmi])]
+    files += [path for folder in replaced for path in sorted(folder.glob("*.c"))]
     texts = {path.name: path.read_text("utf-8") for path in files}
-    texts |= {path.name: path.read_text("utf-8") for path in (RUNTIME / "source").glob("*.c")}
-    names = _own_names(name, "\n".join(texts[file] for file in texts if file.endswith(".h")))
+    headers = "\n".join(texts[file] for file in texts if file.endswith(".h"))
     for file in texts:
         if file.endswith(".c"):
             texts[file] = f'#include "{NAMES}"\n\n{texts[file]}'
-    texts |= {header.name: header.read_text("utf-8") for header in standard_headers(2)}
-    if _NO_PREFIX not in texts[_FUNCTIONS]:
+    texts |= {header.name: header.read_text("utf-8") for header in standard_headers(fmi)}
+    if fmi == 2:
+        texts[_FUNCTIONS] = _with_prefix(texts[_FUNCTIONS])
+    reference = "unsigned int" if fmi == 2 else "uint32_t"
+    macros = f"#define SLIDE_ONE_KERNEL\n#define SLIDE_REFERENCE {reference}\n"
+    macros += _scalar_macros(payload, fmi) if scalar else ""
+    texts |= {NAMES: macros + _own_names(name, headers, fmi), "surrogate.h": _as_array(payload)}
+    members = {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
+    if fmi == 3:
+        description = build_description(name, compiled_files(3), scalar)
+        members[f"{FOLDER}/buildDescription.xml"] = description
+    if scalar:
+        members[f"{FOLDER}/CustomFMU.xml"] = twincat_description()
+    return members
+
+
+def compiled_files(fmi: FmiVersion = 2) -> list[str]:
+    """Name the files to compile, for the descriptions of FMUs."""
+    return [path.name for path in runtime_files(".c", SOURCE_FOLDERS[fmi])]
+
+
+def _with_prefix(functions: str) -> str:
+    """Let ``fmi2Functions.h`` of fmpy begin names with ``FMI2_FUNCTION_PREFIX``.
+
+    Raises:
+        BuildError: it forms names in another way than is known.
+    """
+    if _NO_PREFIX not in functions:
         raise BuildError(f"{_FUNCTIONS} of fmpy has no {_NO_PREFIX!r}: pip install fmpy==0.3.32")
-    texts[_FUNCTIONS] = texts[_FUNCTIONS].replace(_NO_PREFIX, _PREFIX)
-    texts |= {NAMES: names, "surrogate.h": _as_array(payload)}
-    return {f"{FOLDER}/{file}": text.encode("utf-8") for file, text in texts.items()}
+    return functions.replace(_NO_PREFIX, _PREFIX)
 
 
-def compiled_files() -> list[str]:
-    """Name the files to compile, for the element ``SourceFiles``."""
-    return [path.name for path in runtime_files(".c", SOURCE_FOLDERS)]
+def _scalar_macros(payload: bytes, fmi: FmiVersion) -> str:
+    """Sizes of the static arrays of ``runtime/scalar/memory.c``, by what may be chosen.
+
+    Raises:
+        NativeError: there is no compiled library that measures them.
+    """
+    usual = STEPS_PER_SAMPLE[0]
+    lines = [
+        "#define SLIDE_SCALAR",
+        "/* Communication steps that are told apart in a sample step; and bytes of an instance",
+        " * and of a saved state on any processor: those with 32-bit pointers need less. */",
+        "#if !defined(SLIDE_STEPS_PER_SAMPLE)",
+        f"#define SLIDE_STEPS_PER_SAMPLE {usual}",
+        "#endif",
+    ]
+    for steps in STEPS_PER_SAMPLE:
+        instance, saved_state = memory_sizes(payload, fmi, steps)
+        lines += [
+            f"#{'if' if steps == usual else 'elif'} SLIDE_STEPS_PER_SAMPLE == {steps}",
+            f"#define SLIDE_INSTANCE_BYTES {instance}",
+            f"#define SLIDE_SAVED_STATE_BYTES {saved_state}",
+        ]
+    known = ", ".join(map(str, STEPS_PER_SAMPLE))
+    lines += ["#else", f'#error "SLIDE_STEPS_PER_SAMPLE: expected one of {known}"', "#endif"]
+    return "\n".join(lines) + "\n"
 
 
-def _own_names(name: str, headers: str) -> str:
+def _own_names(name: str, headers: str, fmi: FmiVersion) -> str:
     """The header that gives all internal functions names of their own."""
     internal = sorted(set(_INTERNAL.findall(headers)))
     lines = [
         f"/* Names of {name}'s own. FMI functions have those of the standard, as in a shared",
-        f" * library; compile with -DFMI2_FUNCTION_PREFIX={name}_ to link several FMUs into one",
-        " * program. */",
-        "#define SLIDE_ONE_KERNEL",
+        f" * library; compile with -DFMI{fmi}_FUNCTION_PREFIX={name}_ to link several FMUs into",
+        " * one program. */",
         "#define SLIDE_KERNEL slide_kernel_baseline",
         *(f"#define {function} {name}_{function}" for function in internal),
     ]

@@ -1,13 +1,22 @@
 #include "bytes.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+
+void slide_format(char *text, size_t size, const char *format, va_list arguments) {
+#if defined(SLIDE_QUIET)
+    const bool is_text = strcmp(format, "%s") == 0;
+    strncpy(text, is_text ? va_arg(arguments, const char *) : format, size - 1);
+    text[size - 1] = '\0';
+#else
+    vsnprintf(text, size, format, arguments);
+#endif
+}
 
 bool slide_say(SlideMessage *message, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(message->text, sizeof message->text, format, arguments);
+    slide_format(message->text, sizeof message->text, format, arguments);
     va_end(arguments);
     return false;
 }
@@ -31,13 +40,13 @@ double slide_f64(const unsigned char *at) {
 }
 
 uint32_t slide_crc32(const unsigned char *data, size_t size) {
-    /* Four bits at a time: entry i is i shifted through the polynomial 0xEDB88320. */
+    /* Four bits at a time: entry i is i shifted through the polynomial 0xEDB88320U. */
     static const uint32_t table[16] = {
-        0x00000000, 0x1DB71064, 0x3B6E20C8, 0x26D930AC, 0x76DC4190, 0x6B6B51F4,
-        0x4DB26158, 0x5005713C, 0xEDB88320, 0xF00F9344, 0xD6D6A3E8, 0xCB61B38C,
-        0x9B64C2B0, 0x86D3D2D4, 0xA00AE278, 0xBDBDF21C,
+        0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U,
+        0x4DB26158U, 0x5005713CU, 0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU,
+        0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU,
     };
-    uint32_t crc = 0xFFFFFFFF;
+    uint32_t crc = 0xFFFFFFFFU;
     for (size_t i = 0; i < size; ++i) {
         crc ^= data[i];
         crc = crc >> 4 ^ table[crc & 15];

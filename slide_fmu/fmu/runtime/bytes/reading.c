@@ -1,15 +1,13 @@
 #include "reading.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 void slide_check(SlideCursor *cursor, bool holds, const char *format, ...) {
     if (cursor->good && !holds) {
         va_list arguments;
         va_start(arguments, format);
-        vsnprintf(cursor->message->text, sizeof cursor->message->text, format, arguments);
+        slide_format(cursor->message->text, sizeof cursor->message->text, format, arguments);
         va_end(arguments);
         cursor->good = false;
     }

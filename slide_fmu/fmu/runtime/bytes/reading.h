@@ -14,8 +14,8 @@ typedef struct {
 } SlideCursor;
 
 /* Note a fault, unless a condition holds or there was one before. */
-__attribute__((format(printf, 3, 4))) void slide_check(SlideCursor *cursor, bool holds,
-                                                       const char *format, ...);
+SLIDE_LIKE_PRINTF(3, 4)
+void slide_check(SlideCursor *cursor, bool holds, const char *format, ...);
 
 /* Only what is in the section can be read until it is closed; then all of it must have been. */
 void slide_open_section(SlideCursor *cursor, const char *tag);

@@ -5,6 +5,13 @@
 
 #include "instance.h"
 
+/* Which variable: of the type that the standard has, in FMI 2.0 unsigned int, which for some
+ * compilers is another type than uint32_t. Source FMUs define it. */
+#if !defined(SLIDE_REFERENCE)
+#define SLIDE_REFERENCE uint32_t
+#endif
+typedef SLIDE_REFERENCE SlideReference;
+
 /* What an importer tells when it instantiates an FMU. */
 typedef struct {
     const char *function, *name, *guid;
@@ -19,6 +26,16 @@ typedef struct {
 
 /* From instantiation to the end (calls_life.c). slide_instantiate: NULL when refused. */
 SlideInstance *slide_instantiate(const SlideRequest *request);
+
+/* The most memory, in bytes, of an instance, whose name has at most SLIDE_LONGEST_NAME characters,
+ * and of one of its saved states, on any processor; where importers may watch, as in FMI 3.0, or
+ * not; compiled with so many SLIDE_STEPS_PER_SAMPLE. */
+enum { SLIDE_LONGEST_NAME = 255 };
+typedef struct {
+    size_t instance, saved_state;
+} SlideSizes;
+SlideSizes slide_measure(const SlidePayload *payload, bool watched, uint32_t steps_per_sample);
+
 void slide_free(void *component);
 SlideStatus slide_set_logging(SlideInstance *instance, bool on, size_t n_categories,
                               const char *const categories[]);
@@ -33,7 +50,7 @@ typedef enum { SLIDE_DOUBLES, SLIDE_INTS, SLIDE_BOOLS } SlideForm;
 /* Variables, all of one type, and how many values come with them: one for each, but of an array
  * all. */
 typedef struct {
-    const uint32_t *references;
+    const SlideReference *references;
     size_t n_references, n_values;
     SlideForm form;
 } SlideValues;
@@ -49,14 +66,14 @@ SlideStatus slide_settle(SlideInstance *instance);
 SlideStatus slide_none_of_type(SlideInstance *instance, size_t count);
 
 /* Derivatives of inputs with respect to time (calls_rates.c). */
-SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[], size_t count,
-                            const int orders[], const double rates[]);
+SlideStatus slide_set_rates(SlideInstance *instance, const SlideReference references[],
+                            size_t count, const int orders[], const double rates[]);
 
 /* Derivatives of scalar outputs by inputs, also of those outputs that tell about others. */
 typedef struct {
-    const uint32_t *unknowns;
+    const SlideReference *unknowns;
     size_t n_unknowns;
-    const uint32_t *knowns;
+    const SlideReference *knowns;
     size_t n_knowns;
     const double *seed;
     size_t n_seed;
@@ -74,7 +91,8 @@ SlideStatus slide_get_adjoint_derivative(SlideInstance *instance, const SlideSen
  * step before its end; or NULL. */
 SlideStatus slide_do_step(SlideInstance *instance, double point, double length, bool *early);
 
-/* Save, restore and serialise the state (calls_state.c). */
+/* Save, restore and serialise the state (calls_state.c); bytes of a saved one. */
+size_t slide_saved_size(const SlideInstance *instance);
 SlideStatus slide_save(SlideInstance *instance, void **state);
 SlideStatus slide_restore(SlideInstance *instance, const void *state);
 SlideStatus slide_free_state(SlideInstance *instance, void **state);

@@ -1,9 +1,9 @@
 /* From instantiation to the end. */
 #include "calls.h"
+#include "memory.h"
 #include "resource.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static void place_watcher(SlideWatcher *watcher, const SlideInstance *instance,
@@ -15,14 +15,11 @@ static void place_watcher(SlideWatcher *watcher, const SlideInstance *instance,
     }
 }
 
-/* Place the instance and all it needs; the same code measures and fills. */
-static SlideInstance *place_instance(const SlidePayload *payload, const SlideRequest *request,
-                                     SlideArena *arena) {
-    SlideInstance measured = {0};
-    SlideInstance *placed = slide_place(arena, 1, sizeof *placed);
-    SlideInstance *instance = placed == NULL ? &measured : placed;
+/* Place all that an instance needs; the same code measures and fills. */
+static void place_parts(SlideInstance *instance, const SlidePayload *payload,
+                        const SlideRequest *request, SlideArena *arena) {
     instance->name = slide_place(arena, strlen(request->name) + 1, 1);
-    if (placed != NULL) {
+    if (instance->name != NULL) {
         strcpy(instance->name, request->name);
     }
     instance->logger = request->logger;
@@ -34,21 +31,52 @@ static SlideInstance *place_instance(const SlidePayload *payload, const SlideReq
     slide_derivative_place(&instance->derivative, &instance->model, arena);
     slide_parameter_slopes_place(&instance->parameter_slopes, &instance->model, arena);
     place_watcher(&instance->watcher, instance, arena);
-    return placed;
+}
+
+/* Bytes of the block that begins with an instance. */
+static size_t measure(const SlidePayload *payload, const SlideRequest *request,
+                      SlideInstance *measured) {
+    SlideArena arena = {NULL, 0};
+    slide_place(&arena, 1, sizeof *measured);
+    place_parts(measured, payload, request, &arena);
+    return arena.used + SLIDE_ALIGNMENT;
+}
+
+static bool never_ends(const SlideWatcher *watcher, double time, bool last, double *until) {
+    (void)watcher;
+    (void)time;
+    (void)last;
+    (void)until;
+    return false;
+}
+
+SlideSizes slide_measure(const SlidePayload *payload, bool watched, uint32_t steps_per_sample) {
+    char name[SLIDE_LONGEST_NAME + 1] = "";
+    memset(name, 'n', SLIDE_LONGEST_NAME);
+    const SlideRequest request = {.name = name, .watcher = {.show = watched ? never_ends : NULL}};
+    SlideInstance measured = {0};
+    const size_t instance = measure(payload, &request, &measured);
+    const SlideModel *model = &measured.model;
+    const size_t steps = slide_history_steps_size(&model->history);
+    const size_t wanted =
+        slide_history_size_with(model->n_inputs, model->memory_length, steps_per_sample);
+    const size_t times = watched ? 2 : 1; /* who is watched keeps the state before a step */
+    return (SlideSizes){instance - times * steps + times * wanted,
+                        slide_saved_size(&measured) - steps + wanted};
 }
 
 static SlideInstance *build_instance(const SlidePayload *payload, const SlideRequest *request,
                                      SlideMessage *message) {
-    SlideArena arena = {NULL, 0};
-    place_instance(payload, request, &arena);
-    unsigned char *block = calloc(arena.used + SLIDE_ALIGNMENT, 1);
+    SlideInstance measured = {0};
+    const size_t size = measure(payload, request, &measured);
+    unsigned char *block = slide_memory_take(SLIDE_INSTANCE_MEMORY, size, message);
     if (block == NULL) {
-        slide_say(message, "out of memory: %llu bytes", (unsigned long long)arena.used);
         return NULL;
     }
     size_t misaligned = (size_t)((uintptr_t)block % SLIDE_ALIGNMENT);
-    arena = (SlideArena){block + (SLIDE_ALIGNMENT - misaligned), 0};
-    SlideInstance *instance = place_instance(payload, request, &arena);
+    SlideArena arena = {block + (SLIDE_ALIGNMENT - misaligned), 0};
+    SlideInstance *instance = slide_place(&arena, 1, sizeof *instance);
+    place_parts(instance, payload, request, &arena);
     instance->block = block;
     instance->stop = INFINITY;
     slide_state_reset(&instance->model, &instance->state);
@@ -101,7 +129,7 @@ SlideInstance *slide_instantiate(const SlideRequest *request) {
 
 void slide_free(void *component) {
     if (component != NULL) {
-        free(((SlideInstance *)component)->block);
+        slide_memory_give_back(((SlideInstance *)component)->block);
     }
 }
 

@@ -5,7 +5,7 @@
 
 /* Only first derivatives are used; an importer cannot know that, since FMI 2.0 has no place to say
  * it. */
-static SlideStatus check_rate(const SlideInstance *instance, uint32_t reference, int order,
+static SlideStatus check_rate(const SlideInstance *instance, unsigned reference, int order,
                               double rate) {
     const uint32_t n_inputs = instance->model.n_inputs;
     if (reference >= n_inputs) {
@@ -27,8 +27,8 @@ static SlideStatus check_rate(const SlideInstance *instance, uint32_t reference,
                                          reference, rate);
 }
 
-SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[], size_t count,
-                            const int orders[], const double rates[]) {
+SlideStatus slide_set_rates(SlideInstance *instance, const SlideReference references[],
+                            size_t count, const int orders[], const double rates[]) {
     SlideState *state = &instance->state;
     const bool forecasts = slide_stream_forecasts(&instance->model, state);
     SlideStatus status = SLIDE_OK;
@@ -49,7 +49,7 @@ SlideStatus slide_set_rates(SlideInstance *instance, const uint32_t references[]
             status = slide_report(instance, SLIDE_WARNING,
                                   "derivative of order %d of value reference %u; only order 1 "
                                   "is used",
-                                  orders[i], references[i]);
+                                  orders[i], (unsigned)references[i]);
         }
     }
     state->head->moving = 0;

@@ -36,7 +36,7 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
             return slide_report(instance, SLIDE_ERROR,
                                 "known with value reference %u; expected inputs, 0 to %u, or "
                                 "tunable parameters",
-                                of->knowns[i], (unsigned)instance->model.n_inputs - 1);
+                                (unsigned)of->knowns[i], (unsigned)instance->model.n_inputs - 1);
         }
     }
     for (size_t i = 0; i < of->n_unknowns; ++i) {
@@ -44,19 +44,19 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
         if (!unknown.is_output) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u; expected a scalar output",
-                                of->unknowns[i]);
+                                (unsigned)of->unknowns[i]);
         }
         if (unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u, an error bound or the novelty; "
                                 "expected outputs that have derivatives: leave it out",
-                                of->unknowns[i]);
+                                (unsigned)of->unknowns[i]);
         }
         if (by_parameters && unknown.kind == SLIDE_TRUNCATION_ERROR) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u, a truncation error, by tunable "
                                 "parameters; expected outputs: differentiate it by inputs only",
-                                of->unknowns[i]);
+                                (unsigned)of->unknowns[i]);
         }
     }
     return all_finite(of->seed, seeded)

@@ -1,9 +1,9 @@
 /* Save, restore and serialise the state. A saved state and its serialised form are the same bytes:
  * a header, then the flat state block. */
 #include "calls.h"
+#include "memory.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { STATE_VERSION = 12 };
@@ -28,7 +28,7 @@ static StateHeader header_of(const SlideInstance *instance) {
     return header;
 }
 
-static size_t saved_size(const SlideInstance *instance) {
+size_t slide_saved_size(const SlideInstance *instance) {
     return sizeof(StateHeader) + instance->state.size;
 }
 
@@ -57,8 +57,12 @@ static SlideStatus check(SlideInstance *instance, bool complete, const void *sav
 
 /* Room for a saved state, where none is given. */
 static SlideStatus find_room(const SlideInstance *instance, void **state) {
-    *state = *state != NULL ? *state : malloc(saved_size(instance));
-    return *state != NULL ? SLIDE_OK : slide_report(instance, SLIDE_ERROR, "out of memory");
+    SlideMessage message;
+    if (*state == NULL) {
+        *state = slide_memory_take(SLIDE_SAVED_STATE_MEMORY, slide_saved_size(instance), &message);
+    }
+    return *state != NULL ? SLIDE_OK
+                          : slide_report(instance, SLIDE_ERROR, "%s", message.text);
 }
 
 SlideStatus slide_save(SlideInstance *instance, void **state) {
@@ -85,7 +89,7 @@ SlideStatus slide_restore(SlideInstance *instance, const void *state) {
 SlideStatus slide_free_state(SlideInstance *instance, void **state) {
     (void)instance;
     if (state != NULL) {
-        free(*state);
+        slide_memory_give_back(*state);
         *state = NULL;
     }
     return SLIDE_OK;
@@ -94,7 +98,7 @@ SlideStatus slide_free_state(SlideInstance *instance, void **state) {
 SlideStatus slide_serialized_size(SlideInstance *instance, const void *state, size_t *size) {
     SlideStatus status = check(instance, state != NULL && size != NULL, state);
     if (status == SLIDE_OK) {
-        *size = saved_size(instance);
+        *size = slide_saved_size(instance);
     }
     return status;
 }
@@ -104,11 +108,11 @@ SlideStatus slide_serialize(SlideInstance *instance, const void *state, void *by
     if (status != SLIDE_OK) {
         return status;
     }
-    if (size < saved_size(instance)) {
+    if (size < slide_saved_size(instance)) {
         return slide_report(instance, SLIDE_ERROR,
                             "room for %llu bytes; expected %llu, the size that this FMU gives for "
                             "its serialised state",
-                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+                            (unsigned long long)size, (unsigned long long)slide_saved_size(instance));
     }
     const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
     StateHeader header = header_of(instance);
@@ -141,10 +145,10 @@ SlideStatus slide_deserialize(SlideInstance *instance, const void *bytes, size_t
                               void **state) {
     const bool complete = bytes != NULL && state != NULL;
     void *saved = NULL;
-    if (complete && size != saved_size(instance)) {
+    if (complete && size != slide_saved_size(instance)) {
         return slide_report(instance, SLIDE_ERROR,
                             "%llu bytes; expected %llu; is the state of another FMU, or cut off?",
-                            (unsigned long long)size, (unsigned long long)saved_size(instance));
+                            (unsigned long long)size, (unsigned long long)slide_saved_size(instance));
     }
     SlideStatus status = check(instance, complete, bytes);
     if (status == SLIDE_OK && !is_intact(instance, bytes)) {

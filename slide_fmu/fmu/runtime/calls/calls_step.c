@@ -21,7 +21,7 @@ static const double SHORTEST_DIRECTOR = 1e-6;
 /* An angle needs a direction. The file names inputs for people only: here they are references. */
 static bool has_direction(const SlideInstance *instance, const double *inputs, const char *which) {
     const SlideModel *model = &instance->model;
-    for (uint32_t i = 0; i < model->n_inputs; ++i) {
+    for (unsigned i = 0; i < model->n_inputs; ++i) {
         if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= SHORTEST_DIRECTOR)) {
             slide_report(instance, SLIDE_ERROR,
                          "%s with value references %u and %u = %g, %g, which gives no direction; "

@@ -118,7 +118,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
 }
 
 /* Is a variable there, and of the type of the function? */
-static SlideStatus check_variable(const SlideInstance *instance, uint32_t reference,
+static SlideStatus check_variable(const SlideInstance *instance, unsigned reference,
                                   SlideVariable variable, SlideType type) {
     static const char *const types[] = {"Real (Float64)", "Boolean"};
     if (variable.kind == SLIDE_KINDS) {
@@ -194,7 +194,7 @@ SlideStatus slide_get(SlideInstance *instance, const SlideValues *of, void *valu
             return slide_report(instance, SLIDE_DISCARD,
                                 "the array with value reference %u holds numbers that are not "
                                 "finite; set inputs within their ranges",
-                                of->references[i]);
+                                (unsigned)of->references[i]);
         }
         if (variable.type == SLIDE_BOOLEAN) {
             store_truth(of, values, at, truth != 0);
@@ -204,7 +204,7 @@ SlideStatus slide_get(SlideInstance *instance, const SlideValues *of, void *valu
     return SLIDE_OK;
 }
 
-static SlideStatus check_settable(const SlideInstance *instance, uint32_t reference) {
+static SlideStatus check_settable(const SlideInstance *instance, unsigned reference) {
     SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind != SLIDE_INPUT && !variable.is_parameter) {
         return slide_report(instance, SLIDE_ERROR,
@@ -227,7 +227,7 @@ static SlideStatus check_settable(const SlideInstance *instance, uint32_t refere
 }
 
 /* values: all of the variable. */
-static SlideStatus check_values(const SlideInstance *instance, uint32_t reference,
+static SlideStatus check_values(const SlideInstance *instance, unsigned reference,
                                 const double values[]) {
     const SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind == SLIDE_PREHISTORY_KNOWN) {

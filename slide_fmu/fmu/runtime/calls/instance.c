@@ -1,6 +1,5 @@
 #include "instance.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 
 SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text) {
@@ -22,7 +21,7 @@ SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, cons
     }
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text + begin, sizeof text - (size_t)begin, format, arguments);
+    slide_format(text + begin, sizeof text - (size_t)begin, format, arguments);
     va_end(arguments);
     return slide_log(instance, status, text);
 }

@@ -57,7 +57,7 @@ struct SlideWatcher {
 /* The instance begins the aligned part of its one memory block; name, model arrays and state
  * follow in it. */
 typedef struct {
-    void *block; /* what calloc gave */
+    void *block; /* what slide_memory_take gave */
     SlideModel model;
     SlideState state;
     SlideDerivativeScratch derivative;
@@ -75,9 +75,9 @@ typedef struct {
 SlideStatus slide_log(const SlideInstance *instance, SlideStatus status, const char *text);
 
 /* The same of a message that begins with the function's name. */
-__attribute__((format(printf, 3, 4))) SlideStatus slide_report(const SlideInstance *instance,
-                                                               SlideStatus status,
-                                                               const char *format, ...);
+SLIDE_LIKE_PRINTF(3, 4)
+SlideStatus slide_report(const SlideInstance *instance, SlideStatus status, const char *format,
+                         ...);
 
 /* The instance behind a component, when the function may be called now; otherwise NULL, with a
  * logged message. modes: sum of SlideMode bits. */

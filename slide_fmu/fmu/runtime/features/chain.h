@@ -37,8 +37,8 @@ typedef struct {
 } Chain;
 
 /* How a joint follows three set points. */
-INLINE void set_joint(const Chain *chain, size_t i, Motions after, Motions between, Motions first,
-                      Joint *joint) {
+SLIDE_INLINE void set_joint(const Chain *chain, size_t i, Motions after, Motions between,
+                            Motions first, Joint *joint) {
     const Link *link = &chain->links[i];
     const double *law = chain->law;
     const Motions newest = each(law[0]), oldest = each(law[1]);
@@ -52,7 +52,7 @@ INLINE void set_joint(const Chain *chain, size_t i, Motions after, Motions betwe
 }
 
 /* The whole chain, seen from axes that turn with its first joint, and the turn of these axes. */
-INLINE Turn gather_body(const Chain *chain, Joint *joints, Body *body) {
+SLIDE_INLINE Turn gather_body(const Chain *chain, Joint *joints, Body *body) {
     const Turn first = joints[0].turned;
     *body = (Body){0};
     joints[0].turned = (Turn){each(chain->first[0]), each(chain->first[1])};
@@ -68,7 +68,7 @@ INLINE Turn gather_body(const Chain *chain, Joint *joints, Body *body) {
 
 /* Force and moment on the base, in its axes; weight is added where it does not turn. The body's
  * own are spent. */
-INLINE void weigh(const Chain *chain, Body *body, Turn turn, Motions *wrench) {
+SLIDE_INLINE void weigh(const Chain *chain, Body *body, Turn turn, Motions *wrench) {
     const double *g = chain->gravity;
     Motions *force = body->force, *moment = body->moment, *first = body->first;
     turn_vector(force, Z, turn);
@@ -82,7 +82,7 @@ INLINE void weigh(const Chain *chain, Body *body, Turn turn, Motions *wrench) {
 }
 
 /* First moment and inertia [9], and linear and angular momentum [6], in the body's axes. */
-INLINE void store_loads(const Body *body, Motions *inertia, Motions *momentum) {
+SLIDE_INLINE void store_loads(const Body *body, Motions *inertia, Motions *momentum) {
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
         inertia[i] = body->first[i];

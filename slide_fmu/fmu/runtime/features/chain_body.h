@@ -4,6 +4,7 @@
 #define SLIDE_CHAIN_BODY_H
 
 #include "chain_angle.h"
+#include "dialect.h"
 
 #include <stdbool.h>
 
@@ -48,11 +49,8 @@ typedef struct {
 
 enum { X, Y, Z };
 
-/* Inlined even where large: sums stay in registers. */
-#define INLINE static inline __attribute__((always_inline))
-
 /* Two components of a vector, the axis being across them. */
-INLINE void turn_pair(Motions *x, Motions *y, Turn turn) {
+SLIDE_INLINE void turn_pair(Motions *x, Motions *y, Turn turn) {
     const Motions u = *x, v = *y;
     *x = turn.c * u - turn.s * v;
     *y = turn.s * u + turn.c * v;
@@ -60,7 +58,7 @@ INLINE void turn_pair(Motions *x, Motions *y, Turn turn) {
 
 /* A two by two block of a matrix, from both sides. With e = s (xx - yy) + c (xy + yx), all that
  * changes follows from s e and c e. */
-INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn turn) {
+SLIDE_INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn turn) {
     const Motions before[2] = {*xy, *yx};
     const Motions e = turn.s * (*xx - *yy) + turn.c * (*xy + *yx);
     const Motions moved = turn.s * e, mixed = turn.c * e;
@@ -68,12 +66,12 @@ INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn 
     *xy = mixed - before[1], *yx = mixed - before[0];
 }
 
-INLINE void turn_vector(Motions *v, int axis, Turn turn) {
+SLIDE_INLINE void turn_vector(Motions *v, int axis, Turn turn) {
     turn_pair(&v[(axis + 1) % 3], &v[(axis + 2) % 3], turn);
 }
 
 /* What does not depend on motion. */
-INLINE void turn_masses(Body *body, int axis, Turn turn) {
+SLIDE_INLINE void turn_masses(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     Motions other = body->mixed[axis];
     turn_vector(body->first, axis, turn);
@@ -82,7 +80,7 @@ INLINE void turn_masses(Body *body, int axis, Turn turn) {
     turn_vector(body->tool, axis, turn);
 }
 
-INLINE void turn_motion(Body *body, int axis, Turn turn) {
+SLIDE_INLINE void turn_motion(Body *body, int axis, Turn turn) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     turn_vector(body->momentum, axis, turn);
     turn_vector(body->force, axis, turn);
@@ -93,7 +91,7 @@ INLINE void turn_motion(Body *body, int axis, Turn turn) {
 }
 
 /* Seen from a point that lies back by the link's step; but for its mass in the present origin. */
-INLINE void shift_masses(Body *body, const Link *link) {
+SLIDE_INLINE void shift_masses(Body *body, const Link *link) {
     const Motions *first = body->first;
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
@@ -103,7 +101,7 @@ INLINE void shift_masses(Body *body, const Link *link) {
     }
 }
 
-INLINE void shift_motion(Body *body, const Link *link) {
+SLIDE_INLINE void shift_motion(Body *body, const Link *link) {
     const Motions *momentum = body->momentum, *force = body->force;
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
@@ -114,14 +112,14 @@ INLINE void shift_motion(Body *body, const Link *link) {
     }
 }
 
-INLINE void add_to(Motions *v, const double *constants) {
+SLIDE_INLINE void add_to(Motions *v, const double *constants) {
     for (int i = X; i <= Z; ++i) {
         v[i] += each(constants[i]);
     }
 }
 
 /* The link, and what further masses add to the sums by where their origin is. */
-INLINE void add_link(Body *body, const Link *link) {
+SLIDE_INLINE void add_link(Body *body, const Link *link) {
     add_to(body->tool, link->step);
     add_to(body->first, link->first);
     add_to(body->square, link->square);
@@ -130,7 +128,7 @@ INLINE void add_link(Body *body, const Link *link) {
 
 /* The body turns about z besides. With v as before, this adds to accelerations at places r:
  * acceleration z x r + 2 rate z x v + rate^2 z x (z x r). */
-INLINE void spin(Body *body, const Joint *joint) {
+SLIDE_INLINE void spin(Body *body, const Joint *joint) {
     const Motions rate = joint->rate, acceleration = joint->acceleration;
     const Motions *square = body->square, *mixed = body->mixed, turned = rate * mixed[Z];
     const Motions *first = body->first;
@@ -150,7 +148,7 @@ INLINE void spin(Body *body, const Joint *joint) {
 
 /* The body slides along z besides, its mass with it. With v as before, this adds the rate to
  * velocities and the acceleration to accelerations. */
-INLINE void slide(Body *body, const Link *link, const Joint *joint) {
+SLIDE_INLINE void slide(Body *body, const Link *link, const Joint *joint) {
     const Motions way = joint->slide, mass = each(link->all);
     Motions *first = body->first, *force = body->force;
     for (int i = X; i <= Z; ++i) {
@@ -171,7 +169,7 @@ INLINE void slide(Body *body, const Link *link, const Joint *joint) {
 }
 
 /* One link and the joint that moves it. */
-INLINE void pass(const Link *link, const Joint *joint, Body *body) {
+SLIDE_INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     const Turn twist = {each(link->cos_alpha), each(link->sin_alpha)};
     turn_masses(body, X, twist);
     turn_motion(body, X, twist);

@@ -8,30 +8,63 @@
 enum { MOST_MOTIONS = 8 }; /* in a register */
 #define EXACT 1e-9 /* by which weights of a drive law may miss what they must sum up to */
 
-/* How the joints follow four set points: at the end of the step, and at its begin. */
-INLINE void set_joints(const Chain *chain, const double *input, const double *before) {
-    const size_t n = chain->n_joints;
-    const double *u0 = input, *u1 = before, *u2 = before + n, *u3 = before + 2 * n;
-    for (size_t i = 0; i < n; ++i) {
-        const Motions after = {u0[i], u1[i]}, between = {u1[i], u2[i]}, first = {u2[i], u3[i]};
-        set_joint(chain, i, after, between, first, &chain->joints[i]);
+/* The newest of the motions, and set points of all joints as motions: those of the end of the step,
+ * and, where Motions hold two, those of its begin. */
+#if defined(SLIDE_SCALAR)
+SLIDE_INLINE double newest(Motions v) { return v; }
+SLIDE_INLINE Motions motions(const double *const *points, size_t i) { return points[0][i]; }
+#else
+SLIDE_INLINE double newest(Motions v) { return v[0]; }
+SLIDE_INLINE Motions motions(const double *const *points, size_t i) {
+    return (Motions){points[0][i], points[1][i]};
+}
+#endif
+
+/* How the joints follow three set points, the newest first. */
+SLIDE_INLINE void set_joints(const Chain *chain, const double *const *points) {
+    for (size_t i = 0; i < chain->n_joints; ++i) {
+        set_joint(chain, i, motions(points, i), motions(points + 1, i), motions(points + 2, i),
+                  &chain->joints[i]);
     }
 }
 
 /* Of some numbers: those at the end of the step. */
-INLINE void store(const Motions *v, int count, double *newest) {
+SLIDE_INLINE void store(const Motions *v, int count, double *values) {
     for (int i = 0; i < count; ++i) {
-        newest[i] = v[i][0];
+        values[i] = newest(v[i]);
     }
 }
 
-INLINE void store_wrench(const Chain *chain, Body *body, Turn turn, double *signals) {
-    double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints;
-    const Turn back = {each(turn.c[0]), each(-turn.s[0])};
+/* The wrench at the begin of the step, from that at both ends; or the chain once more, whose
+ * joints are no longer needed. */
+SLIDE_INLINE void find_wrench_before(const Chain *chain, const double *const *points,
+                                     const Motions *wrench, double *before) {
+#if defined(SLIDE_SCALAR)
+    Body body;
+    Motions found[6];
+    (void)wrench;
+    set_joints(chain, points + 1);
+    const Turn turn = gather_body(chain, chain->joints, &body);
+    weigh(chain, &body, turn, found);
+    store(found, 6, before);
+#else
+    (void)chain;
+    (void)points;
+    for (int i = 0; i < 6; ++i) {
+        before[i] = wrench[i][1];
+    }
+#endif
+}
+
+SLIDE_INLINE void store_wrench(const Chain *chain, const double *const *points, Body *body,
+                               Turn turn, double *signals) {
+    double *turned_change = signals + TURNED_WRENCH_CHANGE + chain->n_joints, before[6];
+    const Turn back = {each(newest(turn.c)), each(-newest(turn.s))};
     Motions wrench[6], change[6];
     weigh(chain, body, turn, wrench);
+    find_wrench_before(chain, points, wrench, before);
     for (int i = 0; i < 6; ++i) {
-        change[i] = each(wrench[i][0] - wrench[i][1]);
+        change[i] = each(newest(wrench[i]) - before[i]);
     }
     store(wrench, 6, signals + WRENCH);
     store(change, 6, signals + WRENCH_CHANGE);
@@ -40,24 +73,26 @@ INLINE void store_wrench(const Chain *chain, Body *body, Turn turn, double *sign
     store(change, 6, turned_change);
 }
 
-INLINE void store_joints(const Chain *chain, double *signals) {
+SLIDE_INLINE void store_joints(const Chain *chain, double *signals) {
     const Joint *joints = chain->joints;
     double *frame = signals + chain->n_joints + FRAME;
     for (size_t i = 0; i < chain->n_joints; ++i) {
-        signals[RATES + i] = joints[i].rate[0];
+        signals[RATES + i] = newest(joints[i].rate);
     }
-    frame[0] = joints[0].turned.c[0], frame[1] = joints[0].turned.s[0];
+    frame[0] = newest(joints[0].turned.c), frame[1] = newest(joints[0].turned.s);
 }
 
 /* The chain is seen from axes that turn with its first joint; what is wanted in those of the base
  * is turned in the end. */
-INLINE void write_signals(const SlideFeatures *features, const double *input,
-                          const double *before) {
+SLIDE_INLINE void write_signals(const SlideFeatures *features, const double *input,
+                                const double *before) {
     const Chain *chain = features->own;
-    double *signals = features->signals, *after_rates = signals + chain->n_joints;
+    const size_t n = chain->n_joints;
+    const double *const points[] = {input, before, before + n, before + 2 * n};
+    double *signals = features->signals, *after_rates = signals + n;
     Body body;
     Motions inertia[9], momentum[6];
-    set_joints(chain, input, before);
+    set_joints(chain, points);
     store_joints(chain, signals);
     const Turn first = gather_body(chain, chain->joints, &body);
     turn_vector(body.tool, Z, first);
@@ -65,7 +100,7 @@ INLINE void write_signals(const SlideFeatures *features, const double *input,
     store_loads(&body, inertia, momentum);
     store(inertia, 9, after_rates + TURNED_INERTIA);
     store(momentum, 6, after_rates + TURNED_MOMENTUM);
-    store_wrench(chain, &body, first, signals);
+    store_wrench(chain, points, &body, first, signals);
 }
 
 /* For each kernel, since more registers hold more of a body. */

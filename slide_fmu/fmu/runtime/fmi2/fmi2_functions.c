@@ -75,7 +75,9 @@ static SlideStatus get_end(SlideInstance *instance, fmi2StatusKind kind, fmi2Boo
     return SLIDE_OK;
 }
 
-#pragma GCC diagnostic ignored "-Wunused-parameter" /* not all that the standard passes is used */
+#if defined(__GNUC__) /* not all that the standard passes is used */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
 
 /* The functions of an instance, and those that this FMU exports, because importers look them up,
  * but does not offer: name, arguments as the standard has them, states in which the function may

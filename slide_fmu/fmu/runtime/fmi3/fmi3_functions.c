@@ -21,7 +21,9 @@ static bool show(const SlideWatcher *watcher, double time, bool last, double *un
     return may_end && ends;
 }
 
-#pragma GCC diagnostic ignored "-Wunused-parameter" /* not all that the standard passes is used */
+#if defined(__GNUC__) /* not all that the standard passes is used */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
 
 #define NO_EXCHANGE "this FMU is for co-simulation, not for model exchange"
 #define NO_SCHEDULE "this FMU is for co-simulation, not for scheduled execution"

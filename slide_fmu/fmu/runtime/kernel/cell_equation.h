@@ -1,8 +1,9 @@
 /* The equations of the cells of state-space networks (slide_fmu/network/state_space/equations.py)
  * for two states at once: in single precision a part of the kernels, in double precision one of
  * exact.c. Who includes this says before what numbers are, Real, and gives with them
- * Lanes: a vector of SLIDE_LANES of them, at any alignment;
- * WEIGHTS(at, i): the i-th SLIDE_LANES weights, which are float, as Lanes;
+ * Lanes: what is computed at once, a vector of SLIDE_LANES of them, at any alignment, or one;
+ * PARTS: so many Lanes make a panel;
+ * WEIGHTS(at, i): the i-th Lanes of weights, which are float, as Lanes;
  * activate, tanh_each: activations in place. */
 #ifndef SLIDE_CELL_EQUATION_H
 #define SLIDE_CELL_EQUATION_H
@@ -15,107 +16,96 @@ typedef struct {
     const Real *a, *b;
 } Pair;
 
-/* y = start + weights x for both states, one panel of SLIDE_LANES; the two y one after the other,
- * n_panels each. Two sums each, of even and odd columns: less waiting for the last term. */
-static inline void affine_panel(const float *w, Pair start, Pair x, size_t n_in, size_t panel,
-                                size_t n_panels, Lanes *y) {
-    Lanes a = ((const Lanes *)start.a)[panel], b = ((const Lanes *)start.b)[panel];
-    Lanes c = {0}, d = {0};
+/* Place of the k-th Lanes of a block in column i of its panels' weights. */
+#define PLACE(k, i, n_in) (((k) / PARTS * (n_in) + (i)) * PARTS + (k) % PARTS)
+
+/* A block of count Lanes of rows, of panels from first on, for both states: y = start + weights x;
+ * the two y one after the other, n_panels each. Two sums each, of even and odd columns: less
+ * waiting for the last term. */
+SLIDE_INLINE void affine_block(const float *w, Pair start, Pair x, size_t n_in, size_t first,
+                                size_t n_panels, size_t count, Lanes *y) {
+    const Lanes *start_a = (const Lanes *)start.a + first * PARTS;
+    const Lanes *start_b = (const Lanes *)start.b + first * PARTS;
+    Lanes *y_a = y + first * PARTS, *y_b = y_a + n_panels * PARTS;
+    Lanes a[2 * PARTS], b[2 * PARTS], c[2 * PARTS], d[2 * PARTS];
+    for (size_t k = 0; k < count; ++k) {
+        a[k] = start_a[k], b[k] = start_b[k];
+        c[k] = (Lanes){0}, d[k] = (Lanes){0};
+    }
     size_t i = 0;
     for (; i + 2 <= n_in; i += 2) {
-        a += x.a[i] * WEIGHTS(w, i);
-        b += x.b[i] * WEIGHTS(w, i);
-        c += x.a[i + 1] * WEIGHTS(w, i + 1);
-        d += x.b[i + 1] * WEIGHTS(w, i + 1);
+        for (size_t k = 0; k < count; ++k) {
+            const Lanes even = WEIGHTS(w, PLACE(k, i, n_in)), odd = WEIGHTS(w, PLACE(k, i + 1, n_in));
+            a[k] += x.a[i] * even;
+            b[k] += x.b[i] * even;
+            c[k] += x.a[i + 1] * odd;
+            d[k] += x.b[i + 1] * odd;
+        }
     }
-    if (i < n_in) {
-        a += x.a[i] * WEIGHTS(w, i);
-        b += x.b[i] * WEIGHTS(w, i);
+    for (size_t k = 0; k < count; ++k) {
+        if (i < n_in) {
+            a[k] += x.a[i] * WEIGHTS(w, PLACE(k, i, n_in));
+            b[k] += x.b[i] * WEIGHTS(w, PLACE(k, i, n_in));
+        }
+        y_a[k] = a[k] + c[k], y_b[k] = b[k] + d[k];
     }
-    y[panel] = a + c;
-    y[n_panels + panel] = b + d;
 }
 
-/* The same for a panel and the next one: each x is read once for both. */
-static inline void affine_panels(const float *w, Pair start, Pair x, size_t n_in, size_t panel,
-                                 size_t n_panels, Lanes *y) {
-    const float *w_next = w + n_in * SLIDE_LANES;
-    const Lanes *start_a = (const Lanes *)start.a + panel;
-    const Lanes *start_b = (const Lanes *)start.b + panel;
-    Lanes a = start_a[0], b = start_b[0], a_next = start_a[1], b_next = start_b[1];
-    Lanes c = {0}, d = {0}, c_next = {0}, d_next = {0};
-    size_t i = 0;
-    for (; i + 2 <= n_in; i += 2) {
-        a += x.a[i] * WEIGHTS(w, i);
-        b += x.b[i] * WEIGHTS(w, i);
-        a_next += x.a[i] * WEIGHTS(w_next, i);
-        b_next += x.b[i] * WEIGHTS(w_next, i);
-        c += x.a[i + 1] * WEIGHTS(w, i + 1);
-        d += x.b[i + 1] * WEIGHTS(w, i + 1);
-        c_next += x.a[i + 1] * WEIGHTS(w_next, i + 1);
-        d_next += x.b[i + 1] * WEIGHTS(w_next, i + 1);
-    }
-    if (i < n_in) {
-        a += x.a[i] * WEIGHTS(w, i);
-        b += x.b[i] * WEIGHTS(w, i);
-        a_next += x.a[i] * WEIGHTS(w_next, i);
-        b_next += x.b[i] * WEIGHTS(w_next, i);
-    }
-    y[panel] = a + c, y[panel + 1] = a_next + c_next;
-    y[n_panels + panel] = b + d, y[n_panels + panel + 1] = b_next + d_next;
-}
-
-/* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
-#define CALLED static __attribute__((noinline))
-
-/* The same for all panels; start may be y. */
-CALLED void affine_pair(const float *weights, Pair start, Pair x, size_t n_in, size_t n_panels,
-                        Real *y) {
+/* The same for all panels, two at a time: each x is read once for both; start may be y. */
+SLIDE_CALLED void affine_pair(const float *weights, Pair start, Pair x, size_t n_in,
+                              size_t n_panels, Real *y) {
     const size_t size = n_in * SLIDE_LANES; /* of a panel of weights */
     size_t panel = 0;
     for (; panel + 2 <= n_panels; panel += 2) {
-        affine_panels(weights + panel * size, start, x, n_in, panel, n_panels, (Lanes *)y);
+        affine_block(weights + panel * size, start, x, n_in, panel, n_panels, 2 * PARTS,
+                     (Lanes *)y);
     }
     if (panel < n_panels) {
-        affine_panel(weights + panel * size, start, x, n_in, panel, n_panels, (Lanes *)y);
+        affine_block(weights + panel * size, start, x, n_in, panel, n_panels, PARTS, (Lanes *)y);
     }
 }
 
-/* What a part of the features gives, two panels at once. */
-CALLED void multiply(const SlideFeaturePart *part, const Real *features, size_t n_panels,
-                     Real *y) {
-    const Real *x = features + part->first;
-    const float *w = part->weights, *constants = part->constants;
+/* What a part of the features gives, to a block as above. */
+SLIDE_INLINE void multiply_block(const SlideFeaturePart *part, const Real *x, size_t first,
+                                  size_t count, Lanes *y) {
     const size_t n_in = part->count;
-    Lanes *result = (Lanes *)y;
-    size_t panel = 0;
-    for (; panel + 2 <= n_panels; panel += 2, w += 2 * n_in * SLIDE_LANES) {
-        Lanes a = {0}, b = {0};
-        for (size_t i = 0; i < n_in; ++i) {
-            a += x[i] * WEIGHTS(w, i);
-            b += x[i] * WEIGHTS(w, n_in + i);
+    const float *w = part->weights + first * n_in * SLIDE_LANES;
+    Lanes sums[2 * PARTS];
+    for (size_t k = 0; k < count; ++k) {
+        sums[k] = (Lanes){0};
+    }
+    for (size_t i = 0; i < n_in; ++i) {
+        for (size_t k = 0; k < count; ++k) {
+            sums[k] += x[i] * WEIGHTS(w, PLACE(k, i, n_in));
         }
-        result[panel] = a + WEIGHTS(constants, panel);
-        result[panel + 1] = b + WEIGHTS(constants, panel + 1);
+    }
+    for (size_t k = 0; k < count; ++k) {
+        y[k] = sums[k] + WEIGHTS(part->constants, first * PARTS + k);
+    }
+}
+
+/* The same for all panels, two at a time. */
+SLIDE_CALLED void multiply(const SlideFeaturePart *part, const Real *features, size_t n_panels,
+                           Real *y) {
+    const Real *x = features + part->first;
+    size_t panel = 0;
+    for (; panel + 2 <= n_panels; panel += 2) {
+        multiply_block(part, x, panel, 2 * PARTS, (Lanes *)y + panel * PARTS);
     }
     if (panel < n_panels) {
-        Lanes a = {0};
-        for (size_t i = 0; i < n_in; ++i) {
-            a += x[i] * WEIGHTS(w, i);
-        }
-        result[panel] = a + WEIGHTS(constants, panel);
+        multiply_block(part, x, panel, PARTS, (Lanes *)y + panel * PARTS);
     }
 }
 
 static inline void add_to(Real *y, const Real *x, size_t n_panels) {
-    for (size_t panel = 0; panel < n_panels; ++panel) {
-        ((Lanes *)y)[panel] += ((const Lanes *)x)[panel];
+    for (size_t k = 0; k < n_panels * PARTS; ++k) {
+        ((Lanes *)y)[k] += ((const Lanes *)x)[k];
     }
 }
 
 static inline void multiply_by(Real *y, const Real *x, size_t n_panels) {
-    for (size_t panel = 0; panel < n_panels; ++panel) {
-        ((Lanes *)y)[panel] *= ((const Lanes *)x)[panel];
+    for (size_t k = 0; k < n_panels * PARTS; ++k) {
+        ((Lanes *)y)[k] *= ((const Lanes *)x)[k];
     }
 }
 

@@ -7,30 +7,43 @@
 #define TEXT_OF(name) #name
 #define TEXT(name) TEXT_OF(name)
 
-/* Vector extension of GCC and Clang: a quarter of a panel, at any alignment. */
-typedef float Lanes __attribute__((vector_size(32), aligned(4), may_alias));
-
 /* As much of a panel as one register holds, 16 numbers with AVX-512 and else 8, which are two
  * registers of SSE or NEON; sums of each output in one pass; rows that a pass over weights serves.
  * All sums of a pass fit in the registers. */
-#if defined(__AVX512F__)
+#if defined(SLIDE_SCALAR)
+enum { WIDTH = 1, N_CHAINS = 1, N_ROWS = 2 };
+#elif defined(__AVX512F__)
 enum { WIDTH = 16, N_CHAINS = 2, N_ROWS = 12 };
 #elif defined(__AVX2__) || defined(__aarch64__)
 enum { WIDTH = 8, N_CHAINS = 2, N_ROWS = 6 };
 #else
 enum { WIDTH = 8, N_CHAINS = 1, N_ROWS = 2 };
 #endif
-typedef float Wide __attribute__((vector_size(4 * WIDTH), aligned(4), may_alias));
 
-enum { PARTS = SLIDE_PANEL / WIDTH, STRIP = 2 * WIDTH, PREFETCH = 4096 /* bytes */ };
+/* Vector extension of GCC and Clang, at any alignment; or one number. Of cells, Lanes are a whole
+ * panel, or one number too. */
+#if defined(SLIDE_SCALAR)
+typedef float Wide, Lanes;
+enum { PARTS = SLIDE_LANES };
+#else
+typedef float Wide __attribute__((vector_size(4 * WIDTH), aligned(4), may_alias));
+typedef float Lanes __attribute__((vector_size(4 * SLIDE_LANES), aligned(4), may_alias));
+enum { PARTS = 1 };
+#endif
+
+enum { WIDES = SLIDE_PANEL / WIDTH, STRIP = 2 * WIDTH, PREFETCH = 4096 /* bytes */ };
 
 /* Panels are read once, in order; what comes next is fetched early, beyond the end of a layer too:
  * there the next one lies. */
 static inline void fetch_ahead(const float *weights) {
+#if defined(SLIDE_SCALAR)
+    (void)weights; /* standard C has no word for it */
+#else
     const uintptr_t ahead = (uintptr_t)weights + PREFETCH;
     for (size_t line = 0; line < SLIDE_PANEL * sizeof(float); line += 64) {
         __builtin_prefetch((const void *)(ahead + line));
     }
+#endif
 }
 
 /* Each output adds its terms in the order of the inputs, in chains that take turns, so that an
@@ -38,25 +51,28 @@ static inline void fetch_ahead(const float *weights) {
 static void affine(const float *weights, const float *start, const float *x, size_t n_in,
                    size_t n_panels, float *y) {
     for (size_t panel = 0; panel < n_panels; ++panel) {
-        Wide sums[N_CHAINS][PARTS] = {{{0}}};
-        for (size_t part = 0; part < PARTS; ++part) {
+        Wide sums[N_CHAINS][WIDES];
+        for (size_t part = 0; part < WIDES; ++part) {
             sums[0][part] = ((const Wide *)start)[part];
+            for (size_t chain = 1; chain < N_CHAINS; ++chain) {
+                sums[chain][part] = (Wide){0};
+            }
         }
         size_t i = 0;
         for (; i + N_CHAINS <= n_in; i += N_CHAINS) {
             for (size_t chain = 0; chain < N_CHAINS; ++chain, weights += SLIDE_PANEL) {
                 fetch_ahead(weights);
-                for (size_t part = 0; part < PARTS; ++part) {
+                for (size_t part = 0; part < WIDES; ++part) {
                     sums[chain][part] += x[i + chain] * ((const Wide *)weights)[part];
                 }
             }
         }
         for (; i < n_in; ++i, weights += SLIDE_PANEL) {
-            for (size_t part = 0; part < PARTS; ++part) {
+            for (size_t part = 0; part < WIDES; ++part) {
                 sums[0][part] += x[i] * ((const Wide *)weights)[part];
             }
         }
-        for (size_t part = 0; part < PARTS; ++part) {
+        for (size_t part = 0; part < WIDES; ++part) {
             for (size_t chain = 1; chain < N_CHAINS; ++chain) {
                 sums[0][part] += sums[chain][part];
             }
@@ -144,7 +160,7 @@ static inline float tanh_of(float x) {
     return x > 0 ? size : (x <= 0 ? -size : x);
 }
 
-static __attribute__((noinline)) void tanh_each(float *values, size_t count) {
+SLIDE_CALLED void tanh_each(float *values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         values[i] = tanh_of(values[i]);
     }

@@ -3,6 +3,8 @@
 #ifndef SLIDE_KERNEL_H
 #define SLIDE_KERNEL_H
 
+#include "dialect.h"
+
 #include <stddef.h>
 #include <stdint.h>
 

@@ -1,6 +1,7 @@
 #include "native.h"
 
 #include "batch.h"
+#include "calls.h"
 #include "payload.h"
 #include "slopes.h"
 
@@ -84,6 +85,21 @@ void slide_native_close(SlideNative *native) {
         free(native->block);
         free(native);
     }
+}
+
+int slide_native_sizes(const unsigned char *data, size_t size, uint32_t fmi,
+                       uint32_t steps_per_sample, size_t *sizes, char *message,
+                       size_t message_size) {
+    SlideMessage why;
+    SlidePayload payload;
+    if (!slide_payload_read(&payload, data, size, &why)) {
+        snprintf(message, message_size, "%s", why.text);
+        return 1;
+    }
+    const SlideSizes found = slide_measure(&payload, fmi == 3, steps_per_sample);
+    sizes[0] = found.instance;
+    sizes[1] = found.saved_state;
+    return 0;
 }
 
 int slide_native_layers(const SlideNative *native, const float *const *rows, size_t count,

@@ -24,6 +24,13 @@ SLIDE_Export SlideNative *slide_native_open(const unsigned char *data, size_t si
                                             char *message, size_t message_size);
 SLIDE_Export void slide_native_close(SlideNative *native);
 
+/* The most memory, in bytes, that an instance of an FMU of standard 2 or 3 with this surrogate needs,
+ * and that one of its saved states needs (slide_measure of calls.h): to sizes [2]. 0 on success;
+ * else a message. */
+SLIDE_Export int slide_native_sizes(const unsigned char *data, size_t size, uint32_t fmi,
+                                    uint32_t steps_per_sample, size_t *sizes, char *message,
+                                    size_t message_size);
+
 /* Windows of layers: rows of features, by pointers; all values of the network. 0 on success. */
 SLIDE_Export int slide_native_layers(const SlideNative *native, const float *const *rows,
                                      size_t count, float *values);

@@ -2,9 +2,16 @@
 #include "network.h"
 
 typedef double Real;
+#if defined(SLIDE_SCALAR)
+typedef double Lanes;
+enum { PARTS = SLIDE_LANES };
+#define WEIGHTS(at, i) ((double)(at)[i])
+#else
 typedef double Lanes __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float SingleLanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { PARTS = 1 };
 #define WEIGHTS(at, i) __builtin_convertvector(((const SingleLanes *)(at))[i], Lanes)
+#endif
 
 static void activate(uint32_t activation, double *x, size_t count) {
     slide_activate_exact(activation, x, count);

@@ -33,7 +33,7 @@ SLIDE_CALLED void follow_points(const Chain *chain, const SlidePoints *points, s
 }
 
 /* Numbers of the samples to rows of signals, which are stride apart. */
-INLINE void write_rows(const Motions *numbers, size_t count, double *rows, size_t stride) {
+SLIDE_INLINE void write_rows(const Motions *numbers, size_t count, double *rows, size_t stride) {
     for (size_t i = 0; i < count; ++i) {
         *(LooseMotions *)(rows + i * stride) = numbers[i];
     }

@@ -17,9 +17,6 @@ enum {
     SLIDE_ROOM = SLIDE_LEAD + SLIDE_POINTS + 8  /* and for a register that ends behind it */
 };
 
-/* Called, not inlined: libraries hold every kernel, and FMUs hold several libraries. */
-#define SLIDE_CALLED static __attribute__((noinline))
-
 /* Before loops over numbers that lie one after the other: a register at a time is enough, and
  * several would make libraries larger. */
 #if defined(__clang__)

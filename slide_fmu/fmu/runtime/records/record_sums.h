@@ -26,8 +26,6 @@ typedef Real Wide __attribute__((vector_size(REGISTER), aligned(sizeof(Real)), m
 typedef Real Panel
     __attribute__((vector_size(SLIDE_LANES * sizeof(Real)), aligned(sizeof(Real)), may_alias));
 
-#define INLINE static inline __attribute__((always_inline))
-
 /* A matrix in panels times a vector of each record. */
 typedef struct {
     const Real *weights;
@@ -44,7 +42,7 @@ typedef struct {
 } Sum;
 
 /* Some rows of a panel, for a strip of records from a place on. */
-INLINE void sum_tile(const Sum *sum, size_t first, size_t n_rows, size_t at, Real *y) {
+SLIDE_INLINE void sum_tile(const Sum *sum, size_t first, size_t n_rows, size_t at, Real *y) {
     const size_t panel = first / SLIDE_LANES, row = first % SLIDE_LANES;
     Wide sums[TILE][STRIP];
     for (size_t i = 0; i < n_rows; ++i) {
@@ -77,7 +75,7 @@ INLINE void sum_tile(const Sum *sum, size_t first, size_t n_rows, size_t at, Rea
 }
 
 /* Some panels of one record. */
-INLINE void sum_panels(const Sum *sum, size_t panel, size_t n_panels, Real *y) {
+SLIDE_INLINE void sum_panels(const Sum *sum, size_t panel, size_t n_panels, Real *y) {
     const Panel *start = (const Panel *)(sum->start == NULL ? sum->constants : sum->start);
     Panel sums[AT_ONCE];
     for (size_t i = 0; i < n_panels; ++i) {

@@ -3,21 +3,28 @@
 #include <math.h>
 #include <string.h>
 
-enum { STEPS_PER_SAMPLE = 32 };
 static const double PI = 3.14159265358979323846;
 static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding never decides */
 static const double SLACK = 1e-6; /* in sample steps */
 
+static uint64_t capacity_for(uint32_t n_samples, uint32_t steps_per_sample) {
+    return slide_power_of_two(((uint64_t)steps_per_sample + 1) * ((uint64_t)n_samples + 1));
+}
+
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       bool first_order, const bool *cosine) {
-    uint64_t capacity = slide_power_of_two((STEPS_PER_SAMPLE + 1) * ((uint64_t)n_samples + 1));
-    double shortest = (first_order ? 2 : 1) * sample_step / STEPS_PER_SAMPLE;
+    const uint64_t capacity = capacity_for(n_samples, SLIDE_STEPS_PER_SAMPLE);
+    const double shortest = (first_order ? 2 : 1) * sample_step / SLIDE_STEPS_PER_SAMPLE;
     return (SlideHistoryShape){n_inputs, capacity,    shortest, SLACK * sample_step,
                                first_order, cosine};
 }
 
-static size_t step_size(const SlideHistoryShape *shape) {
-    return (1 + (size_t)shape->n_inputs) * sizeof(double);
+static size_t bytes_of_step(uint32_t n_inputs) { return (1 + (size_t)n_inputs) * sizeof(double); }
+
+static size_t step_size(const SlideHistoryShape *shape) { return bytes_of_step(shape->n_inputs); }
+
+size_t slide_history_size_with(uint32_t n_inputs, uint32_t n_samples, uint32_t steps_per_sample) {
+    return (size_t)capacity_for(n_samples, steps_per_sample) * bytes_of_step(n_inputs);
 }
 
 size_t slide_history_steps_size(const SlideHistoryShape *shape) {

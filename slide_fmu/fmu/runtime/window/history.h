@@ -28,6 +28,12 @@ typedef struct {
     double *steps;   /* [capacity][1 + n_inputs]: length in s, physical inputs */
 } SlideHistory;
 
+/* So many steps are told apart in each sample of the past. Scalar sources may be compiled with
+ * fewer, at least 2, to need less memory. */
+#if !defined(SLIDE_STEPS_PER_SAMPLE)
+#define SLIDE_STEPS_PER_SAMPLE 32
+#endif
+
 /* For n_samples samples of the past; a sample step of them holds 32 steps at most, held ones
  * longer than 1/32 of it, of a first-order hold any two after each other longer than 1/16. There
  * is room for n_samples + 1 more: a communication step that appends as many and is then taken back
@@ -37,6 +43,10 @@ SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, dou
 
 /* The count, then the steps, which are the last thing placed and have this size in bytes. */
 size_t slide_history_steps_size(const SlideHistoryShape *shape);
+
+/* The same if the runtime were compiled with so many SLIDE_STEPS_PER_SAMPLE. */
+size_t slide_history_size_with(uint32_t n_inputs, uint32_t n_samples, uint32_t steps_per_sample);
+
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
 /* Take in a step of this length under these inputs. Unless it goes on from the step appended last,

@@ -25,7 +25,7 @@ static SlideMovingStep moving_step(const SlideModel *model, const SlideState *st
  * part of a step whose inputs move stands for all. */
 static void append(const SlideModel *model, SlideState *state) {
     const double length = state->head->last_length;
-    if (state->head->moved) {
+    if (state->head->moved != 0) {
         const SlideMovingStep step = moving_step(model, state);
         slide_append_moving(&model->history, &state->history, &step, model->inputs);
     } else {
@@ -116,7 +116,7 @@ SlideIntake slide_intake_forecast(const SlideModel *model, SlideState *state) {
     const double length = state->head->last_length;
     slide_history_begin(&model->history, &state->history, SLIDE_MARK_FORECAST);
     slide_forecast(&model->forecast, &model->history, &state->history, length, state->goal);
-    if (state->head->moved) {
+    if (state->head->moved != 0) {
         move_told(model, state);
     }
     return move_to(model, state, length, state->goal);

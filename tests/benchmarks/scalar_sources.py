@@ -1,0 +1,164 @@
+"""Source FMUs, compiled here, beside the library of the FMU: outputs and time of a step.
+
+    python tests/benchmarks/scalar_sources.py fmus/*/*.fmu --json -
+
+Each FMU is written again with scalar sources and with those that have vector types, which are
+compiled by ``cc -std=c99`` and ``--optimize`` for every processor of the kind, without further
+flags. All run the trajectory that the FMU carries, in turns, called from C with inputs set and
+outputs read in each step. ``microseconds`` are the least time of a step in all rounds, ``ratio``
+that over the library's, ``deviation`` the largest difference of an output from the library's, over
+the output's range.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from figures_out import measure_and_write
+from source_case import SourceCase, open_case
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.fmu.libraries.sources import Sources
+
+STEPS = Path(__file__).parent / "c" / "steps.c"
+TIMES = 5
+"""How often an FMU runs before it is the next one's turn."""
+KINDS: dict[str, Sources] = {"vector types": True, "scalar": "scalar"}
+
+
+class Functions(ctypes.Structure):
+    """The functions of an FMU that ``c/steps.c`` calls."""
+
+    _fields_ = [(name, ctypes.c_void_p) for name in ("set", "step", "get")]
+
+
+class Steps(ctypes.Structure):
+    """The steps of ``c/steps.c``."""
+
+    _fields_ = [
+        *[(name, ctypes.c_void_p) for name in ("inputs_at", "outputs_at")],
+        *[(name, ctypes.c_size_t) for name in ("n_inputs", "n_outputs", "n_steps")],
+        ("length", ctypes.c_double),
+        *[(name, ctypes.c_void_p) for name in ("inputs", "outputs")],
+    ]
+
+
+class Runner:
+    """A Runner is an instance of an FMU in some library, whose steps C repeats. Final."""
+
+    def __init__(self, case: SourceCase, library: Path, steps: ctypes.CDLL) -> None:
+        self._library, self._steps = ctypes.CDLL(str(library)), steps
+        instantiate = self._library.fmi2Instantiate
+        instantiate.restype = ctypes.c_void_p
+        location = (case.folder / "resources").as_uri().encode()
+        guid = case.description.guid.encode()
+        self._instance = ctypes.c_void_p(instantiate(b"one", 1, guid, location, None, 0, 0))
+        if not self._instance:
+            raise RuntimeError(f"{library}: fmi2Instantiate gave NULL")
+        names = ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal")
+        addresses = [ctypes.cast(getattr(self._library, n), ctypes.c_void_p) for n in names]
+        self._functions = Functions(*addresses)
+        self.outputs = np.empty_like(case.outputs)
+        at = (case.input_references, case.output_references)
+        inputs = np.ascontiguousarray(case.inputs)
+        self._kept = (*at, inputs)  # the addresses below are theirs
+        self._of = Steps(
+            *(references.ctypes.data for references in at),
+            *(inputs.shape[1], self.outputs.shape[1], len(inputs)),
+            case.surrogate.window.step,
+            *(inputs.ctypes.data, self.outputs.ctypes.data),
+        )
+
+    def seconds(self, rounds: int) -> float:
+        """Least time of a step but the first, which settles the past.
+
+        Raises:
+            RuntimeError: a call failed.
+        """
+        count = len(self.outputs)
+        first = min(self._spent(1) for _ in range(rounds))
+        return (min(self._spent(count) for _ in range(rounds)) - first) / (count - 1)
+
+    def _spent(self, count: int) -> float:
+        zero, of = ctypes.c_double(0), Steps.from_buffer_copy(self._of)
+        of.n_steps = count
+        self._library.fmi2Reset(self._instance)
+        self._library.fmi2SetupExperiment(self._instance, 0, zero, zero, 0, zero)
+        self._library.fmi2EnterInitializationMode(self._instance)
+        self._library.fmi2ExitInitializationMode(self._instance)
+        begin = time.perf_counter()
+        call = ctypes.byref(self._functions), self._instance, ctypes.byref(of)
+        status = self._steps.steps_run(*call)
+        spent = time.perf_counter() - begin
+        if status != 0:
+            raise RuntimeError(f"a step failed with status {status}")
+        return spent
+
+
+def compiled(sources: list[Path], library: Path, optimize: str) -> Path:
+    """Compile C sources with the compiler of this computer.
+
+    Raises:
+        subprocess.CalledProcessError: it refused them.
+    """
+    command = ["cc", "-std=c99", optimize, "-shared", "-fPIC", *map(str, sources), "-lm"]
+    subprocess.run([*command, "-o", str(library)], check=True)
+    return library
+
+
+def measure_fmu(fmu: Path, rounds: int, optimize: str) -> dict[str, Any]:
+    """Figures of one FMU, by what runs it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        steps = ctypes.CDLL(str(compiled([STEPS], folder / "steps.so", "-O2")))
+        runners = {}
+        for kind, sources in KINDS.items():
+            case = open_case(fmu, folder, sources)
+            files = sorted(case.sources.glob("*.c"))
+            own = compiled(files, folder / f"{kind}.so", optimize)
+            runners[kind] = Runner(case, own, steps)
+        (library,) = (case.folder / "binaries" / "linux64").iterdir()
+        runners["library"] = Runner(case, library, steps)
+        times = {kind: np.inf for kind in runners}
+        for _ in range(rounds):
+            for kind, runner in runners.items():
+                times[kind] = min(times[kind], runner.seconds(TIMES))
+        return {
+            kind: {
+                "microseconds": 1e6 * times[kind],
+                "ratio": times[kind] / times["library"],
+                "deviation": case.deviation(runner.outputs),
+            }
+            for kind, runner in runners.items()
+        }
+
+
+def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
+    """Figures of all FMUs."""
+    figures, show = {}, bar("FMUs")
+    for number, fmu in enumerate(arguments.fmus):
+        figures[fmu.stem] = measure_fmu(fmu, arguments.rounds, arguments.optimize)
+        show(number + 1, len(arguments.fmus))
+    return {"optimize": arguments.optimize, "rounds": arguments.rounds, "fmus": figures}
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("fmus", type=Path, nargs="+")
+    parser.add_argument("--rounds", type=int, default=20)
+    parser.add_argument("--optimize", default="-O2")
+    measure_and_write(parser, measure)
+
+
+if __name__ == "__main__":
+    main()

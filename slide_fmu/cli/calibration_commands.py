@@ -79,7 +79,7 @@ def calibrate(
         typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
     ] = None,
 ) -> None:
-    """Fit the physical parameters of an FMU to measured records, with their uncertainty."""
+    """Fit the physical parameters of an FMU to measured records, with their intervals."""
     from slide_fmu.pipeline.calibrate_fmu import (
         Measured,
         calibrate_fmu,

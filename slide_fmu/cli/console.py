@@ -16,8 +16,6 @@ from rich.table import Column, Table
 from slide_fmu.core.files import write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.pipeline.display import messages, shown
-from slide_fmu.validation.trust import HARMFUL
-from slide_fmu.validation.trust_tables import output_cells
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -90,6 +88,9 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
 
 def _show_bound(bound: dict[str, Any]) -> None:
     """Print what error bounds cover, how wide they are, and how often the domain is left."""
+    from slide_fmu.validation.trust import HARMFUL
+    from slide_fmu.validation.trust_tables import output_cells
+
     console.print(f"error bound, {100 * bound['confidence']:g} % confidence")
     table = table_of(
         "output",

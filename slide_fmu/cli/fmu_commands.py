@@ -29,7 +29,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     numbers_of,
 )
-from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
+from slide_fmu.cosim.effort import SYNTHETIC, Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -66,7 +66,7 @@ def export(
         typer.Option("--runs", help="Find the work on recipes here; in runs if not given."),
     ] = None,
 ) -> None:
-    """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
+    """Write the FMU of a trained recipe, or write an FMU again with this version."""
     from slide_fmu.pipeline.export import Request
     from slide_fmu.pipeline.export import export as write
 
@@ -106,7 +106,7 @@ def ssp(
         ),
     ] = None,
 ) -> None:
-    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    """Write an FMU, its reference system and unseen inputs as one SSP."""
     from slide_fmu.cosim.ssv import read_parameter_set
     from slide_fmu.pipeline.side_by_side import write_side_by_side
 
@@ -140,7 +140,7 @@ def validate(
         Path | None, typer.Option("--report", help="Write report.html and report.json here.")
     ] = None,
 ) -> None:
-    """Run an FMU beside its reference system on unseen inputs and measure the error."""
+    """Run an FMU beside its reference system on unseen inputs, and measure its error."""
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
     from slide_fmu.validation.comparison import Task
 
@@ -173,7 +173,7 @@ def page(
         ),
     ] = None,
 ) -> None:
-    """Write one HTML file in which people can move the inputs of an FMU and watch its outputs."""
+    """Write one HTML file in which people move the inputs of an FMU and see what it does."""
     from slide_fmu.page.page import write_page
 
     with errors():
@@ -194,7 +194,7 @@ def check(
         ),
     ] = False,
 ) -> None:
-    """List the problems of an FMU; the exit code is 0 when there are none."""
+    """List what is wrong with an FMU; the exit code is 0 when nothing is."""
     from slide_fmu.pipeline.check import check as check_file
 
     with errors():
@@ -225,7 +225,7 @@ def bench(
         int, typer.Option(min=1, help="Take this many steps in each turn.")
     ] = Effort.steps,
 ) -> None:
-    """Time an FMU in one run: doStep alone, with set and get, and batches of windows."""
+    """Measure how long an FMU takes for a step, and for many windows at once."""
     from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
 
     with errors():
@@ -239,7 +239,7 @@ def bench(
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
-    """Print what an FMU is: its signals, window, network, measured error and provenance."""
+    """Say what an FMU is: its signals, its window, its measured error and its origin."""
     from slide_fmu.pipeline.info import describe_fmu
 
     with errors():

@@ -68,7 +68,7 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    """Take the options that stand before any subcommand; those that there are act by themselves."""
+    """Take the options that stand before any subcommand; each acts by itself."""
 
 
 def main() -> None:

@@ -15,4 +15,8 @@ def quick_completion() -> None:
     with suppress(ImportError):
         from typer import _completion_classes
 
-        _completion_classes._sanitize_help_text = str
+        _completion_classes._sanitize_help_text = _as_it_is
+
+
+def _as_it_is(text: str) -> str:
+    return text

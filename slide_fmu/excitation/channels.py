@@ -59,7 +59,8 @@ class ChannelKind(Kind):
 class HeldRandom(ChannelKind):
     """The input takes independent uniform values, each for a random number of samples.
 
-    The range ``samples`` holds both its ends; (1, 1) is white noise.
+    Attributes:
+        samples: range of the number of samples, with both its ends; [1, 1] is white noise.
     """
 
     kind: Literal["held_random"]
@@ -74,7 +75,8 @@ class HeldRandom(ChannelKind):
 class MovingAverageRandom(ChannelKind):
     """The input is uniform white noise through a FIR filter, as in the paper's code.
 
-    ``coefficients[0]`` weighs the newest value.
+    Attributes:
+        coefficients: weights of the filter; the first one is that of the newest value.
     """
 
     kind: Literal["moving_average_random"]
@@ -111,7 +113,11 @@ class FilteredRandom(ChannelKind):
 
 
 class Harmonic(ChannelKind):
-    """The input is one sine of random phase, its angular frequency in rad/s uniform in a range."""
+    """The input is one sine of random phase.
+
+    Attributes:
+        angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
+    """
 
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
@@ -122,7 +128,11 @@ class Harmonic(ChannelKind):
 
 
 class Sweep(ChannelKind):
-    """The input sweeps linearly through a range of frequencies in rad/s, up or down by chance."""
+    """The input is a sine whose frequency changes linearly in time, up or down by chance.
+
+    Attributes:
+        angular_frequency: range in rad/s through which the frequency goes.
+    """
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange
@@ -158,7 +168,11 @@ class Multisine(ChannelKind):
 
 
 class Steps(ChannelKind):
-    """The input steps between uniform random levels, each for a time in s from ``duration``."""
+    """The input steps between uniform random levels.
+
+    Attributes:
+        duration: range in s of the time for which each level is held.
+    """
 
     kind: Literal["steps"]
     duration: PositiveRange
@@ -169,10 +183,13 @@ class Steps(ChannelKind):
 
 
 class Binary(ChannelKind):
-    """The input switches between both ends of its range, each for a time in s from ``duration``.
+    """The input switches between both ends of its range.
 
     A random binary signal, as system identification uses it: of several inputs it holds every
     combination of their ends.
+
+    Attributes:
+        duration: range in s of the time for which it stays at an end.
     """
 
     kind: Literal["binary"]

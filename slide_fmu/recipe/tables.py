@@ -96,7 +96,7 @@ class ValidationRecipe(Table):
     """The table ``validation`` describes unseen trajectories on which an FMU is measured.
 
     Attributes:
-        trajectories: their number.
+        trajectories: number of unseen trajectories.
         duration: length of each in s, after the burn-in; as in the training data if not given.
         excitation: kinds of excitation that are held out: nothing is learnt from them or
             calibrated by them, and the FMU is measured on them apart.

@@ -196,6 +196,7 @@ def run(
 ) -> None:
     """Go the whole way: find the window, make data, train, write the FMU, measure it."""
     from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 
     with progress_bars() as bar:
@@ -213,6 +214,8 @@ def run(
         show_remark(remark)
     write_json(json_path, finished.figures)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
+    with errors():
+        require_quality(job.recipe, finished.figures)
 
 
 def window(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -119,11 +119,13 @@ def learn(
     Raises:
         RecipeError: the system is neither of both, or a table is no table of a recipe; there is
             one line per mistake.
+        QualityError: an output errs by more than the recipe requires; FMU and report are there.
         ValueError: there shall be workers, which would run the user's script again.
         LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
             UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
     """
     from slide_fmu.pipeline.job import job_of_text, make_importable
+    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 
     text = tables_text(_recipe_tables(system, name, tables))
@@ -134,7 +136,9 @@ def learn(
         console.print(f"remark: {remark}")
     with shown(console) as bar:
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
+        job = replace(job, command=f"slide.learn(system, {name!r})")
         finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
+    require_quality(job.recipe, finished.figures)
     return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
 
 

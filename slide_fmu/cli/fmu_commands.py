@@ -5,7 +5,6 @@ As with those on recipes, what a subcommand does is imported when it is called.
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -28,16 +27,13 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
     numbers_of,
+    one_of,
 )
 from slide_fmu.cosim.effort import SYNTHETIC, Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
-
-class Backend(StrEnum):
-    """What runs the network in an FMU."""
-
-    native = "native"
-    python = "python"
+BACKENDS = ("native", "python")
+"""What runs the network in an FMU."""
 
 
 def export(
@@ -52,8 +48,14 @@ def export(
         bool, typer.Option("--source", help="Add C sources, for your own compiler.")
     ] = False,
     backend: Annotated[
-        Backend, typer.Option(help="Run in C, or in Python, as torch modules do.")
-    ] = Backend.native,
+        str,
+        typer.Option(
+            metavar="native|python",
+            callback=one_of(BACKENDS, "leave the option out for native"),
+            autocompletion=lambda: list(BACKENDS),
+            help="Run in C, or in Python, as torch modules do.",
+        ),
+    ] = "native",
     description: Annotated[
         Path | None,
         typer.Option("--description", help="Read what the torch module is from this TOML file."),
@@ -72,7 +74,7 @@ def export(
 
     with progress_bars() as bar:
         version: Literal[2, 3] = 3 if fmi == 3 else 2
-        python, seeds = backend == Backend.python, (seed, data_seed)
+        python, seeds = backend == "python", (seed, data_seed)
         request = Request(source, output, version, sources, python, description, *seeds, runs)
         written = write(request, bar)
     write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
@@ -88,7 +90,7 @@ def ssp(
     ] = UNSEEN_SEED,
     duration: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Drive it this long, in s; the recipe's if not given."),
+        typer.Option(help="Drive it this long, in s; the recipe's if not given."),
     ] = None,
     parameters: Annotated[
         Path | None,
@@ -126,7 +128,7 @@ def validate(
     ] = UNSEEN_SEED,
     trajectories: TrajectoriesOption = None,
     duration: Annotated[
-        float | None, typer.Option(min=0.0, help="Run this long, in s; the recipe's if not given.")
+        float | None, typer.Option(help="Run this long, in s; the recipe's if not given.")
     ] = None,
     amplitude: Annotated[
         tuple[float, float],
@@ -240,8 +242,11 @@ def bench(
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """Say what an FMU is: its signals, its window, its measured error and its origin."""
+    from slide_fmu.cli.description import show_description
     from slide_fmu.pipeline.info import describe_fmu
 
     with errors():
         figures = describe_fmu(fmu)
-        show_json(json_path, figures)
+    write_json(json_path, figures)
+    if json_path is None:
+        show_description(figures)

@@ -42,6 +42,15 @@ FACTOR = re.compile(r"([A-Za-z%_]+|1)\^?([-+]?\d+)?")
 """A symbol, and its exponent if it has one."""
 
 
+NO_UNIT = "1"
+"""What FMI calls the unit of a number that has none."""
+
+
+def behind(unit: str) -> str:
+    """Return what stands behind a number: a blank and its unit, or nothing where it has none."""
+    return "" if unit == NO_UNIT else f" {unit}"
+
+
 def require_unit(name: str, unit: str) -> None:
     """Refuse the unit of a signal that is no product of known symbols, as ``"N.m"`` is.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from slide_fmu.core.files import told_of_system
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -99,9 +100,14 @@ def read_recipe_text(path: Path) -> str:
     """
     try:
         return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise RecipeError(
-            f"recipe {str(path)!r} cannot be read ({error}); expected a TOML file such as "
+            f"recipe {str(path)!r} cannot be read ({told_of_system(error)}); expected a TOML file "
+            "such as training/duffing.toml"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise RecipeError(
+            f"recipe {str(path)!r} is no text ({error.reason}); expected a TOML file such as "
             "training/duffing.toml"
         ) from error
 

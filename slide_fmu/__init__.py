@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.learning import Learnt, learn
+    from slide_fmu.pipeline.python_calls import export, run, validate
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
@@ -71,6 +72,7 @@ __all__ = [
     "Window",
     "__version__",
     "calibrate",
+    "export",
     "export_fmu",
     "gradient",
     "jacobian",
@@ -78,7 +80,9 @@ __all__ = [
     "load",
     "load_recipe",
     "parameter_jacobian",
+    "run",
     "simulate",
+    "validate",
 ]
 
 _HOMES = {
@@ -92,6 +96,7 @@ _HOMES = {
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.pipeline.learning": ("Learnt", "learn"),
+    "slide_fmu.pipeline.python_calls": ("export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),

@@ -31,17 +31,22 @@ def write_json(path: str | None, figures: Any) -> None:
     """
     if path is None:
         return
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    text = json_bytes(figures)
     if path == "-":
-        sys.stdout.write(text)
+        sys.stdout.write(text.decode("utf-8"))
         return
     place = Path(path)
     with errors():
         if place.is_symlink() or (place.exists() and not place.is_file()):
             with writing(place):
-                place.write_text(text, encoding="utf-8")
+                place.write_bytes(text)
         else:
-            write_whole(place, text.encode("utf-8"))
+            write_whole(place, text)
+
+
+def json_bytes(figures: Any) -> bytes:
+    """Return figures as JSON that people can read too."""
+    return (json.dumps(figures, indent=2, allow_nan=False) + "\n").encode("utf-8")
 
 
 def show_json(path: str | None, figures: Any) -> None:

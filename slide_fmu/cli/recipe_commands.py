@@ -15,6 +15,7 @@ import typer
 from slide_fmu.cli.console import (
     console,
     errors,
+    json_bytes,
     progress_bars,
     show_remark,
     show_validation,
@@ -227,6 +228,7 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Find out how long a system remembers, and the window that this asks for."""
+    from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import remark_on_step, size_recipe
@@ -240,8 +242,11 @@ def window(
     show_sizing(figures)
     show_remark(sizing.remark)
     show_remark(coarse_or_wasted)
-    write_json(json_path, {**figures, "step_remark": coarse_or_wasted})
+    kept = {**figures, "step_remark": coarse_or_wasted}
+    write_json(json_path, kept)
     with errors():
+        write_whole(job.folder.sizing, json_bytes(kept))
+        console.print(f"figures {job.folder.sizing}")
         require_window(job.recipe, sizing)
 
 

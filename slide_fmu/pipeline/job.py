@@ -98,6 +98,8 @@ def job_of_text(
         DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
             ValueError: as of ``open_job``.
     """
+    begun = bar("recipe")
+    begun(0, 1)  # a word at once: to find the lengths may take a minute
     recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     folder.require_folder()
@@ -110,6 +112,7 @@ def job_of_text(
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
     job = Job(text, recipe, folder, bar, resolved, sizing)
+    begun(1, 1)
     numbers = known_numbers(recipe, folder)
     return job if numbers is None else with_values(job, numbers)
 
@@ -131,6 +134,16 @@ def make_importable(folder: Path) -> None:
     place = str(folder.resolve())
     if place not in sys.path:
         sys.path.append(place)
+
+
+def make_models_importable(fmu: Path) -> None:
+    """Let an FMU's recipe name models that lie where its recipe most likely lay.
+
+    That is here, beside the FMU, or beside the folder ``runs`` that it was made in.
+    """
+    folder = fmu.resolve().parent
+    for place in (Path.cwd(), folder, folder.parent.parent):
+        make_importable(place)
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:

@@ -29,7 +29,7 @@ ALONE = (
     'Put the call under if __name__ == "__main__": for several'
 )
 AGAIN = (
-    "slide.learn with workers = {workers} stands in {place}, outside of "
+    "slide.{call} with workers = {workers} stands in {place}, outside of "
     'if __name__ == "__main__":; expected it under that line, since worker processes run all the '
     "rest of the script again: put it there, or say workers = 0, which simulates in this process "
     "alone"
@@ -131,7 +131,7 @@ def learn(
     text = tables_text(_recipe_tables(system, name, tables))
     make_importable(Path.cwd())
     console = messages()
-    workers, remark = _workers(system, workers)
+    workers, remark = simulating_processes(system, workers)
     if remark is not None:
         console.print(f"remark: {remark}")
     with shown(console) as bar:
@@ -186,10 +186,12 @@ def _told(system: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _workers(
-    system: System | Mapping[str, Any], workers: int | None
+def simulating_processes(
+    system: System | Mapping[str, Any], workers: int | None, call: str = "learn"
 ) -> tuple[int | None, str | None]:
     """Return how many processes simulate, and what to say about that.
+
+    The call is the public function by which the user came here.
 
     Raises:
         ValueError: there shall be some, which would run the user's script again.
@@ -203,4 +205,4 @@ def _workers(
         return workers, None
     if workers is None:
         return 0, ALONE.format(place=place)
-    raise ValueError(AGAIN.format(workers=workers, place=place))
+    raise ValueError(AGAIN.format(call=call, workers=workers, place=place))

@@ -13,8 +13,11 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli import app
 from slide_fmu.cli.calibration_commands import PAIRINGS
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.units import behind
+from slide_fmu.pipeline.job import open_job
 from slide_fmu.systems.record.preparation import Pairing
+from tests.acceptance.conftest import SMALL_LINEAR
 from tests.own_models.quarter_car import build_in_c
 
 ROOT = Path(__file__).parents[2]
@@ -126,3 +129,29 @@ def test_compiler_of_the_libraries_helps_and_compiles_nothing() -> None:
     assert ".so" not in helped.stdout
     wrong = subprocess.run([*command, "--recrod"], capture_output=True, text=True)
     assert wrong.returncode == 2
+
+
+def test_window_keeps_its_figures_in_the_run_folder(tmp_path: Path) -> None:
+    recipe, runs = tmp_path / "small.toml", tmp_path / "runs"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    result = CliRunner().invoke(app, ["window", str(recipe), "--runs", str(runs), "--json", "-"])
+    assert result.exit_code == 0, result.output
+    place = runs / "small_linear" / "window.json"
+    assert json.loads(place.read_text(encoding="utf-8")) == json.loads(result.stdout)
+    assert f"figures {place}" in result.output
+
+
+def test_first_word_comes_before_the_work_on_a_recipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Lengths that a recipe leaves open are found by simulation, which may take a minute."""
+
+    def look(*_: object) -> None:
+        raise ValueError(f"said so far: {capfd.readouterr().err!r}")
+
+    monkeypatch.setattr("slide_fmu.pipeline.job.resolved_lengths", look)
+    recipe = tmp_path / "small.toml"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    with pytest.raises(SystemExit), progress_bars() as bar:
+        open_job(recipe, tmp_path / "runs", bar)
+    assert "said so far: 'recipe: 0 of 1" in capfd.readouterr().err

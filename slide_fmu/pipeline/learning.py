@@ -64,7 +64,7 @@ class Learnt:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Relative RMSE of every output on unseen trajectories in range, by its name."""
+        """Return relative RMSEs on unseen trajectories in range by the names of the outputs."""
         found = self.figures["validation"]["in range"]["outputs"]
         return {output["name"]: float(output["relative_rmse"]) for output in found}
 
@@ -121,8 +121,9 @@ def learn(
             one line per mistake.
         QualityError: an output errs by more than the recipe requires; FMU and report are there.
         ValueError: there shall be workers, which would run the user's script again.
-        LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
-            UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
+        LoadError: the system cannot be loaded. So are the other errors those of
+            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
+            TrainingError, UnstableSurrogateError.
     """
     from slide_fmu.pipeline.job import job_of_text, make_importable
     from slide_fmu.pipeline.quality import require_quality

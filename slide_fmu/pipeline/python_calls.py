@@ -47,8 +47,9 @@ def run(
     Raises:
         RecipeError: the recipe cannot be read or used; there is one line per mistake.
         QualityError: an output errs by more than the recipe requires; FMU and report are there.
-        LoadError, ShortWindowError, SimulationError, StoreError, TrainingError,
-            UnstableSurrogateError: as of ``slide_fmu.pipeline.run.run_recipe``.
+        LoadError: the system cannot be loaded. So are the other errors those of
+            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
+            TrainingError, UnstableSurrogateError.
     """
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.quality import require_quality

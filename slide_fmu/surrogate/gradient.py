@@ -51,7 +51,8 @@ def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
     """Compute all derivatives of the outputs by the inputs behind them.
 
     Args:
-        surrogate, windows: as for ``gradient``.
+        surrogate: as for ``gradient``.
+        windows: inputs in their units, shape (B, n_in, n_inputs).
 
     Returns:
         Derivative of output sample i, channel j of a window by input sample k, channel l of it,

@@ -147,7 +147,7 @@ class Surrogate:
 
     @property
     def inputs_at_step_end(self) -> bool:
-        """Whether the FMU, unless told otherwise, takes inputs as reached by the step's end."""
+        """Say whether the FMU, unless told otherwise, takes inputs as those at the step's end."""
         first_order = self.hold == "first_order"
         return first_order and (self.forecast is None or self.forecast.at_step_end)
 
@@ -158,7 +158,7 @@ class Surrogate:
 
     @property
     def memory_length(self) -> int:
-        """The number of samples of the inputs that any result may depend on.
+        """Return the number of samples of the inputs that any result may depend on.
 
         It is the longest of the input window and the memories of error estimator and error bound,
         and before them the ``BEFORE`` samples that features look at. The C runtime has it as
@@ -246,7 +246,8 @@ class Surrogate:
         """Predict a long record as a co-simulation does: the newest output of every step.
 
         Args:
-            inputs, parameters: as for ``predict``.
+            inputs: record of the inputs in their units, shape (N, n_inputs).
+            parameters: values of the physical parameters by name; start values for others.
 
         Returns:
             Outputs at samples 1 .. N, shape (N, n_outputs).

@@ -118,7 +118,7 @@ class System(Source):
 
 
 class Stepping(System):
-    """The system goes on step by step, so that it can run in a co-simulation. An offer."""
+    """A Stepping system offers to go on step by step, so that it can run in a co-simulation."""
 
     @abc.abstractmethod
     def begin(self, held_input: FloatArray) -> None:
@@ -143,7 +143,7 @@ class Stepping(System):
 
 
 class Restorable(Stepping):
-    """States can be saved, and the system goes on from any of them. An offer."""
+    """A Restorable system offers to save its states, and to go on from any of them."""
 
     @abc.abstractmethod
     def rest_state(self, held_input: FloatArray) -> State:
@@ -169,7 +169,7 @@ class Restorable(Stepping):
 
 
 class RandomStates(Restorable):
-    """Initial states can be drawn, so that no motion to lead in is needed. An offer."""
+    """A system with RandomStates draws initial states, so that no motion to lead in is needed."""
 
     @abc.abstractmethod
     def random_state(
@@ -184,7 +184,7 @@ class RandomStates(Restorable):
 
 
 class Linearizable(Restorable):
-    """The equations of motion are linearized at a state. An offer."""
+    """A Linearizable system offers its equations of motion, linearized at a state."""
 
     @abc.abstractmethod
     def linearize(self, state: State) -> Linearized:

@@ -36,6 +36,13 @@ LIMITS = {
         "feed-forward network": 35.0,
     },
     "chosen_motion": {"error of the prediction": 1.2},
+    "ssp_in_libcosim": {"position": 0.08},
+    "trusted_steps": {
+        "usual force, errors above the bound": 9.0,
+        "usual force, not in the domain": 1.0,
+        "large force, in the domain": 2.0,
+    },
+    "many_machines": {"position": 0.2},
     "arm_from_urdf": {"deviation_x": 2.0, "deviation_y": 2.3, "deviation_z": 1.5},
 }
 """Largest errors in % that a tutorial may print: about twice those that its page shows."""

@@ -4,25 +4,74 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
+import pytest
 import typer.main
 
 from slide_fmu.cli import app
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.python_fmu.torch_export import ModuleTable
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+FIRST_RESULT = "It prints"
+"""The README shows here what its first example gives."""
 
 
-def test_readme_s_table_of_subcommands_is_complete() -> None:
-    listed = re.findall(r"^\| `slide-fmu ([\w-]+)", README, re.MULTILINE)
+def page(name: str) -> str:
+    """The text of a page of the documentation."""
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def subcommands() -> list[str]:
+    """All subcommands of the console script."""
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)
-    assert sorted(listed) == sorted(group.commands)
+    return sorted(group.commands)
+
+
+def test_readme_is_short_and_comes_to_a_result_soon() -> None:
+    assert len(README.splitlines()) <= 120
+    assert len(README[: README.index(FIRST_RESULT)].split()) < 200
+
+
+def test_readme_names_all_subcommands_and_no_others() -> None:
+    start = README.index("The subcommands of `slide-fmu`:")
+    listed = re.findall(r"`(\w+)`", README[start : README.index("`make test`")].replace("\n", " "))
+    assert sorted(listed) == subcommands()
+
+
+def test_table_of_subcommands_is_complete() -> None:
+    listed = re.findall(r"^\| `slide-fmu ([\w-]+)", page("command_line.md"), re.MULTILINE)
+    assert sorted(listed) == subcommands()
+
+
+def shell_commands() -> list[str]:
+    """All lines of the shell in the README, without their comments."""
+    blocks = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+    return [line.split("#")[0].strip() for block in blocks for line in block.splitlines()]
+
+
+@pytest.mark.extended
+def test_commands_of_the_readme_make_an_fmu_with_a_small_error(tmp_path: Path) -> None:
+    """``make demo`` would set up another checkout: only what it would run is looked at."""
+    assert shell_commands()[:2] == ["make demo", ". .venv/bin/activate"]
+    planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
+    assert "slide-fmu run training/duffing.toml" in planned.stdout
+    for command in shell_commands()[2:]:
+        program, *arguments = shlex.split(command)
+        assert program == "slide-fmu"
+        subprocess.run([sys.executable, "-m", "slide_fmu", *arguments], cwd=tmp_path, check=True)
+    figures = read_fmu(tmp_path / "runs" / "my_model" / "my_model.fmu")[1]
+    assert figures is not None
+    (position, velocity) = figures["measured"]["validation"]["in range"]["outputs"]
+    assert position["relative_rmse"] < 0.002
+    assert velocity["relative_rmse"] < 0.002
 
 
 def test_make_targets_named_in_the_readme_exist() -> None:
@@ -32,14 +81,14 @@ def test_make_targets_named_in_the_readme_exist() -> None:
 
 
 def test_files_named_in_the_readme_exist() -> None:
-    for name in re.findall(r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus)/[\w./]+)", README):
+    for name in re.findall(r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus|docs)/[\w./]+)", README):
         assert (ROOT / name).exists(), name
 
 
-def test_python_examples_of_the_readme_run() -> None:
-    """All but the first one of the README check their shapes themselves."""
-    api = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
-    examples = re.findall(r"```python\n(.*?)```", README + api, re.DOTALL)
+def test_python_examples_of_readme_and_pages_run() -> None:
+    """Those that print nothing check their shapes themselves."""
+    text = README + page("api.md") + page("use_an_fmu.md")
+    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
     said = []
     for example in examples:
@@ -52,14 +101,14 @@ def test_python_examples_of_the_readme_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 4
+    assert len(said) == 5
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02
     assert 0 < error < 0.1
 
 
-def test_readme_s_description_of_a_torch_module_is_accepted() -> None:
-    (example,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+def test_description_of_a_torch_module_on_its_page_is_accepted() -> None:
+    (example,) = re.findall(r"```toml\n(.*?)```", page("torch_modules.md"), re.DOTALL)
     table = ModuleTable.model_validate(tomllib.loads(example))
     assert (table.inputs[0].name, table.window.n_in) == ("force", 100)

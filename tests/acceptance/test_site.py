@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import slide_fmu
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -44,6 +46,12 @@ def test_pages_of_the_site_show_the_files_that_they_include(site: Path) -> None:
     """A line that is no exact directive would be shown as it stands."""
     for page in site.rglob("*.html"):
         assert not re.search(r"8 ?(?:<|&lt;) ?--", page.read_text(encoding="utf-8")), page.name
+
+
+def test_page_of_the_python_interface_documents_every_public_name(site: Path) -> None:
+    page = (site / "api.html").read_text(encoding="utf-8")
+    for name in set(slide_fmu.__all__) - {"__version__"}:
+        assert f'id="slide_fmu.{name}"' in page, name
 
 
 @pytest.mark.parametrize(

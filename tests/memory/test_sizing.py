@@ -133,7 +133,7 @@ def test_too_short_window_is_refused_with_the_numbers() -> None:
     with pytest.raises(ShortWindowError) as caught:
         require_window(recipe, found)
     parts = ("'tiny'", "80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92")
-    margin = 'n_in = 102 has a margin for motions of any other seed, and n_in = "auto" finds'
+    margin = 'n_in = 101 has a margin for motions of any other seed, and n_in = "auto" finds'
     for part in (*parts, margin, "window.allow_short = true"):
         assert part in str(caught.value)
     assert not found.figures()["sufficient"]

@@ -119,7 +119,7 @@ class Calibration:
 
     @property
     def values(self) -> dict[str, float]:
-        """The values of all parameters by name, as ``Surrogate.predict`` takes them."""
+        """Return the values of all parameters by name, as ``Surrogate.predict`` takes them."""
         return {**{found.parameter.name: found.value for found in self.parameters}, **self.fixed}
 
     def figures(self) -> dict[str, Any]:

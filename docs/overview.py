@@ -1,0 +1,115 @@
+"""The picture on the front page: from a system to its FMU, drawn with the released Duffing FMU.
+
+``python docs/overview.py`` simulates the FMU and its reference model under the same force and
+writes ``docs/overview.svg``.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch, Rectangle
+
+import slide_fmu as slide
+from mbs_models.oscillators import DuffingOscillator
+
+ROOT = Path(__file__).parents[1]
+FMU = ROOT / "fmus" / "duffing" / "duffing.fmu"
+DARK, BLUE, ORANGE, GREY = "#22303c", "#1f6fb2", "#d9730d", "#9aa5ae"
+SHOWN = 120
+"""So many samples are drawn of the response."""
+
+
+def sketch_system(axes: Axes) -> None:
+    """Draw a mass between a wall and a force, on a spring and a damper."""
+    axes.plot([0, 0], [-1, 1], color=DARK, lw=4)
+    turns = np.linspace(0, 1, 13)
+    axes.plot(0.1 + 1.3 * turns, 0.45 + 0.18 * np.sin(np.pi * 6 * turns), color=DARK)
+    axes.plot([0, 0.1], [0.45, 0.45], color=DARK)
+    axes.plot([1.4, 1.6], [0.45, 0.45], color=DARK)
+    axes.plot([0, 0.7], [-0.45, -0.45], color=DARK)
+    axes.plot([0.95, 0.7, 0.7, 0.95], [-0.28, -0.28, -0.62, -0.62], color=DARK)
+    axes.plot([0.85, 0.85, 0.85, 1.6], [-0.58, -0.32, -0.45, -0.45], color=DARK)
+    axes.add_patch(Rectangle((1.6, -0.8), 0.9, 1.6, facecolor="#dfe6ea", edgecolor=DARK, lw=1.5))
+    arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 2}
+    axes.annotate("", (3.4, 0), (2.5, 0), arrowprops=arrow)
+    axes.text(2.95, 0.2, "force", color=BLUE, ha="center")
+    axes.set(xlim=(-0.1, 3.5), ylim=(-1.6, 1.6))
+
+
+def sketch_network(axes: Axes) -> None:
+    """Draw three layers of units with all lines between them."""
+    layers = [np.linspace(-1, 1, 5), np.linspace(-0.8, 0.8, 4), np.array([-0.3, 0.3])]
+    for place, (left, right) in enumerate(pairwise(layers)):
+        for low in left:
+            for high in right:
+                axes.plot([place, place + 1], [low, high], color=GREY, lw=0.6, zorder=1)
+    for place, layer in enumerate(layers):
+        axes.scatter([place] * len(layer), layer, s=70, color=DARK, zorder=2)
+    axes.text(2.15, 0.3, "output", va="center", color=ORANGE)
+    axes.text(2.15, -0.3, "its error", va="center", color=ORANGE)
+    axes.set(xlim=(-0.3, 3.1), ylim=(-1.6, 1.6))
+
+
+def draw_window(axes: Axes, force: np.ndarray, truncated: int) -> None:
+    """Draw the window of the force; the part that only lets the past be forgotten is shaded."""
+    axes.axvspan(0, truncated, color="#e6eaed")
+    axes.step(np.arange(len(force)), force, where="post", color=BLUE, lw=1)
+    axes.text(truncated / 2, 1250, "past fades", ha="center", color=DARK, fontsize=9)
+    axes.text((truncated + len(force)) / 2, 1250, "force", ha="center", color=BLUE, fontsize=9)
+    axes.set(xlim=(0, len(force)), ylim=(-1150, 1600))
+
+
+def main() -> None:
+    """Simulate both, and draw."""
+    matplotlib.rcParams.update({"svg.hashsalt": "overview", "font.size": 10})
+    surrogate = slide.load(FMU)
+    window = surrogate.window
+    rng = np.random.default_rng(20261122)
+    force = rng.uniform(-900, 900, (window.n_in + SHOWN) // 6 + 2).repeat(6)
+    force = force[: window.n_in + SHOWN, None]
+    times = window.step * np.arange(len(force))
+    true = DuffingOscillator(step=window.step, substeps=12).simulate(force[:-1])[:, 0]
+    found = slide.simulate(FMU, times, force)[:, 0]
+    figure, (one, two, three, four) = plt.subplots(
+        1, 4, figsize=(11, 2.6), width_ratios=(1, 1.5, 1, 1.6), layout="constrained"
+    )
+    sketch_system(one)
+    draw_window(two, force[-window.n_in :, 0], window.n_truncated)
+    sketch_network(three)
+    four.plot(
+        times[-SHOWN:], true[-SHOWN:], color=DARK, lw=1.2, label="position of the slow model"
+    )
+    four.plot(times[-SHOWN:], found[-SHOWN:], color=ORANGE, lw=3.5, alpha=0.6, label="of the FMU")
+    four.set(xlim=(times[-SHOWN], times[-1]), ylim=(-0.9, 1.1))
+    four.legend(loc="upper center", ncols=2, frameon=False, fontsize=9)
+    titles = ("a damped system", "its recent inputs", "a small network", "the FMU")
+    for axes, title in zip((one, two, three, four), titles, strict=True):
+        axes.set_title(title, color=DARK, weight="bold")
+        axes.set(xticks=[], yticks=[])
+        axes.spines[:].set_visible(False)
+    figure.get_layout_engine().set(wspace=0.12)
+    figure.canvas.draw()
+    for left, right in ((one, two), (two, three), (three, four)):
+        begin, end = left.get_position().x1, right.get_position().x0
+        middle = (begin + end) / 2 + 0.006
+        figure.add_artist(
+            FancyArrowPatch(
+                (middle - 0.014, 0.42),
+                (middle + 0.014, 0.42),
+                transform=figure.transFigure,
+                arrowstyle="-|>",
+                mutation_scale=16,
+                color=DARK,
+            )
+        )
+    figure.savefig(ROOT / "docs" / "overview.svg", metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()

@@ -81,7 +81,9 @@ def test_make_targets_named_in_the_readme_exist() -> None:
 
 
 def test_files_named_in_the_readme_exist() -> None:
-    for name in re.findall(r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus|docs)/[\w./]+)", README):
+    for name in re.findall(
+        r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus|docs)/[\w./]+)", README
+    ):
         assert (ROOT / name).exists(), name
 
 

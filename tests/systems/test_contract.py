@@ -284,7 +284,31 @@ def test_inputs_that_are_not_finite_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "unit", ["1", "N.m", "m/s2", "m^3/s", "kg.m2", "W/(m2.K)", "1/min", "degC", "%", "kN*m", "s-1"]
+    "unit",
+    [
+        "1",
+        "N.m",
+        "m/s2",
+        "m^3/s",
+        "kg.m2",
+        "W/(m2.K)",
+        "1/min",
+        "degC",
+        "%",
+        "kN*m",
+        "s-1",
+        "um",
+        "kWh",
+        "Wb",
+        "mmHg",
+        "lbf.ft",
+        "psi",
+        "dB",
+        "gon",
+        "mrad/s",
+        "GPa",
+        "L/min",
+    ],
 )
 def test_known_units_pass(unit: str) -> None:
     require_unit("x", unit)
@@ -299,6 +323,11 @@ def test_known_units_pass(unit: str) -> None:
         ("", "'1'"),
         ("°C", "'degC'"),
         ("kmh", "'"),
+        ("nm.furlong", "'fur'"),
+        ("Newton", "'N'"),
+        ("sec", "'s'"),
+        ("inch", "'in'"),
+        ("m/xyzzy", "'xyzzy' is none"),
     ],
 )
 def test_unknown_units_are_refused_with_suggestions(unit: str, suggestion: str) -> None:

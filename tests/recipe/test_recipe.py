@@ -279,3 +279,14 @@ def test_name_that_is_too_long_for_a_file_is_refused() -> None:
     assert tiny_recipe(name="x" * 100).name == "x" * 100
     with pytest.raises(ValueError, match="name"):
         tiny_recipe(name="x" * 101)
+
+
+def test_empty_table_of_the_estimator_is_a_whole_one() -> None:
+    """A user need not know what a usual estimator is made of."""
+    text = 'name = "p"\ndescription = "a pump"\n[system]\nmodel = "pump:Pump"\n'
+    recipe = parse_recipe(f"{text}[window]\nstep = 0.01\n[estimator]\n", "mine.toml")
+    assert recipe.estimator is not None
+    assert recipe.estimator.network.hidden == (64, 64)
+    assert recipe.estimator.pretraining is not None
+    assert recipe.estimator.training.steps == 2000
+    assert {"window.n_in", "data.estimator"} <= set(recipe.automatic)

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.credentials.experiment import Experiment, read_experiment
+from slide_fmu.fmu.description.variables import NOVELTY
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHARE_TOLERANCE = 1e-8
@@ -23,7 +25,8 @@ class Replay:
 
     Attributes:
         steps: number of communication steps.
-        differences: largest difference of each variable, in its unit, by name.
+        differences: largest difference of each variable, in its unit, by name; of error bounds,
+            novelty and domain what ``slide_fmu.cosim.bound_check.bound_deviations`` gives.
         allowed: how large they may be.
         errors: RMSE of each output beside the reference over the reference's RMS, as stored.
     """
@@ -62,11 +65,15 @@ def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
     names, step = list(experiment.results), experiment.step
     with unpacked(fmu) as files:
         values = run_fmu(files, experiment.inputs, names, experiment.parameters, step).values
+    found = dict(zip(names, values.T, strict=True))
     differences = {
-        name: float(np.max(np.abs(values[:, i] - experiment.results[name])))
-        for i, name in enumerate(names)
+        name: float(np.max(np.abs(found[name] - experiment.results[name]))) for name in names
     }
     allowed = _allowed(experiment, surrogate)
+    if surrogate.bound is not None and NOVELTY in names:  # those of former versions have none
+        of_bound = bound_deviations(surrogate, found, experiment.results)
+        differences |= {name: deviation for name, (deviation, _) in of_bound.items()}
+        allowed |= {name: most for name, (_, most) in of_bound.items()}
     return Replay(experiment.steps, differences, allowed, experiment.relative_errors())
 
 

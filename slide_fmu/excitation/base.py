@@ -66,6 +66,17 @@ class Kind(Table, abc.ABC):
         }
 
     @abc.abstractmethod
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        """Say in one sentence, without its full stop, what the inputs do.
+
+        It stands behind a colon, and speaks of what is drawn at the amplitude factor 1.
+
+        Args:
+            signals: the inputs in channel order; ``check`` has accepted them.
+            step: time between samples in s.
+        """
+
+    @abc.abstractmethod
     def inputs(
         self,
         signals: tuple[Signal, ...],

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
+from slide_fmu.excitation.words import between, size, subject
 
 
 class ChannelKind(Kind):
@@ -66,6 +67,11 @@ class HeldRandom(ChannelKind):
     kind: Literal["held_random"]
     samples: CountRange = (1, 1)
 
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        time = between((step * self.samples[0], step * self.samples[1]), "s")
+        largest = size(self.amplitude, signals)
+        return f"{subject(signals)} takes random values of up to {largest}, each for {time}"
+
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         count = len(time)
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count)
@@ -82,89 +88,15 @@ class MovingAverageRandom(ChannelKind):
     kind: Literal["moving_average_random"]
     coefficients: tuple[float, ...] = Field(min_length=1)
 
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} is a weighted sum of the last {len(self.coefficients)} random "
+            f"values of up to {size(self.amplitude, signals)}, one every {step:g} s"
+        )
+
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         values = rng.uniform(-1, 1, len(time) + len(self.coefficients) - 1)
         return np.convolve(values, self.coefficients, mode="valid").astype(np.float64)
-
-
-class FilteredRandom(ChannelKind):
-    """The input is white noise through a low-pass filter of first order, as a rough road is.
-
-    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
-
-    Attributes:
-        angular_frequency: range in rad/s from which the filter's corner is drawn; its logarithm
-            is drawn uniformly.
-    """
-
-    kind: Literal["filtered_random"]
-    angular_frequency: PositiveRange
-
-    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        from scipy.signal import lfilter  # slow to import, and not needed to read recipes
-
-        low, high = np.log(self.angular_frequency)
-        step = time[1] - time[0] if len(time) > 1 else 0.0
-        pole = float(np.exp(-step * np.exp(rng.uniform(low, high))))
-        noise = rng.standard_normal(len(time)) * np.sqrt(max(1.0 - pole**2, 0.0))
-        # the first sample has the RMS of all others: the filter has run for ever
-        first = rng.standard_normal() * pole
-        return np.asarray(lfilter([1.0], [1.0, -pole], noise, zi=[first])[0])
-
-
-class Harmonic(ChannelKind):
-    """The input is one sine of random phase.
-
-    Attributes:
-        angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
-    """
-
-    kind: Literal["harmonic"]
-    angular_frequency: PositiveRange
-
-    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        frequency = rng.uniform(*self.angular_frequency)
-        return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
-
-
-class Sweep(ChannelKind):
-    """The input is a sine whose frequency changes linearly in time, up or down by chance.
-
-    Attributes:
-        angular_frequency: range in rad/s through which the frequency goes.
-    """
-
-    kind: Literal["sweep"]
-    angular_frequency: PositiveRange
-
-    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
-        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # a record may be one sample long
-        elapsed = time - time[0]
-        phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
-        return np.asarray(np.sin(phase))
-
-
-class Multisine(ChannelKind):
-    """The input is a sum of sines of random frequencies and phases.
-
-    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
-
-    Attributes:
-        angular_frequency: range in rad/s from which all frequencies are drawn uniformly.
-        components: range of the number of sines, both ends included.
-    """
-
-    kind: Literal["multisine"]
-    angular_frequency: PositiveRange
-    components: CountRange = (8, 20)
-
-    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        count = int(rng.integers(self.components[0], self.components[1] + 1))
-        frequency = rng.uniform(*self.angular_frequency, count)
-        phase = rng.uniform(-np.pi, np.pi, count)
-        total = np.sin(time[:, None] * frequency + phase).sum(axis=1)
-        return np.asarray(total * np.sqrt(2 / count))
 
 
 class Steps(ChannelKind):
@@ -176,6 +108,12 @@ class Steps(ChannelKind):
 
     kind: Literal["steps"]
     duration: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} steps between random levels of up to "
+            f"{size(self.amplitude, signals)}, each for {between(self.duration, 's')}"
+        )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         edges = _edges(time, self.duration, rng)
@@ -195,6 +133,12 @@ class Binary(ChannelKind):
     kind: Literal["binary"]
     duration: PositiveRange
 
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} switches between plus and minus {size(self.amplitude, signals)}, "
+            f"each for {between(self.duration, 's')}"
+        )
+
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         edges = _edges(time, self.duration, rng)
         sign = rng.choice([-1.0, 1.0])
@@ -211,6 +155,13 @@ class Rest(ChannelKind):
 
     kind: Literal["rest"]
     duration: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        time = between(self.duration, "s")
+        return (
+            f"{subject(signals)} takes random values of up to {size(self.amplitude, signals)}, "
+            f"one every {step:g} s, for {time}, then rests for {time}, and so on"
+        )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         edges = _edges(time, self.duration, rng)

@@ -14,17 +14,14 @@ from pydantic import Field
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import (
     Binary,
-    FilteredRandom,
-    Harmonic,
     HeldRandom,
     MovingAverageRandom,
-    Multisine,
     Rest,
     Steps,
-    Sweep,
 )
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.recorded import Recorded
+from slide_fmu.excitation.spectra import FilteredRandom, Harmonic, Multisine, Sweep
 from slide_fmu.excitation.speed_ramps import SpeedRamps
 from slide_fmu.excitation.vibration import Vibration
 

@@ -15,6 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
+from slide_fmu.excitation.words import between, listed
 
 
 def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
@@ -126,6 +127,24 @@ class PointToPoint(Kind):
         for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
             if limits:
                 require_one_each(self.kind, name, limits, signals)
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        text = (
+            "all inputs together move from point to point within "
+            f"{100 * self.reach:g} % of their ranges, in {between(self.duration, 's')}"
+        )
+        if self.speed:
+            text += f", at speeds of up to {listed(self.speed, signals, 's')}"
+        if self.acceleration:
+            limits = listed(self.acceleration, signals, "s^2")
+            text += f", with accelerations of up to {limits}"
+        if self.dwell:
+            rests = between(self.dwell_duration, "s")
+            text += f", and rest after {100 * self.dwell:g} % of the moves for {rests}"
+        for share, what in ((self.keep, "some stay"), (self.single, "one alone moves")):
+            if share:
+                text += f"; in {100 * share:g} % of the moves {what}"
+        return text
 
     def inputs(
         self,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import Field, model_validator
 from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 from slide_fmu.excitation.base import Kind, PositiveRange
+from slide_fmu.excitation.words import between
 
 CLIPPED = 0.8
 """A record of which more than this part would be clipped is refused: it has another unit."""
@@ -103,6 +105,12 @@ class Recorded(Kind):
                 f"{100 * part:.0f} % of the values lie outside and would be clipped: give them in "
                 f"{signal.unit}, widen the range, or lower the scale"
             )
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        text = f"the inputs are stretches of the file {Path(self.path).name}"
+        if self.scale == (1.0, 1.0):
+            return text
+        return f"{text}, whose deviations from the means are scaled by {between(self.scale)}"
 
     def inputs(
         self,

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
+from slide_fmu.excitation.words import between
 
 
 class SpeedRamps(Kind):
@@ -63,6 +64,18 @@ class SpeedRamps(Kind):
                     f"{signal.high:g} {signal.unit}; expected -1 .. 1, a cosine or sine: use "
                     "another kind of excitation, or correct the range"
                 )
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        phases = between((step * self.samples[0], step * self.samples[1]), "s")
+        text = (
+            f"the angle of {' and '.join(signal.name for signal in signals)} turns at up to "
+            f"{self.speed:g} rad/s, to and fro, in phases of {phases} with constant accelerations "
+            f"of up to {self.acceleration:g} rad/s^2"
+        )
+        if self.noise == 0:
+            return text
+        noise, share = 100 * self.noise, 100 * self.noise_share
+        return f"{text}; in {share:g} % of the runs, speeds are noisy by {noise:g} % of the limit"
 
     def inputs(
         self,

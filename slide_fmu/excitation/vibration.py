@@ -9,6 +9,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
+from slide_fmu.excitation.words import between, listed
 
 
 class Vibration(Kind):
@@ -41,6 +42,15 @@ class Vibration(Kind):
             ValueError: the number of accelerations is not that of the inputs.
         """
         require_one_each(self.kind, "acceleration", self.acceleration, signals)
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"every input moves from point to point within {100 * self.reach:g} % of its range, "
+            f"in {between(self.duration, 's')}, and shakes on the way at "
+            f"{between(self.angular_frequency)} rad/s with accelerations of up to "
+            f"{listed(self.acceleration, signals, 's^2')}; {100 * self.single:g} % of the times "
+            "one input shakes alone"
+        )
 
     def inputs(
         self,

@@ -9,12 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.credentials.experiment import Experiment
 from slide_fmu.credentials.tables import rounded
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.recorded import unseen_stretches
-from slide_fmu.fmu.description.variables import WINDOW_FILLED
+from slide_fmu.fmu.description.variables import (
+    BOUND_FILLED,
+    IN_DOMAIN,
+    NOVELTY,
+    WINDOW_FILLED,
+)
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -67,6 +73,8 @@ def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) 
     inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
     outputs = [signal.name for signal in surrogate.outputs]
     names = [*outputs, WINDOW_FILLED]
+    if surrogate.bound is not None:
+        names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED]
     with unpacked(fmu) as files:
         run = run_fmu(files, inputs, names, truth.parameters, surrogate.window.step)
     return Experiment(

@@ -219,15 +219,22 @@ def chain_of(system: Source) -> SerialChain | None:
     return system.chain if isinstance(system, Chained) else None
 
 
-def go_on(system: Stepping, inputs: FloatArray) -> FloatArray:
+def go_on(
+    system: Stepping, inputs: FloatArray, reached: Callable[[], object] | None = None
+) -> FloatArray:
     """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
 
-    The outputs at the current state come first. The system raises what ``advance`` raises.
+    The outputs at the current state come first. ``reached`` is called at this and at every further
+    state. The system raises what ``advance`` raises.
     """
     outputs = np.empty((len(inputs) + 1, len(system.outputs)))
     outputs[0] = _row(system, "output", system.output)
     for k, row in enumerate(inputs):
+        if reached is not None:
+            reached()
         outputs[k + 1] = _row(system, "advance", system.advance, k, row)
+    if reached is not None:
+        reached()
     return outputs
 
 

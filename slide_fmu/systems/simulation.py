@@ -24,6 +24,38 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
             of another shape, or such that are not finite; the message says where.
         ValueError: the inputs have the wrong number of channels, or are not finite.
     """
+    _check_inputs(system, inputs)
+    if initial is None:
+        return Trajectory(system.step, inputs, _whole(system, inputs))
+    assert isinstance(system, Restorable)
+    system.set_state(initial)
+    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
+
+
+def simulate_states(
+    system: Restorable, inputs: FloatArray, initial: State
+) -> tuple[FloatArray, list[State]]:
+    """Simulate a system from a state, and keep all states: it can go on from each of them.
+
+    Args:
+        inputs: shape (N, n_inputs), in the units of ``system.inputs``.
+        initial: the state at sample 0.
+
+    Returns:
+        N + 1 outputs, shape (N + 1, n_outputs), and the N + 1 states that gave them.
+
+    Raises:
+        SimulationError, ValueError: as of ``simulate``.
+    """
+    _check_inputs(system, inputs)
+    system.set_state(initial)
+    states: list[State] = []
+    outputs = go_on(system, inputs, lambda: states.append(system.get_state()))
+    return _checked(system, inputs, outputs), states
+
+
+def _check_inputs(system: System, inputs: FloatArray) -> None:
+    """Refuse inputs of the wrong number of channels, or such that are not finite."""
     if inputs.ndim != 2 or inputs.shape[1] != len(system.inputs):
         names = [signal.name for signal in system.inputs]
         raise ValueError(
@@ -32,11 +64,6 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
     if not np.isfinite(inputs).all():
         k = int(np.argmin(np.isfinite(inputs).all(axis=1)))
         raise ValueError(f"inputs in sample {k}: {inputs[k].tolist()}; expected finite numbers")
-    if initial is None:
-        return Trajectory(system.step, inputs, _whole(system, inputs))
-    assert isinstance(system, Restorable)
-    system.set_state(initial)
-    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
 
 
 def _whole(system: System, inputs: FloatArray) -> FloatArray:

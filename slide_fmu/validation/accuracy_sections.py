@@ -14,6 +14,7 @@ from slide_fmu.validation.report import Section
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
 from slide_fmu.validation.tables import about_parameters, parameter_rows, percent, scientific
 from slide_fmu.validation.trust_sections import bound_sections, estimate_section
+from slide_fmu.validation.validity import RULE, is_ruled, judgement_rows, judgements
 
 OF_RECORDS = "relative_noise_floor", "free_relative_rmse"
 """Figures of outputs that were measured: the noise, and the error of the network run freely."""
@@ -44,6 +45,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
             [figures.excitation_bars(main)],
         ),
     ]
+    sections.append(_validity_section(validations))
     if main.surrogate.parameters:
         text = about_parameters(main.recipe.system.is_record)
         rows = parameter_rows(main.figures()["parameters"])
@@ -54,6 +56,15 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         sections += bound_sections(validations)
     sections.append(_timing_section(main))
     return sections
+
+
+def _validity_section(validations: Mapping[str, Validation]) -> Section:
+    """Return the section that says in words where the surrogate is valid."""
+    main = next(iter(validations.values()))
+    figures = {name: validation.figures() for name, validation in validations.items()}
+    found = judgements(main.surrogate, main.recipe, figures)
+    text = RULE if is_ruled(found) else ""
+    return Section("Where it is valid", text, judgement_rows(found))
 
 
 def moving_text(surrogate: Surrogate, is_record: bool) -> str:

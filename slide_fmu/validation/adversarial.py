@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
-from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.attacked import Run, Target
 
 CHILDREN = 100
 """So many changes are tried from each start."""
@@ -69,41 +69,6 @@ class Attack:
     step: int
 
 
-@dataclass(frozen=True, eq=False)
-class _Target:
-    """What is attacked: a surrogate with a bound, beside its reference."""
-
-    surrogate: Surrogate
-    system: System
-    drawn: Draw
-
-    def errors(self, inputs: FloatArray) -> FloatArray:
-        """Give absolute errors, (N, n_outputs), or raise a SimulationError."""
-        truth = simulate(self.system, inputs, self.drawn.initial).outputs[1:]
-        return np.abs(self.surrogate.predict_newest(inputs) - truth)
-
-    def worst(self, inputs: FloatArray, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
-        """Give the largest error over its bound in the domain, and its sample.
-
-        It is zero for inputs on which the reference fails.
-        """
-        try:
-            error = self.errors(inputs)
-        except SimulationError:
-            return 0.0, len(inputs) - 1
-        ratios = (error / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)
-        ratios[~self.surrogate.in_domain(inputs)] = 0.0
-        ratios[: self.first] = 0.0
-        step = int(np.argmax(ratios))
-        return float(ratios[step]), step
-
-    @property
-    def first(self) -> int:
-        """The first sample that counts."""
-        assert self.surrogate.bound is not None
-        return max(self.drawn.burn_in, self.surrogate.bound.filling_length)
-
-
 def attack(
     surrogate: Surrogate, recipe: Recipe, seed: int, starts: int, progress: Progress
 ) -> list[Attack]:
@@ -120,19 +85,19 @@ def attack(
     progress(0, starts)
     for index in range(starts):
         target = _target(surrogate, recipe, system, stream, index)
-        found.append(_search(target, np.random.default_rng((seed, index))))
+        found.append(search(target, np.random.default_rng((seed, index))))
         progress(index + 1, starts)
     return found
 
 
 def _target(
     surrogate: Surrogate, recipe: Recipe, system: System, stream: Stream, index: int
-) -> _Target:
+) -> Target:
     """Draw a start; another one where the reference fails on it."""
     for attempt in range(MOST_ATTEMPTS):
-        target = _Target(surrogate, system, draw(recipe, system, stream, index, attempt))
+        target = Target(surrogate, system, draw(recipe, system, stream, index, attempt))
         try:
-            target.errors(target.drawn.inputs)
+            target.run(target.drawn.inputs)
         except SimulationError as error:
             failure = error
         else:
@@ -154,29 +119,58 @@ def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:
     }
 
 
-def _search(target: _Target, rng: np.random.Generator) -> Attack:
-    inputs = target.drawn.inputs
-    best, step = before, _ = target.worst(inputs)
+def search(target: Target, rng: np.random.Generator) -> Attack:
+    """Search from the trajectory of a target; what is found is measured on the whole record.
+
+    Raises:
+        SimulationError: the reference could not be simulated on the trajectory, or on what was
+            found.
+    """
+    best = target.run(target.drawn.inputs)
+    ratio, step = before, _ = target.worst(best)
     size = FIRST_STEP
     for _ in range(CHILDREN):
-        child = _changed(target, inputs, step, size, rng)
-        ratio, at = target.worst(child)
-        if ratio > best:
-            best, step, inputs = ratio, at, child
+        inputs, changed = _changed(target, best.inputs, step, size, rng)
+        child, found, at = _tried(target, best, inputs, changed)
+        if child is not None and found > ratio:
+            best, ratio, step = child, found, at
             size = min(size * GROWTH, 1.0)
         else:
             size = max(size * SHRINKAGE, LEAST_STEP)
-    highest, _ = target.worst(inputs, CONFIDENCES[-1])
-    surrogate = target.surrogate
+    return _attack(target, best.inputs, before)
+
+
+def _tried(
+    target: Target, parent: Run, inputs: FloatArray, changed: slice
+) -> tuple[Run | None, float, int]:
+    """Run changed inputs; give the run, the largest error over its bound, and its sample.
+
+    There is no run where the reference fails.
+    """
+    try:
+        child = target.run_changed(parent, inputs, changed)
+    except SimulationError:
+        return None, 0.0, 0
+    return child, *target.worst(child)
+
+
+def _attack(target: Target, inputs: FloatArray, before: float) -> Attack:
+    """Measure what a search has found."""
+    whole, surrogate = target.run(inputs), target.surrogate
+    after, step = target.worst(whole)
+    highest, _ = target.worst(whole, CONFIDENCES[-1])
     bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
-    errors = target.errors(inputs)
-    return Attack(before, best, highest, inputs, errors, bounds, inside, step)
+    return Attack(before, after, highest, inputs, target.errors(whole), bounds, inside, step)
 
 
 def _changed(
-    target: _Target, inputs: FloatArray, step: int, size: float, rng: np.random.Generator
-) -> FloatArray:
-    """Change the inputs before a step by noise that is held for a random number of samples."""
+    target: Target, inputs: FloatArray, step: int, size: float, rng: np.random.Generator
+) -> tuple[FloatArray, slice]:
+    """Change the inputs before a step by noise that is held for a random number of samples.
+
+    Returns:
+        The new inputs, (N, n_inputs), and the samples that changed.
+    """
     signals, n_in = target.surrogate.inputs, target.surrogate.window.n_in
     low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
     first = max(0, step + 1 - n_in)
@@ -191,6 +185,6 @@ def _changed(
         noise = np.stack(
             [np.interp(places, knots, values[:, i]) for i in range(len(signals))], axis=1
         )
-    child = inputs.copy()
-    child[first : step + 1] = np.clip(child[first : step + 1] + noise, low, high)
-    return on_circles(signals, child)
+    child, changed = inputs.copy(), slice(first, step + 1)
+    child[changed] = on_circles(signals, np.clip(child[changed] + noise, low, high))
+    return child, changed

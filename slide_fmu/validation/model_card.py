@@ -19,6 +19,7 @@ from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.tables import about_parameters, parameter_rows
 from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
 from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
+from slide_fmu.validation.validity import judgement_sentences, judgements
 
 
 def model_card(
@@ -60,6 +61,10 @@ def model_card(
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
         estimate_rows=estimate_rows(_named(validations)) if surrogate.estimator else [],
+        judgements=[
+            plain(sentence)
+            for sentence in judgement_sentences(judgements(surrogate, recipe, validations))
+        ],
         **_about_bound(surrogate, recipe, measured),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),

@@ -13,6 +13,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.limits import Figures, limits, ordered
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust_entries import trust_entries
+from slide_fmu.validation.validity import judgement_sentences, judgements
 
 OF_OUTPUTS = (
     *("name", "unit", "rms_reference", "rmse", "relative_rmse", "max_error"),
@@ -35,7 +36,7 @@ def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, An
     measured = provenance.get("measured")
     return [
         Entry("purpose", [_purpose(recipe)]),
-        *_validity(surrogate, recipe),
+        *_validity(surrogate, recipe, measured),
         *_reference(recipe, measured),
         *_data(recipe, provenance),
         *([] if measured is None else _accuracy(measured)),
@@ -51,8 +52,10 @@ def _purpose(recipe: Recipe) -> str:
     )
 
 
-def _validity(surrogate: Surrogate, recipe: Recipe) -> list[Entry]:
+def _validity(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> list[Entry]:
+    judged = judgements(surrogate, recipe, {} if measured is None else ordered(measured))
     found = [
+        Entry("validity.in_words", judgement_sentences(judged)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]

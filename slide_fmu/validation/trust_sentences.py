@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from slide_fmu.validation.tables import percent
@@ -51,9 +50,8 @@ def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str
     assert recipe.bound is not None
     low, high = (f"{100 * end:g}" for end in (CONFIDENCES[0], CONFIDENCES[-1]))
     found = [
-        "Error bounds count for inputs of the kinds that they were calibrated on "
-        f"({recipe.count('calibration')} trajectories; amplitudes are fractions of the range): "
-        f"{_kinds(recipe)}.",
+        "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
+        f"calibrated by {recipe.count('calibration')} trajectories of the same mix.",
         "There, the share of the samples whose error stays below the bound is on average at least "
         f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
         "with the largest errors may be covered less.",
@@ -71,12 +69,3 @@ def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str
         f"False alarms: of the samples in range, in_domain is false for {flagged}; of those of "
         f"the calibration it was for {wanted}.",
     ]
-
-
-def _kinds(recipe: Recipe) -> str:
-    """Name the kinds of excitation, each with its ranges."""
-    kinds = recipe.data.excitation
-    return "; ".join(
-        f"{name} ({', '.join(f'{key} {value}' for key, value in kind.settings().items())})"
-        for name, kind in zip(names_of(kinds), kinds, strict=True)
-    )

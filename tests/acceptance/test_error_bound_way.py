@@ -87,11 +87,13 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
         (section,) = re.findall(rf"<h2>{title}(?: steps)?</h2>(.*?)<h2>", page, re.DOTALL)
         pictures.append(section.count("data:image/webp;base64,"))
     assert pictures == [2, 1, 1]
-    card = (folder / "card.md").read_text(encoding="utf-8").split("### Error bound")[1]
+    text = (folder / "card.md").read_text(encoding="utf-8")
+    assert "- Valid: force takes random values of up to 1000 N, each for " in text
+    assert "<td>force takes random values of up to 1000 N, each for " in page
+    card = text.split("### Error bound")[1]
     (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]
     assert f"| in range | position | {100 * output['coverage']:.3g} % | " in card
     assert "| in range | multisine | " in card
-    assert "held_random (amplitude 1.0 .. 1.0" in card
 
 
 def test_credentials_have_the_bound(finished: Finished) -> None:
@@ -102,6 +104,13 @@ def test_credentials_have_the_bound(finished: Finished) -> None:
     assert "Where in_domain is false" in metadata
     result = invoke("check", finished.fmu, "--json", "-")
     assert json.loads(result.stdout)["problems"] == []
+
+
+def test_experiment_repeats_bound_novelty_and_domain(finished: Finished) -> None:
+    result = invoke("check", finished.fmu, "--run", "--json", "-")
+    found = json.loads(result.stdout[result.stdout.index("{") : result.stdout.rindex("}") + 1])
+    assert found["problems"] == []
+    assert set(NAMES) < found["replay"]["differences"].keys()
 
 
 def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from crepes import ConformalRegressor
 
 from slide_fmu.fitting.conformal import conformal_factors
 
@@ -40,3 +41,22 @@ def test_too_few_trajectories_are_refused(confidence: float, least: int) -> None
     with pytest.raises(ValueError, match=f"expected at least {least}: raise data.calibration"):
         conformal_factors(ratios, confidence)
     assert conformal_factors(np.ones((least, 5, 1)), confidence) == 1
+
+
+@pytest.mark.parametrize("confidence", [0.9, 0.95, 0.99])
+@pytest.mark.parametrize("count", [104, 153, 250])
+def test_factor_of_trajectories_of_one_sample_is_that_of_split_conformal_prediction(
+    count: int, confidence: float
+) -> None:
+    """Then a sample is an observation, and crepes is an oracle of the normalised method.
+
+    For none of these counts n is (1 - confidence) (n + 1) a whole number: rounding errors make
+    crepes take the next larger score there.
+    """
+    rng = np.random.default_rng(count)
+    errors, scales = rng.normal(size=(count, 2)), rng.lognormal(size=(count, 2))
+    factors = conformal_factors(np.abs(errors / scales)[:, None], confidence)
+    for output in range(2):
+        oracle = ConformalRegressor().fit(errors[:, output], sigmas=scales[:, output])
+        (interval,) = oracle.predict_int(np.zeros(1), sigmas=np.ones(1), confidence=confidence)
+        np.testing.assert_allclose(interval, [-factors[output], factors[output]], rtol=1e-12)

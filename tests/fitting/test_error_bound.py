@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
+from crepes import ConformalRegressor
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
+from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
+from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -77,6 +81,49 @@ def unseen(fit: Fit) -> Unseen:
 def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatArray:
     found = [surrogate.error_bounds(inputs, confidence) for inputs in unseen.inputs]
     return np.stack(found)[:, unseen.filled]
+
+
+def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_prediction(
+    fit: Fit, unseen: Unseen, folder: Path, tmp_path: Path
+) -> None:
+    """Trajectories that end with their first filled sample are one observation each, as crepes
+    takes them: errors in metres, and the head's scales of them."""
+    surrogate = fit.surrogate
+    assert isinstance(surrogate.bound, ErrorBound)
+    assert RECIPE.bound is not None
+    last = max(surrogate.window.n_in, surrogate.bound.filling_length)
+    learnt, calibration = (
+        read_split(folder / "store", name, RECIPE.count(name)) for name in ("bound", "calibration")
+    )
+    single = Split(
+        calibration.inputs[:, : last + 1], calibration.outputs[:, : last + 2], calibration.kinds
+    )
+    bound, _ = fit_bound(
+        surrogate,
+        surrogate.bound.companion,
+        (learnt, single),
+        RECIPE.bound.model_copy(update={"steps": 50}),
+        tmp_path / "head.pt",
+        torch.device("cpu"),
+        silent,
+    )
+    bounded = replace(surrogate, bound=bound)
+
+    def scales_at_the_end(inputs: FloatArray) -> FloatArray:
+        scales = [bounded.trust(one).scales[-1] for one in inputs]
+        return np.concatenate(scales) * surrogate.output_scaling.scale
+
+    errors = (surrogate.predict_newest_batch(single.inputs) - single.outputs[:, 1:])[:, -1, 0]
+    oracle = ConformalRegressor().fit(errors, sigmas=scales_at_the_end(single.inputs))
+    others = unseen.inputs[:, : last + 1]
+    for confidence in CONFIDENCES:
+        intervals = oracle.predict_int(
+            np.zeros(len(others)), sigmas=scales_at_the_end(others), confidence=confidence
+        )
+        bounds = [bounded.error_bounds(one, confidence)[-1, 0] for one in others]
+        inside = np.array([bounded.trust(one).novelty[-1] <= 1 for one in others])
+        assert inside.sum() > 0.9 * FRESH
+        np.testing.assert_allclose(np.array(bounds)[inside], intervals[inside, 1], rtol=1e-6)
 
 
 @pytest.mark.parametrize("confidence", CONFIDENCES)

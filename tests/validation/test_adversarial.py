@@ -8,12 +8,18 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
+from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, attack_figures
+from slide_fmu.systems.base import RandomStates, System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.validation import adversarial
+from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, attack_figures, search
 from slide_fmu.validation.adversarial_section import adversarial_section
+from slide_fmu.validation.attacked import Target
 from tests.bounds import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
@@ -22,16 +28,16 @@ from tests.recipes import tiny_state_space_recipe
 RECIPE = tiny_state_space_recipe(bound={}, data={"duration": 4.0}, validation={"adversarial": 2})
 
 
-def surrogate_of(recipe: Recipe, limit: float) -> Surrogate:
+def surrogate_of(recipe: Recipe, limit: float, window: tuple[int, int] = (9, 4)) -> Surrogate:
     """A surrogate that has learnt nothing, with bounds that follow from nothing."""
     system = recipe_system(recipe)
-    found = bounded_surrogate(Shape(n_in=9, n_out=4, cell=CellShape(contraction=0.9)))
+    found = bounded_surrogate(Shape(*window, cell=CellShape(contraction=0.9)))
     assert found.bound is not None
     bound = replace(found.bound, limits=np.full(found.bound.limits.shape, limit))
     high = system.inputs[0].high
     return replace(
         found,
-        window=Window(recipe.window.step, 9, 4),
+        window=Window(recipe.window.step, *window),
         inputs=system.inputs,
         outputs=system.outputs,
         input_scaling=Affine.of_channels([0.0], [high]),
@@ -62,6 +68,83 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
 def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
     (again, _) = attack(surrogate_of(RECIPE, 1e9), RECIPE, 3, 2, silent)
     assert np.array_equal(again.inputs, attacks[0].inputs)
+
+
+LONGER = RECIPE.model_copy(update={"data": RECIPE.data.model_copy(update={"duration": 8.0})})
+"""Its trajectories are many times as long as what a change is remembered."""
+
+
+def searched(goes_on: bool, system: System) -> Attack:
+    drawn = draw(LONGER, system, Stream(TEST, 5, (1.0, 1.0), 8.0), 0)
+    target = Target(surrogate_of(LONGER, 1e9, (48, 8)), system, drawn, goes_on)
+    return search(target, np.random.default_rng(4))
+
+
+def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system = recipe_system(LONGER)
+    assert isinstance(system, RandomStates)
+    steps: list[int] = []
+    advance = system.advance
+
+    def counted(inputs: FloatArray) -> FloatArray:
+        steps.append(1)
+        return advance(inputs)
+
+    monkeypatch.setattr(system, "advance", counted)
+    monkeypatch.setattr(adversarial, "CHILDREN", 20)
+    found = searched(True, system)
+    fewer, _ = len(steps), steps.clear()
+    whole = searched(False, system)
+    assert len(steps) == (20 + 2) * len(whole.inputs)
+    assert fewer < 0.4 * len(steps)
+    assert np.array_equal(found.inputs, whole.inputs)
+    assert found.after == whole.after > whole.before
+    assert (found.step, found.after_highest) == (whole.step, whole.after_highest)
+
+
+def test_changes_on_which_the_reference_fails_are_not_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system = recipe_system(LONGER)
+    assert isinstance(system, RandomStates)
+    count = [0]
+    advance, length = system.advance, round(8.0 / LONGER.window.step)
+
+    def failing(inputs: FloatArray) -> FloatArray:
+        count[0] += 1
+        if length + 100 < count[0] < length + 150:  # half of the changes end at once
+            raise SimulationError("the solver did not converge")
+        return advance(inputs)
+
+    monkeypatch.setattr(system, "advance", failing)
+    monkeypatch.setattr(adversarial, "CHILDREN", 60)
+    found = searched(True, system)
+    assert found.after >= found.before > 0
+
+
+def test_system_without_states_simulates_whole_records() -> None:
+    drawn = draw(LONGER, recipe_system(LONGER), Stream(TEST, 5, (1.0, 1.0), 8.0), 0)
+    target = Target(
+        surrogate_of(LONGER, 1e9), Sum(recipe_system(LONGER)), replace(drawn, initial=None)
+    )
+    parent = target.run(drawn.inputs)
+    assert parent.states == ()
+    changed = drawn.inputs.copy()
+    changed[40:50] = 0.0
+    child = target.run_changed(parent, changed, slice(40, 50))
+    np.testing.assert_array_equal(child.outputs, np.cumsum(np.pad(changed, ((1, 0), (0, 0))), 0))
+
+
+class Sum(System):
+    """Its output is the sum of all inputs so far; it has no state that could be set."""
+
+    def __init__(self, like: System) -> None:
+        self.step, self.inputs, self.outputs = like.step, like.inputs, like.outputs
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        return np.cumsum(np.pad(inputs, ((1, 0), (0, 0))), axis=0)
 
 
 def test_errors_outside_of_the_domain_do_not_count() -> None:

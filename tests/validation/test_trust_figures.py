@@ -119,14 +119,10 @@ def test_harm_stands_by_kind_in_tables_and_credentials_where_usual_errors_are_kn
     assert float(rows[1].get("harmful")) == 1 / 4
 
 
-def test_sentences_name_the_kinds_the_confidences_and_the_false_alarms() -> None:
+def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -> None:
     found = bounded(FIRST, SECOND)
     text = " ".join(bound_sentences(found.recipe, found.figures()))
-    assert (
-        "(150 trajectories; amplitudes are fractions of the range): held_random (amplitude 1.0"
-        in text
-    )
-    assert "; sweep (" in text
+    assert "that the surrogate was trained on: they were calibrated by 150 trajectories" in text
     assert "90 to 99 %" in text
     assert "Where in_domain is false" in text
     assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
@@ -176,7 +172,7 @@ def test_report_has_three_sections_on_the_bound_with_pictures() -> None:
     assert [len(section.pictures) for section in sections] == [2, 1, 1]
     assert all(p.startswith(b"\x89PNG") for s in sections for p in s.pictures)
     assert [len(section.rows) for section in sections] == [5, 5, 0]
-    assert "held_random (amplitude" in sections[0].text
+    assert "calibrated by 150 trajectories" in sections[0].text
 
 
 def test_samples_before_the_bound_counts_are_left_out() -> None:

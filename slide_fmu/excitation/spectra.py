@@ -1,0 +1,119 @@
+"""These kinds of excitation draw every input by its spectrum: sines, their sums, and noise."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.excitation.base import CountRange, PositiveRange
+from slide_fmu.excitation.channels import ChannelKind
+from slide_fmu.excitation.words import between, size, subject
+
+
+class FilteredRandom(ChannelKind):
+    """The input is white noise through a low-pass filter of first order, as a rough road is.
+
+    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+
+    Attributes:
+        angular_frequency: range in rad/s from which the filter's corner is drawn; its logarithm
+            is drawn uniformly.
+    """
+
+    kind: Literal["filtered_random"]
+    angular_frequency: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} is noise through a low-pass filter of "
+            f"{between(self.angular_frequency)} rad/s, with an RMS of "
+            f"{size(self.amplitude, signals)}, clipped to its range"
+        )
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        from scipy.signal import lfilter  # slow to import, and not needed to read recipes
+
+        low, high = np.log(self.angular_frequency)
+        step = time[1] - time[0] if len(time) > 1 else 0.0
+        pole = float(np.exp(-step * np.exp(rng.uniform(low, high))))
+        noise = rng.standard_normal(len(time)) * np.sqrt(max(1.0 - pole**2, 0.0))
+        # the first sample has the RMS of all others: the filter has run for ever
+        first = rng.standard_normal() * pole
+        return np.asarray(lfilter([1.0], [1.0, -pole], noise, zi=[first])[0])
+
+
+class Harmonic(ChannelKind):
+    """The input is one sine of random phase.
+
+    Attributes:
+        angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
+    """
+
+    kind: Literal["harmonic"]
+    angular_frequency: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} is a lasting sine of {between(self.angular_frequency)} rad/s "
+            f"with an amplitude of {size(self.amplitude, signals)}"
+        )
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        frequency = rng.uniform(*self.angular_frequency)
+        return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
+
+
+class Sweep(ChannelKind):
+    """The input is a sine whose frequency changes linearly in time, up or down by chance.
+
+    Attributes:
+        angular_frequency: range in rad/s through which the frequency goes.
+    """
+
+    kind: Literal["sweep"]
+    angular_frequency: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        low, high = self.angular_frequency
+        return (
+            f"{subject(signals)} is a sine that sweeps from {low:g} to {high:g} rad/s, or back, "
+            f"with an amplitude of {size(self.amplitude, signals)}"
+        )
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
+        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # a record may be one sample long
+        elapsed = time - time[0]
+        phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
+        return np.asarray(np.sin(phase))
+
+
+class Multisine(ChannelKind):
+    """The input is a sum of sines of random frequencies and phases.
+
+    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+
+    Attributes:
+        angular_frequency: range in rad/s from which all frequencies are drawn uniformly.
+        components: range of the number of sines, both ends included.
+    """
+
+    kind: Literal["multisine"]
+    angular_frequency: PositiveRange
+    components: CountRange = (8, 20)
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} is a sum of {between(self.components)} sines of "
+            f"{between(self.angular_frequency)} rad/s, with an RMS of "
+            f"{size(self.amplitude, signals)}, clipped to its range"
+        )
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        count = int(rng.integers(self.components[0], self.components[1] + 1))
+        frequency = rng.uniform(*self.angular_frequency, count)
+        phase = rng.uniform(-np.pi, np.pi, count)
+        total = np.sin(time[:, None] * frequency + phase).sum(axis=1)
+        return np.asarray(total * np.sqrt(2 / count))

@@ -1,0 +1,66 @@
+"""Words with which kinds of excitation describe what they draw: subjects, sizes, and ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from slide_fmu.core.signals import Signal
+
+
+def between(pair: tuple[float, float], unit: str = "") -> str:
+    """Return a range as ``0.3 to 2 s``, or its one value where both ends are the same."""
+    low, high = pair
+    numbers = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    return with_unit(numbers, unit)
+
+
+def with_unit(numbers: str, unit: str) -> str:
+    """Return numbers with their unit; none behind those without dimension."""
+    return numbers if unit in ("", "1") else f"{numbers} {unit}"
+
+
+def listed(values: Sequence[float], signals: tuple[Signal, ...], per: str) -> str:
+    """Return one limit for each input, as ``1.5 and 2 rad/s``; units are given once if all same.
+
+    Args:
+        values: the limits, in the order of the inputs.
+        signals: the inputs.
+        per: what their units are divided by, as ``s^2``.
+    """
+    units = [f"{signal.unit}/{per}" for signal in signals]
+    if len(set(units)) == 1:
+        return with_unit(_enumerated([f"{value:g}" for value in values]), units[0])
+    return _enumerated([f"{v:g} {unit}" for v, unit in zip(values, units, strict=True)])
+
+
+def _enumerated(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def subject(signals: tuple[Signal, ...]) -> str:
+    """Name what is drawn on its own: the only input, or the only angle, or every input."""
+    if len(signals) == 1:
+        return signals[0].name
+    if _is_one_angle(signals):
+        return f"the angle of {signals[0].name} and {signals[1].name}"
+    return "every input on its own"
+
+
+def size(amplitude: tuple[float, float], signals: tuple[Signal, ...]) -> str:
+    """Say how far normalised values of an amplitude go from the middle of the range.
+
+    Of one input it is in its unit. Of several it is a share of half the range of each.
+    """
+    if len(signals) == 1:
+        (signal,) = signals
+        low, high = (0.5 * (signal.high - signal.low) * end for end in amplitude)
+        middle = 0.5 * (signal.high + signal.low)
+        about = f" about {with_unit(f'{middle:g}', signal.unit)}" if middle else ""
+        return between((low, high), signal.unit) + about
+    if _is_one_angle(signals):
+        return f"{between((180 * amplitude[0], 180 * amplitude[1]))} deg about any angle"
+    return f"{between((100 * amplitude[0], 100 * amplitude[1]))} % of half its range"
+
+
+def _is_one_angle(signals: tuple[Signal, ...]) -> bool:
+    return [signal.angle for signal in signals] == ["cosine", "sine"]

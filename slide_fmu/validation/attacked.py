@@ -1,0 +1,104 @@
+"""What a search for unnoticed errors attacks: a surrogate beside its reference.
+
+Most of a changed record is as it was. A reference whose states can be set goes on from the change,
+and ends when the change is forgotten.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import Draw
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Restorable, State, System
+from slide_fmu.systems.simulation import simulate, simulate_states
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A Run is what the reference gave on inputs, as far as it was simulated.
+
+    Attributes:
+        inputs: in their units, shape (N, n_inputs).
+        outputs: those of the first M <= N of them, the one at the start first, in their units,
+            shape (M + 1, n_outputs).
+        states: the states at these samples; none of a system that cannot go on from them.
+    """
+
+    inputs: FloatArray
+    outputs: FloatArray
+    states: tuple[State, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A Target is what is attacked: a surrogate with a bound, beside its reference.
+
+    Attributes:
+        surrogate: the one with the bound.
+        system: its reference.
+        drawn: where the search starts.
+        goes_on: whether a run goes on from where its inputs were changed, and ends when that is
+            forgotten, if the drawn trajectory has a state to start from; if not, all records are
+            simulated whole.
+    """
+
+    surrogate: Surrogate
+    system: System
+    drawn: Draw
+    goes_on: bool = True
+
+    def run(self, inputs: FloatArray) -> Run:
+        """Run the reference on a whole record, or raise a SimulationError."""
+        initial = self.drawn.initial
+        if not self.goes_on or initial is None or not isinstance(self.system, Restorable):
+            return Run(inputs, simulate(self.system, inputs, initial).outputs, ())
+        outputs, states = simulate_states(self.system, inputs, initial)
+        return Run(inputs, outputs, tuple(states))
+
+    def run_changed(self, parent: Run, inputs: FloatArray, changed: slice) -> Run:
+        """Run it on inputs that differ from those of another run in a range of samples alone.
+
+        What comes later than the window, or what the bound depends on, has forgotten the change.
+        """
+        if not parent.states:
+            return self.run(inputs)
+        assert isinstance(self.system, Restorable)
+        first, end = changed.start, changed.stop + self.forgotten_after
+        outputs, states = simulate_states(self.system, inputs[first:end], parent.states[first])
+        return Run(
+            inputs,
+            np.concatenate([parent.outputs[:first], outputs]),
+            (*parent.states[:first], *states),
+        )
+
+    def errors(self, run: Run) -> FloatArray:
+        """Give absolute errors where the reference was run, shape (M, n_outputs)."""
+        truth = run.outputs[1:]
+        return np.abs(self.surrogate.predict_newest(run.inputs[: len(truth)]) - truth)
+
+    def worst(self, run: Run, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
+        """Give the largest error over its bound in the domain, and its sample."""
+        errors = self.errors(run)
+        inputs = run.inputs[: len(errors)]
+        ratios = (errors / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)
+        ratios[~self.surrogate.in_domain(inputs)] = 0.0
+        ratios[: self.first] = 0.0
+        step = int(np.argmax(ratios))
+        return float(ratios[step]), step
+
+    @property
+    def first(self) -> int:
+        """The first sample that counts."""
+        assert self.surrogate.bound is not None
+        return max(self.drawn.burn_in, self.surrogate.bound.filling_length)
+
+    @property
+    def forgotten_after(self) -> int:
+        """The number of samples after which neither outputs nor bounds know a change."""
+        assert self.surrogate.bound is not None
+        return max(self.surrogate.window.n_in, self.surrogate.bound.filling_length)

@@ -15,17 +15,28 @@ from slide_fmu.validation.limits import ordered
 
 
 def show_description(figures: dict[str, Any]) -> None:
-    """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output."""
+    """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output.
+
+    Raises:
+        ValueError: what the FMU says about its origin is none that slide-fmu writes.
+    """
     out = Messages(file=sys.stdout, markup=False, highlight=False)
     if "window" not in figures or "inputs" not in figures:
         _show_module(figures, out)
         return
     origin = figures["provenance"] or {}
-    out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
-    _show_signals(figures, out)
-    _show_network(figures, out)
-    _show_error(origin, out)
-    _show_origin(origin, out)
+    try:
+        out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
+        _show_signals(figures, out)
+        _show_network(figures, out)
+        _show_error(origin, out)
+        _show_origin(origin, out)
+    except (AttributeError, IndexError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"the FMU {figures['name']!r} says something else about its origin than slide-fmu "
+            f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
+            "measured errors: slide-fmu info FMU --json - shows what is there"
+        ) from error
 
 
 def _show_module(figures: dict[str, Any], out: Console) -> None:

@@ -217,7 +217,7 @@ def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         assert str(path) in str(caught.value)
     latin = tmp_path / "latin.toml"
     latin.write_bytes("# ü".encode("latin-1"))
-    with pytest.raises(RecipeError, match=r"latin.toml' cannot be read"):
+    with pytest.raises(RecipeError, match=r"latin.toml' is no text"):
         load_recipe(latin)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from recipe_page import recipe_page
 
 from slide_fmu.page.page import page_of
 from slide_fmu.pipeline.page_moves import solved_moves
@@ -30,7 +31,8 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the page of the robot, with the move that is chosen for a task; it is not committed."""
+    """Add the page of all keys of a recipe, and that of the robot; neither stands in a file."""
+    files.append(File.generated(config, "recipe.md", content=recipe_page()))
     title = "A robot on a flexible socket"
     page = page_of(ROBOT, title, DRAWING, solved_moves(ROBOT, TASK), "front")
     files.append(File.generated(config, ROBOT_PAGE, content=page))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from slide_fmu.motion.autodiff.functions import casadi_function, torch_module
     from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.learning import Learnt, learn
+    from slide_fmu.pipeline.python_calls import export, run, validate
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
@@ -73,6 +74,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "casadi_function",
+    "export",
     "export_fmu",
     "gradient",
     "jacobian",
@@ -80,8 +82,10 @@ __all__ = [
     "load",
     "load_recipe",
     "parameter_jacobian",
+    "run",
     "simulate",
     "torch_module",
+    "validate",
 ]
 
 _HOMES = {
@@ -96,6 +100,7 @@ _HOMES = {
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.pipeline.learning": ("Learnt", "learn"),
+    "slide_fmu.pipeline.python_calls": ("export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),

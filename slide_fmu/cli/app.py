@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
+from slide_fmu import __version__
 from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
+from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.fmu_commands import bench, check, export, info, page, ssp, validate
 from slide_fmu.cli.motion_commands import motion
 from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
@@ -36,19 +39,39 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
 )
 """All subcommands, in the order in which the help lists them."""
 
-app = typer.Typer(
-    name="slide-fmu",
-    help="Make fast, trustworthy stand-ins for slow multibody models: FMUs that load anywhere.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
+NAME = "slide-fmu"
+"""Name of the command, also where Python runs the package (``python -m slide_fmu``)."""
+
+HELP = (
+    "Make fast stand-ins for slow models. Each one is an FMU, and it tells you how far it is off."
 )
+
+app = typer.Typer(name=NAME, help=HELP, no_args_is_help=True, rich_markup_mode=None)
 for subcommand in SUBCOMMANDS:
     # a short help is never cut; a word of Python's own has a mark behind it
     name = subcommand.__name__.rstrip("_")
     app.command(name, short_help=subcommand.__doc__)(subcommand)
 
 
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"{NAME} {__version__}")
+        raise typer.Exit
+
+
+@app.callback(help=HELP)
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and stop."
+        ),
+    ] = False,
+) -> None:
+    """Take the options that stand before any subcommand; each acts by itself."""
+
+
 def main() -> None:
     """Run the console script; its help is wrapped on a terminal only."""
-    app(terminal_width=None if sys.stdout.isatty() else ENDLESS)
+    quick_completion()
+    app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)

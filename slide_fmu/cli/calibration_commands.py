@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
-from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, pairs_of
+from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
+from slide_fmu.core.units import behind
 
 if TYPE_CHECKING:
     from slide_fmu.fitting.calibration.result import Calibration
+    from slide_fmu.systems.record.preparation import Pairing
 
-
-class PairingChoice(StrEnum):
-    """Which output of a record answers an input."""
-
-    same = "same"
-    later = "later"
+PAIRINGS = ("same", "later")
+"""Which output of a record answers an input (``slide_fmu.systems.record.preparation.Pairing``)."""
 
 
 def calibrate(
@@ -65,11 +62,14 @@ def calibrate(
         float | None, typer.Option(help="Take this sample step, in s, for records without times.")
     ] = None,
     pairing: Annotated[
-        PairingChoice | None,
+        str | None,
         typer.Option(
+            metavar="same|later",
+            callback=one_of(PAIRINGS, "leave the option out, and the FMU decides"),
+            autocompletion=lambda: list(PAIRINGS),
             help="Say whether outputs answer the input of the same sample, or that of the sample "
             "before. If not given, the FMU decides: the same where its inputs move between "
-            "samples, one sample later where they are held."
+            "samples, one sample later where they are held.",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
@@ -79,21 +79,20 @@ def calibrate(
         typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
     ] = None,
 ) -> None:
-    """Fit the physical parameters of an FMU to measured records, with their uncertainty."""
+    """Fit the physical parameters of an FMU to measured records, with their intervals."""
     from slide_fmu.pipeline.calibrate_fmu import (
         Measured,
         calibrate_fmu,
         require_ssv,
         write_parameters,
     )
-    from slide_fmu.systems.record.preparation import Pairing
 
     with progress_bars():
         if output is not None:
             require_ssv(output)  # before the work begins that the values come from
         columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
         fixed = numbers_of("fix", fix)
-        chosen: Pairing | None = None if pairing is None else pairing.value
+        chosen = cast("Pairing | None", pairing)
         measured = Measured(tuple(records), *columns, time, step, chosen)
         found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
         if output is not None:
@@ -116,14 +115,14 @@ def _show(found: Calibration) -> None:
             f"{fitted.value:.6g}",
             f"{fitted.low:.6g} .. {fitted.high:.6g}",
             f"{parameter.low:g} .. {parameter.high:g}",
-            parameter.unit,
+            behind(parameter.unit).strip(),
         )
     console.print(table)
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
     table = table_of("output", "RMSE before", "RMSE after", "relative RMSE after")
     for fit in found.outputs:
-        before, after = f"{fit.before:.4g} {fit.unit}", f"{fit.after:.4g} {fit.unit}"
+        before, after = (f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after))
         table.add_row(fit.name, before, after, f"{100 * fit.relative:.3g} %")
     console.print(table)
     console.print(f"{found.samples} samples count")

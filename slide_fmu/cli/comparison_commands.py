@@ -37,7 +37,7 @@ def compare(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
 ) -> None:
-    """Compare a recipe's network with FIR, ARX, NARX, linear, GRU and feed-forward models."""
+    """Compare the network of a recipe with models of other kinds on the same data."""
     from slide_fmu.pipeline.compare import Terms, compare_recipe
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.validation.baselines import baseline_rows

@@ -13,11 +13,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
-from slide_fmu.core.files import write_whole, writing
+from slide_fmu.core.files import told_of_system, write_whole, writing
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import messages, shown
-from slide_fmu.validation.trust import HARMFUL
-from slide_fmu.validation.trust_tables import output_cells
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
@@ -32,17 +31,22 @@ def write_json(path: str | None, figures: Any) -> None:
     """
     if path is None:
         return
-    text = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+    text = json_bytes(figures)
     if path == "-":
-        sys.stdout.write(text)
+        sys.stdout.write(text.decode("utf-8"))
         return
     place = Path(path)
     with errors():
         if place.is_symlink() or (place.exists() and not place.is_file()):
             with writing(place):
-                place.write_text(text, encoding="utf-8")
+                place.write_bytes(text)
         else:
-            write_whole(place, text.encode("utf-8"))
+            write_whole(place, text)
+
+
+def json_bytes(figures: Any) -> bytes:
+    """Return figures as JSON that people can read too."""
+    return (json.dumps(figures, indent=2, allow_nan=False) + "\n").encode("utf-8")
 
 
 def show_json(path: str | None, figures: Any) -> None:
@@ -57,13 +61,15 @@ def table_of(*headings: str) -> Table:
     return Table(*(Column(heading, overflow="fold") for heading in headings))
 
 
-def show_validation(figures: dict[str, Any], title: str) -> None:
+def show_validation(figures: dict[str, Any], title: str, to: Console | None = None) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 
-    Where inputs move, what a plain importer call errs stands beside it.
+    Where inputs move, what a plain importer call errs stands beside it. It goes to the messages
+    if no other console is given.
     """
+    place = console if to is None else to
     # not as the table's title, which rich wraps to the width of the table
-    console.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
+    place.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     moving = all("plain_relative_rmse" in output for output in figures["outputs"])
     # older FMUs keep figures whose errors are relative to the RMS about zero
     about_mean = all("rms_reference_about_mean" in output for output in figures["outputs"])
@@ -73,28 +79,31 @@ def show_validation(figures: dict[str, Any], title: str) -> None:
     if moving:
         table.add_column("relative RMSE, inputs set to what they are now", overflow="fold")
     for output in figures["outputs"]:
-        unit = output["unit"]
+        unit = behind(output["unit"])
         table.add_row(
             output["name"],
-            f"{output[size]:.4g} {unit}",
-            f"{output['rmse']:.4g} {unit}",
+            f"{output[size]:.4g}{unit}",
+            f"{output['rmse']:.4g}{unit}",
             f"{100 * output['relative_rmse']:.3g} %",
-            f"{output['max_error']:.4g} {unit}",
+            f"{output['max_error']:.4g}{unit}",
             *([f"{100 * output['plain_relative_rmse']:.3g} %"] if moving else []),
         )
-    console.print(table)
+    place.print(table)
     for output in figures["outputs"]:
         if "relative_noise_floor" in output:
-            console.print(_told_noise(output))
+            place.print(_told_noise(output))
     if figures["error_estimate"] is not None:
-        console.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
+        place.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
     if "error_bound" in figures:
-        _show_bound(figures["error_bound"])
+        _show_bound(figures["error_bound"], place)
 
 
-def _show_bound(bound: dict[str, Any]) -> None:
+def _show_bound(bound: dict[str, Any], place: Console) -> None:
     """Print what error bounds cover, how wide they are, and how often the domain is left."""
-    console.print(f"error bound, {100 * bound['confidence']:g} % confidence")
+    from slide_fmu.validation.trust import HARMFUL
+    from slide_fmu.validation.trust_tables import output_cells
+
+    place.print(f"error bound, {100 * bound['confidence']:g} % confidence")
     table = table_of(
         "output",
         "covered samples",
@@ -105,14 +114,14 @@ def _show_bound(bound: dict[str, Any]) -> None:
     )
     for output in bound["outputs"]:
         table.add_row(*output_cells(output))
-    console.print(table)
-    console.print(
+    place.print(table)
+    place.print(
         f"outside of the domain: {100 * bound['flagged']:.3g} % of the samples, "
         f"{100 * bound['trajectories_flagged']:.3g} % of the trajectories"
     )
     if "harm" in bound:
         harm = bound["harm"]
-        console.print(
+        place.print(
             f"harmful errors (more than {HARMFUL:g} times what is usual in range): "
             f"{100 * harm['harmful']:.3g} % of the samples; in the domain and above the bound "
             f"{100 * harm['harmful_unnoticed']:.3g} %"
@@ -177,7 +186,9 @@ def errors() -> Iterator[None]:
         _fail(
             error, f"{error}; this subcommand needs more packages: pip install 'slide-fmu[train]'"
         )
-    except (ValueError, RuntimeError, OSError) as error:
+    except OSError as error:
+        _fail(error, told_of_system(error))
+    except (ValueError, RuntimeError) as error:
         _fail(error, str(error))
     except MemoryError as error:
         _fail(error, f"not enough memory: {error or 'nothing is left'}")

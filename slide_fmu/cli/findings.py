@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from slide_fmu.cli.console import console, show_remark, table_of
+from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.validation.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
@@ -24,7 +25,13 @@ def show_draft(proposal: Proposal | RecordProposal) -> None:
             acts = {"zero_order": "held", "first_order": "moves"}.get(str(choice.hold), "")
             acts = acts if what == "input" else ""  # outputs have no hold
             limits = f"{choice.low:g} .. {choice.high:g}"
-            row = (f"{what} {choice.name}", choice.unit or "1", limits, acts, signal.origin)
+            row = (
+                f"{what} {choice.name}",
+                behind(choice.unit or NO_UNIT).strip(),
+                limits,
+                acts,
+                signal.origin,
+            )
             table.add_row(*row)
     console.print(table)
     console.print(f"step    {draft.step:g} s: {draft.step_origin}")
@@ -61,7 +68,9 @@ def show_trial(figures: dict[str, Any], refused: str | None = None) -> None:
             moves = {"zero_order": "is held", "first_order": "moves linearly"}[signal["hold"]]
             limits = f"{signal['low']:g} .. {signal['high']:g}"
             name = f"{what} {signal['name']}"
-            table.add_row(name, signal["unit"], limits, moves if what == "input" else "")
+            table.add_row(
+                name, behind(signal["unit"]).strip(), limits, moves if what == "input" else ""
+            )
     console.print(table)
     offers = [name for name, offered in system["offers"].items() if offered]
     measured = data["wall_time_per_simulated_second_s"] is None

@@ -5,7 +5,6 @@ As with those on recipes, what a subcommand does is imported when it is called.
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -28,16 +27,13 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
     numbers_of,
+    one_of,
 )
-from slide_fmu.cosim.synthetic import SYNTHETIC, Effort
+from slide_fmu.cosim.effort import SYNTHETIC, Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
-
-class Backend(StrEnum):
-    """What runs the network in an FMU."""
-
-    native = "native"
-    python = "python"
+BACKENDS = ("native", "python")
+"""What runs the network in an FMU."""
 
 
 def export(
@@ -56,8 +52,14 @@ def export(
         typer.Option("--scalar", help="Add those for controllers: scalar, no dynamic memory."),
     ] = False,
     backend: Annotated[
-        Backend, typer.Option(help="Run in C, or in Python, as torch modules do.")
-    ] = Backend.native,
+        str,
+        typer.Option(
+            metavar="native|python",
+            callback=one_of(BACKENDS, "leave the option out for native"),
+            autocompletion=lambda: list(BACKENDS),
+            help="Run in C, or in Python, as torch modules do.",
+        ),
+    ] = "native",
     description: Annotated[
         Path | None,
         typer.Option("--description", help="Read what the torch module is from this TOML file."),
@@ -70,13 +72,13 @@ def export(
         typer.Option("--runs", help="Find the work on recipes here; in runs if not given."),
     ] = None,
 ) -> None:
-    """Write the FMU of a trained recipe, or an FMU again with this version's runtime."""
+    """Write the FMU of a trained recipe, or write an FMU again with this version."""
     from slide_fmu.pipeline.export import Request
     from slide_fmu.pipeline.export import export as write
 
     with progress_bars() as bar:
         version: Literal[2, 3] = 3 if fmi == 3 else 2
-        python, seeds = backend == Backend.python, (seed, data_seed)
+        python, seeds = backend == "python", (seed, data_seed)
         kind: bool | Literal["scalar"] = "scalar" if scalar else sources
         request = Request(source, output, version, kind, python, description, *seeds, runs)
         written = write(request, bar)
@@ -93,7 +95,7 @@ def ssp(
     ] = UNSEEN_SEED,
     duration: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Drive it this long, in s; the recipe's if not given."),
+        typer.Option(help="Drive it this long, in s; the recipe's if not given."),
     ] = None,
     parameters: Annotated[
         Path | None,
@@ -111,7 +113,7 @@ def ssp(
         ),
     ] = None,
 ) -> None:
-    """Write an FMU and its reference system, driven by the same unseen inputs, as SSP."""
+    """Write an FMU, its reference system and unseen inputs as one SSP."""
     from slide_fmu.cosim.ssv import read_parameter_set
     from slide_fmu.pipeline.side_by_side import write_side_by_side
 
@@ -131,7 +133,7 @@ def validate(
     ] = UNSEEN_SEED,
     trajectories: TrajectoriesOption = None,
     duration: Annotated[
-        float | None, typer.Option(min=0.0, help="Run this long, in s; the recipe's if not given.")
+        float | None, typer.Option(help="Run this long, in s; the recipe's if not given.")
     ] = None,
     amplitude: Annotated[
         tuple[float, float],
@@ -145,7 +147,7 @@ def validate(
         Path | None, typer.Option("--report", help="Write report.html and report.json here.")
     ] = None,
 ) -> None:
-    """Run an FMU beside its reference system on unseen inputs and measure the error."""
+    """Run an FMU beside its reference system on unseen inputs, and measure its error."""
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
     from slide_fmu.pipeline.touching import touched
     from slide_fmu.validation.comparison import Task
@@ -185,7 +187,7 @@ def page(
         ),
     ] = None,
 ) -> None:
-    """Write one HTML file in which people can move the inputs of an FMU and watch its outputs."""
+    """Write one HTML file in which people move the inputs of an FMU and see what it does."""
     from slide_fmu.page.page import write_page
     from slide_fmu.pipeline.page_moves import solved_moves
 
@@ -208,7 +210,7 @@ def check(
         ),
     ] = False,
 ) -> None:
-    """List the problems of an FMU; the exit code is 0 when there are none."""
+    """List what is wrong with an FMU; the exit code is 0 when nothing is."""
     from slide_fmu.pipeline.check import check as check_file
 
     with errors():
@@ -239,7 +241,7 @@ def bench(
         int, typer.Option(min=1, help="Take this many steps in each turn.")
     ] = Effort.steps,
 ) -> None:
-    """Time an FMU in one run: doStep alone, with set and get, and batches of windows."""
+    """Measure how long an FMU takes for a step, and for many windows at once."""
     from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
 
     with errors():
@@ -253,9 +255,12 @@ def bench(
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
-    """Print what an FMU is: its signals, window, network, measured error and provenance."""
+    """Say what an FMU is: its signals, its window, its measured error and its origin."""
+    from slide_fmu.cli.description import show_description
     from slide_fmu.pipeline.info import describe_fmu
 
     with errors():
         figures = describe_fmu(fmu)
-        show_json(json_path, figures)
+    write_json(json_path, figures)
+    if json_path is None:
+        show_description(figures)

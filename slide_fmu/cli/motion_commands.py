@@ -30,7 +30,7 @@ def motion(
     seed: Annotated[int, typer.Option(min=0, help="Draw the candidates with this seed.")] = 0,
     json_path: JsonOption = None,
 ) -> None:
-    """Choose set points that excite the system little, or correct those of a path."""
+    """Choose set points that shake a machine little, or correct those of a path."""
     from slide_fmu.motion.task import PathTask, read_task
     from slide_fmu.pipeline.motion import solve, write_set_points
     from slide_fmu.pipeline.motion_report import kept_in_domain, motion_report, move_rows

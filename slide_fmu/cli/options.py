@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -71,6 +71,19 @@ DataSeedOption = Annotated[
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
 ]
+
+
+def one_of(choices: Sequence[str], otherwise: str) -> Callable[[str | None], str | None]:
+    """Return a check of an option that has few values; ``otherwise`` says what one may do else."""
+
+    def check(value: str | None) -> str | None:
+        if value is not None and value not in choices:
+            raise typer.BadParameter(
+                f"{value!r}; expected {' or '.join(choices)}: correct it, or {otherwise}"
+            )
+        return value
+
+    return check
 
 
 def pairs_of(option: str, texts: Sequence[str] | None, value: str) -> dict[str, str]:

@@ -15,6 +15,7 @@ import typer
 from slide_fmu.cli.console import (
     console,
     errors,
+    json_bytes,
     progress_bars,
     show_remark,
     show_validation,
@@ -110,7 +111,7 @@ def init(
     name: Annotated[str | None, typer.Option(help="Give recipe and FMU this name.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
 ) -> None:
-    """Write a first recipe for a model of your own, and say what was found and assumed."""
+    """Write a first recipe for your own model, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
     from slide_fmu.pipeline.draft_signals import parse_range
     from slide_fmu.pipeline.proposal import Proposal, Wish, propose
@@ -168,7 +169,7 @@ def try_(
     ] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Tell in a minute whether a recipe fits: signals, decay, window, and what data will cost."""
+    """Tell in a minute whether a recipe fits, and what its data will cost."""
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.trial import open_trial, try_recipe
 
@@ -194,8 +195,9 @@ def run(
     threads: ThreadsOption = 1,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Go the whole way: size the window, make data, train, write the FMU, measure, report."""
+    """Go the whole way: find the window, make data, train, write the FMU, measure it."""
     from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 
     with progress_bars() as bar:
@@ -213,6 +215,8 @@ def run(
         show_remark(remark)
     write_json(json_path, finished.figures)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
+    with errors():
+        require_quality(job.recipe, finished.figures)
 
 
 def window(
@@ -223,7 +227,8 @@ def window(
     ] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Compute decay times of a system, linearized and measured, and the window they ask for."""
+    """Find out how long a system remembers, and the window that this asks for."""
+    from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import remark_on_step, size_recipe
@@ -237,8 +242,11 @@ def window(
     show_sizing(figures)
     show_remark(sizing.remark)
     show_remark(coarse_or_wasted)
-    write_json(json_path, {**figures, "step_remark": coarse_or_wasted})
+    kept = {**figures, "step_remark": coarse_or_wasted}
+    write_json(json_path, kept)
     with errors():
+        write_whole(job.folder.sizing, json_bytes(kept))
+        console.print(f"figures {job.folder.sizing}")
         require_window(job.recipe, sizing)
 
 
@@ -255,7 +263,7 @@ def generate(
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make the trajectories of a recipe, alone or with others; go on where that was stopped."""
+    """Make the data of a recipe, alone or with others; go on where that was stopped."""
     from slide_fmu.pipeline.generate import generate_recipe, workplace
     from slide_fmu.pipeline.job import open_job
 
@@ -281,7 +289,7 @@ def cost(
     runs: RunsOption = Path("runs"),
     executor: ExecutorOption = None,
 ) -> None:
-    """Tell what very many simulations cost on many cores, and where more cores do not help."""
+    """Tell what very many simulations cost on many cores, and where more do not help."""
     from slide_fmu.pipeline.cost import cost_figures, measure_cost
     from slide_fmu.pipeline.job import open_job
 
@@ -300,7 +308,7 @@ def train(
     runs: RunsOption = Path("runs"),
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train the surrogate of a recipe and its error estimator; go on where that was stopped."""
+    """Train the network of a recipe and its error estimator; go on if it was stopped."""
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import check_window, train_surrogate
 
@@ -318,7 +326,7 @@ def reference(
     recipe: RecipeArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU here.")],
 ) -> None:
-    """Write the reference system of a recipe as FMU (it needs this Python environment)."""
+    """Write the model of a recipe itself as an FMU; it needs this Python to run."""
     from slide_fmu.pipeline.job import make_importable
     from slide_fmu.pipeline.side_by_side import write_reference
     from slide_fmu.recipe.reading import load_recipe

@@ -39,6 +39,29 @@ class FullDiskError(OSError):
         )
 
 
+SAID = {
+    errno.ENOENT: "there is no such file or folder",
+    errno.EISDIR: "is a folder; expected a file",
+    errno.ENOTDIR: "a part of the path is a file; expected folders",
+    errno.EACCES: "may not be read or written by this user",
+    errno.EPERM: "may not be read or written by this user",
+    errno.EEXIST: "is there already",
+    errno.EROFS: "cannot be written; the disk is for reading only",
+}
+"""What is said of a path, by what the operating system answers."""
+
+
+def told_of_system(error: OSError) -> str:
+    """Say in words what the operating system refused, and of which path.
+
+    Messages that were written for people stay as they are.
+    """
+    if not str(error).startswith("[Errno") or error.filename is None:
+        return str(error)
+    said = SAID.get(error.errno or 0, error.strerror or "cannot be used")
+    return f"{str(error.filename)!r}: {said}: check the path"
+
+
 def find_file(name: str) -> Path:
     """Find a file of the user: a path from here, or from a folder in which modules are looked for.
 

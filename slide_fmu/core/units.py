@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import difflib
 import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pint
 
 BASE_UNITS: dict[str, dict[str, str]] = {
     "1": {},
@@ -24,22 +29,27 @@ BASE_UNITS: dict[str, dict[str, str]] = {
 }
 """SI exponents and factor of common units; others are declared by name alone."""
 
-PREFIXES = ("", "n", "u", "m", "c", "d", "da", "h", "k", "M", "G")
-"""SI prefixes; every symbol of ``PREFIXED`` may have one."""
 # fmt: off
-PREFIXED = (
-    "m", "g", "s", "A", "K", "mol", "cd", "rad", "sr", "Hz", "N", "Pa", "J", "W", "C", "V", "F",
-    "Ohm", "S", "Wb", "T", "H", "lm", "lx", "bar", "l", "L", "eV", "Wh", "VA", "var",
-)
-PLAIN = (
-    "1", "%", "deg", "rev", "rpm", "degC", "degF", "degRk", "min", "h", "d", "t", "ppm", "in",
-    "ft", "mi", "lb", "lbf", "psi", "hp", "cal", "kcal", "atm", "mmHg", "dB",
-)
+COMMON = frozenset((
+    "1", "%", "nm", "um", "mm", "cm", "m", "km", "ms", "s", "min", "h", "g", "kg", "t", "mrad",
+    "rad", "deg", "N", "kN", "MN", "Pa", "kPa", "MPa", "bar", "J", "kJ", "W", "kW", "V", "A",
+    "Ohm", "K", "degC", "degF", "degRk", "Hz", "rpm", "rev", "var", "L",
+))
 # fmt: on
-"""Symbols of units with and without prefixes: of the SI, and of those that FMUs have beside."""
+"""Symbols that are known at once, and those of FMUs that pint does not know; it knows all others,
+but its list of units is long, and slow to read."""
 
 FACTOR = re.compile(r"([A-Za-z%_]+|1)\^?([-+]?\d+)?")
 """A symbol, and its exponent if it has one."""
+
+
+NO_UNIT = "1"
+"""What FMI calls the unit of a number that has none."""
+
+
+def behind(unit: str) -> str:
+    """Return what stands behind a number: a blank and its unit, or nothing where it has none."""
+    return "" if unit == NO_UNIT else f" {unit}"
 
 
 def require_unit(name: str, unit: str) -> None:
@@ -60,9 +70,27 @@ def require_unit(name: str, unit: str) -> None:
 
 
 def _is_known(symbol: str) -> bool:
-    return symbol in PLAIN or any(
-        symbol.startswith(prefix) and symbol[len(prefix) :] in PREFIXED for prefix in PREFIXES
-    )
+    """Whether a text is the symbol of a unit; names that are spelled out are none."""
+    if symbol in COMMON:
+        return True
+    short = None if symbol.lower() in NAMES else _symbol_of(symbol)
+    return short is not None and len(symbol) <= len(short) + 1  # as um for µm, or l for L
+
+
+def _symbol_of(text: str) -> str | None:
+    """Return the symbol of a unit that pint knows by a symbol or a name; None of any other."""
+    try:
+        return f"{_registry().Unit(text):~}"
+    except Exception:  # texts that are no units at all fail in pint's parser, in many ways
+        return None
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    """Return all units that pint knows."""
+    import pint  # slow to import, and rarely needed
+
+    return pint.UnitRegistry()
 
 
 def _nearest(symbol: str) -> list[str]:
@@ -71,9 +99,10 @@ def _nearest(symbol: str) -> list[str]:
     named = [
         unit for name, unit in NAMES.items() if (name and word.startswith(name)) or name == word
     ]
-    known = [*BASE_UNITS, *PLAIN, *PREFIXED]
-    near = difflib.get_close_matches(symbol, known, n=3, cutoff=0.5)
-    return [repr(unit) for unit in dict.fromkeys([*named, *near])][:3] or [
+    short = _symbol_of(symbol)
+    meant = [short] if not named and short is not None and short.isascii() and short else []
+    near = difflib.get_close_matches(symbol, [*BASE_UNITS, *sorted(COMMON)], n=3, cutoff=0.5)
+    return [repr(unit) for unit in dict.fromkeys([*named, *meant, *near])][:3] or [
         "a product such as 'N.m'"
     ]
 

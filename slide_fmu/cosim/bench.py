@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.effort import Effort
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
-from slide_fmu.cosim.synthetic import Effort, random_record, synthetic_surrogate
+from slide_fmu.cosim.synthetic import random_record, synthetic_surrogate
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels

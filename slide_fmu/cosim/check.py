@@ -12,6 +12,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
+from slide_fmu.core.files import told_of_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.cosim.archive import archive_problems, library_problems
@@ -54,8 +55,10 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
     try:
         surrogate, _ = read_fmu(path)
         problems = archive_problems(path) or _unreadable(path)
-    except (FmuError, OSError) as error:
+    except FmuError as error:
         return [str(error)]
+    except OSError as error:
+        return [told_of_system(error)]
     if problems:
         return problems
     try:

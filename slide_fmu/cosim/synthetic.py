@@ -1,8 +1,7 @@
-"""What benchmarks and checks are made of: effort, random inputs, networks of random weights."""
+"""Benchmarks and checks are made of random inputs and of networks with random weights."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -10,22 +9,11 @@ import numpy as np
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
+from slide_fmu.cosim.effort import SYNTHETIC
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.surrogate.surrogate import Surrogate
-
-SYNTHETIC = ("robot",)
-"""Networks with random weights, by name."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How long is measured: rounds in which all take turns, and steps of each in a round."""
-
-    rounds: int = 20
-    steps: int = 100
-    windows: int = 1200
 
 
 def random_record(surrogate: Surrogate, samples: int) -> FloatArray:

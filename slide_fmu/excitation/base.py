@@ -9,9 +9,10 @@ import abc
 from typing import Annotated, get_args
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.toml_table import Table
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -36,16 +37,16 @@ Limits = tuple[PositiveFloat, ...]
 """The value holds one limit for each input, in their order, or nothing."""
 
 
-class Kind(BaseModel, abc.ABC):
+class Kind(Table, abc.ABC):
     """One kind of excitation draws all inputs of a trajectory. Interface: never instantiated.
 
     Subclasses are final. Each has a field ``kind`` with its name in recipes.
 
     Attributes:
+        kind: name of the kind, which must be there.
         weight: how often this kind is drawn, relative to the weights of the others in the mix.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     weight: float = Field(gt=0)
 
     def check(self, signals: tuple[Signal, ...]) -> None:

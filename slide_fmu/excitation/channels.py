@@ -60,7 +60,8 @@ class ChannelKind(Kind):
 class HeldRandom(ChannelKind):
     """The input takes independent uniform values, each for a random number of samples.
 
-    The range ``samples`` holds both its ends; (1, 1) is white noise.
+    Attributes:
+        samples: range of the number of samples, with both its ends; [1, 1] is white noise.
     """
 
     kind: Literal["held_random"]
@@ -80,7 +81,8 @@ class HeldRandom(ChannelKind):
 class MovingAverageRandom(ChannelKind):
     """The input is uniform white noise through a FIR filter, as in the paper's code.
 
-    ``coefficients[0]`` weighs the newest value.
+    Attributes:
+        coefficients: weights of the filter; the first one is that of the newest value.
     """
 
     kind: Literal["moving_average_random"]
@@ -98,7 +100,11 @@ class MovingAverageRandom(ChannelKind):
 
 
 class Steps(ChannelKind):
-    """The input steps between uniform random levels, each for a time in s from ``duration``."""
+    """The input steps between uniform random levels.
+
+    Attributes:
+        duration: range in s of the time for which each level is held.
+    """
 
     kind: Literal["steps"]
     duration: PositiveRange
@@ -115,10 +121,13 @@ class Steps(ChannelKind):
 
 
 class Binary(ChannelKind):
-    """The input switches between both ends of its range, each for a time in s from ``duration``.
+    """The input switches between both ends of its range.
 
     A random binary signal, as system identification uses it: of several inputs it holds every
     combination of their ends.
+
+    Attributes:
+        duration: range in s of the time for which it stays at an end.
     """
 
     kind: Literal["binary"]

@@ -45,7 +45,11 @@ class FilteredRandom(ChannelKind):
 
 
 class Harmonic(ChannelKind):
-    """The input is one sine of random phase, its angular frequency in rad/s uniform in a range."""
+    """The input is one sine of random phase.
+
+    Attributes:
+        angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
+    """
 
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
@@ -62,7 +66,11 @@ class Harmonic(ChannelKind):
 
 
 class Sweep(ChannelKind):
-    """The input sweeps linearly through a range of frequencies in rad/s, up or down by chance."""
+    """The input is a sine whose frequency changes linearly in time, up or down by chance.
+
+    Attributes:
+        angular_frequency: range in rad/s through which the frequency goes.
+    """
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange

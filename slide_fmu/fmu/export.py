@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -154,12 +155,22 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
                 f"{path} carries a torch module; expected a native FMU, which export writes "
                 "without --backend python: only info and importers read this one"
             )
-        raise FmuError(f"{path} was not made by slide-fmu: expected {SURROGATE} in it")
+        raise FmuError(
+            f"{path} was not made by slide-fmu{_tool_of(path)}: expected {SURROGATE} in it; an "
+            "FMU of another tool can be a model to learn from (slide-fmu init FMU), and fmpy "
+            "checks it (fmpy validate FMU)"
+        )
     try:
         surrogate = Surrogate.from_bytes(payload)
     except PayloadError as error:
         raise FmuError(f"{path}: {error}; {REMEDY}") from error
     return surrogate, read_json(path, PROVENANCE)
+
+
+def _tool_of(path: Path) -> str:
+    """Return what is said of the tool that made an FMU, where the FMU tells it."""
+    found = re.search(rb'generationTool="([^"]*)"', read_member(path, DESCRIPTION) or b"")
+    return "" if found is None else f" but by {found[1].decode('utf-8', 'replace')!r}"
 
 
 def read_json(path: Path, name: str) -> dict[str, Any] | None:

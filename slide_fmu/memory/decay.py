@@ -107,16 +107,27 @@ def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
     return Window(step, n_out + _needed_samples(decay_time, step), n_out)
 
 
-def too_short(window: Window, decay_time: float) -> str | None:
-    """Say why a window is too short for a system of this decay time in s; None if it is not."""
+MARGIN = 1.25
+"""A window that truncates this many times the longest decay time that was found holds all but rare
+motions of any other seed (docs/window.md has the figures)."""
+
+
+def too_short(window: Window, decay_time: float, slowest: float = 0.0) -> str | None:
+    """Say why a window is too short for a system of this decay time in s; None if it is not.
+
+    One length is suggested that need not be raised again for another seed: it has a margin for the
+    slowest pair of motions that was measured, which takes so many s.
+    """
     needed = _needed_samples(decay_time, window.step)
     if window.n_truncated >= needed:
         return None
+    enough = _needed_samples(MARGIN * max(decay_time, slowest), window.step)
     return (
         f"window: n_in - n_out = {window.n_in} - {window.n_out} = {window.n_truncated} samples "
         f"({window.truncation_time:.4g} s) are truncated, but initial effects need {needed} "
-        f"samples ({decay_time:.4g} s) to decay: give n_in >= {window.n_out + needed}, a larger "
-        "step, or a larger remaining amplitude"
+        f"samples ({decay_time:.4g} s) to decay: give n_in >= {window.n_out + needed}; n_in = "
+        f"{window.n_out + enough} has a margin for motions of any other seed, and n_in = "
+        '"auto" finds such a length; or give a larger step, or a larger remaining amplitude'
     )
 
 

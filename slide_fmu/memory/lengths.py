@@ -14,6 +14,7 @@ import numpy as np
 
 from slide_fmu.core.window import Window
 from slide_fmu.data.division import longest_scored
+from slide_fmu.memory.decay import MARGIN
 from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
@@ -24,9 +25,6 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.record.model import MeasuredRecords
 
-MARGIN = 1.25
-"""The window truncates this many times the longest decay time that was found, so that it holds all
-but rare motions of any other seed (docs/window.md has the figures)."""
 OUTPUTS = 0.5
 """Output samples of a window, relative to those that it truncates: a third of the window."""
 WINDOWS = 4

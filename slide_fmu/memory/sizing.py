@@ -111,7 +111,8 @@ class Sizing:
         if self.measured.meeting < MEETING:
             said = _never_meet(self.measured, self.linearized)
             return said if self.left_out is None else f"{self.left_out}; so far, {said}"
-        return too_short(self.window, self.needed)
+        met = [float(time) for time in self.measured.times if math.isfinite(time)]
+        return too_short(self.window, self.needed, max(met, default=0.0))
 
     @property
     def remark(self) -> str | None:
@@ -141,7 +142,8 @@ class Sizing:
         needed = recommend_window(worst, window.step, window.n_out).n_in
         return (
             f"{motions} takes {worst:.4g} s to meet, but {truncated}, {least}. Raise "
-            f"window.n_in from {window.n_in} to {needed} to hold that one too"
+            f'window.n_in from {window.n_in} to {needed} to hold that one too; n_in = "auto" '
+            "leaves a margin for motions of any other seed"
         )
 
     def figures(self) -> dict[str, Any]:

@@ -53,10 +53,13 @@ def shown(console: Console) -> Iterator[Stages]:
     with rich_progress.Progress(*columns, console=console) as bars:
 
         def bar(stage: str) -> Progress:
-            task = bars.add_task(stage, total=None, remark="")
+            task, first = bars.add_task(stage, total=None, remark=""), None
 
             def progress(done: int, total: int, error: float | None = None) -> None:
-                bars.update(task, completed=done, total=total, remark=_remark(error))
+                nonlocal first
+                first = total if first is None else first
+                remark = f"{_grown(total, first)}  {_remark(error)}".strip()
+                bars.update(task, completed=done, total=total, remark=remark)
 
             return progress
 
@@ -65,16 +68,23 @@ def shown(console: Console) -> Iterator[Stages]:
 
 def _lines(console: Console, stage: str) -> Progress:
     """Show progress as a line for every tenth of the work, which may turn out to be more."""
-    printed = -1
+    printed, first = -1, None
 
     def progress(done: int, total: int, error: float | None = None) -> None:
-        nonlocal printed
+        nonlocal printed, first
+        first = total if first is None else first
         tenth = 10 * done // max(1, total)
         if tenth != printed:
             printed = tenth
-            console.print(f"{stage}: {done} of {total}  {_remark(error)}".rstrip())
+            counted = f"{done} of {total} {_grown(total, first)}".rstrip()
+            console.print(f"{stage}: {counted}  {_remark(error)}".rstrip())
 
     return progress
+
+
+def _grown(total: int, first: int) -> str:
+    """Say that a search has found more work than it began with, and may find yet more."""
+    return "so far" if total > first else ""
 
 
 def _remark(error: float | None) -> str:

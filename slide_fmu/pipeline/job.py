@@ -8,6 +8,7 @@ import sys
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
+from shlex import quote
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import AnySizing
@@ -34,6 +35,7 @@ class Job:
         resolved: values that were found for what the recipe leaves open, as a table of tables.
         sizing: how the window of this recipe was sized when it was found; None if it was not now.
         beside: folder of the recipe file; None of a text that lies in none.
+        command: what was typed to make the surrogate, for people; paths are left out.
     """
 
     text: str = field(repr=False)
@@ -43,6 +45,7 @@ class Job:
     resolved: Resolved = field(default_factory=dict)
     sizing: AnySizing | None = field(default=None, repr=False)
     beside: Path | None = None
+    command: str = "slide-fmu run RECIPE"
 
 
 def open_job(
@@ -68,7 +71,15 @@ def open_job(
     make_importable(recipe_path.parent)
     seeds = training_seed, data_seed
     job = job_of_text(text, str(recipe_path), runs, bar, seeds, patience)
-    return replace(job, beside=recipe_path.parent.resolve())
+    command = _command(recipe_path, training_seed, data_seed)
+    return replace(job, beside=recipe_path.parent.resolve(), command=command)
+
+
+def _command(recipe: Path, training_seed: int | None, data_seed: int | None) -> str:
+    """Return the command that makes the surrogate of a recipe, which may lie in any folder."""
+    seeds = {"--seed": training_seed, "--data-seed": data_seed}
+    given = [f"{option} {seed}" for option, seed in seeds.items() if seed is not None]
+    return " ".join(["slide-fmu run", quote(recipe.name), *given])
 
 
 def job_of_text(
@@ -87,6 +98,8 @@ def job_of_text(
         DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
             ValueError: as of ``open_job``.
     """
+    begun = bar("recipe")
+    begun(0, 1)  # a word at once: to find the lengths may take a minute
     recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     folder.require_folder()
@@ -99,6 +112,7 @@ def job_of_text(
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
     job = Job(text, recipe, folder, bar, resolved, sizing)
+    begun(1, 1)
     numbers = known_numbers(recipe, folder)
     return job if numbers is None else with_values(job, numbers)
 
@@ -120,6 +134,16 @@ def make_importable(folder: Path) -> None:
     place = str(folder.resolve())
     if place not in sys.path:
         sys.path.append(place)
+
+
+def make_models_importable(fmu: Path) -> None:
+    """Let an FMU's recipe name models that lie where its recipe most likely lay.
+
+    That is here, beside the FMU, or beside the folder ``runs`` that it was made in.
+    """
+    folder = fmu.resolve().parent
+    for place in (Path.cwd(), folder, folder.parent.parent):
+        make_importable(place)
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:

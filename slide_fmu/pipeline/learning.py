@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ ALONE = (
     'Put the call under if __name__ == "__main__": for several'
 )
 AGAIN = (
-    "slide.learn with workers = {workers} stands in {place}, outside of "
+    "slide.{call} with workers = {workers} stands in {place}, outside of "
     'if __name__ == "__main__":; expected it under that line, since worker processes run all the '
     "rest of the script again: put it there, or say workers = 0, which simulates in this process "
     "alone"
@@ -120,23 +120,27 @@ def learn(
     Raises:
         RecipeError: the system is neither of both, or a table is no table of a recipe; there is
             one line per mistake.
+        QualityError: an output errs by more than the recipe requires; FMU and report are there.
         ValueError: there shall be workers, which would run the user's script again.
         LoadError: the system cannot be loaded. So are the other errors those of
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
     from slide_fmu.pipeline.job import job_of_text, make_importable
+    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 
     text = tables_text(_recipe_tables(system, name, tables))
     make_importable(Path.cwd())
     console = messages()
-    workers, remark = _workers(system, workers)
+    workers, remark = simulating_processes(system, workers)
     if remark is not None:
         console.print(f"remark: {remark}")
     with shown(console) as bar:
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
+        job = replace(job, command=f"slide.learn(system, {name!r})")
         finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
+    require_quality(job.recipe, finished.figures)
     return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
 
 
@@ -184,10 +188,12 @@ def _told(system: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _workers(
-    system: System | Mapping[str, Any], workers: int | None
+def simulating_processes(
+    system: System | Mapping[str, Any], workers: int | None, call: str = "learn"
 ) -> tuple[int | None, str | None]:
     """Return how many processes simulate, and what to say about that.
+
+    The call is the public function by which the user came here.
 
     Raises:
         ValueError: there shall be some, which would run the user's script again.
@@ -201,4 +207,4 @@ def _workers(
         return workers, None
     if workers is None:
         return 0, ALONE.format(place=place)
-    raise ValueError(AGAIN.format(workers=workers, place=place))
+    raise ValueError(AGAIN.format(call=call, workers=workers, place=place))

@@ -12,6 +12,7 @@ import numpy as np
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.job import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -38,6 +39,7 @@ def validate_fmu_file(
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
+    make_models_importable(fmu)
     if found is not None and recipe.system.is_record:
         require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))

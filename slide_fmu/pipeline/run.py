@@ -18,6 +18,7 @@ from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
 from slide_fmu.pipeline.numbers import kept_curve
+from slide_fmu.pipeline.quality import remark_on_error, remark_on_training
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.stages import (
     check_window,
@@ -107,9 +108,7 @@ def _measured(
         measured = validate_fmu_file(fmu, task, job.bar, workers)
         usual = next(iter(validations.values()), measured).usual_error()
         validations[name] = replace(measured, usual=usual)
-    report = _full_report(
-        trained, recipe, sizing, validations, tests, kept_curve(recipe, job.folder)
-    )
+    report = _full_report(trained, job, sizing, validations, tests)
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
@@ -159,15 +158,15 @@ def draw_mechanism(job: Job) -> str | None:
 
 def _full_report(
     trained: Trained,
-    recipe: Recipe,
+    job: Job,
     sizing: AnySizing,
     validations: dict[str, Validation],
     tests: tuple[AmplitudeTest, ...],
-    curve: Curve,
 ) -> Report:
-    surrogate = trained.surrogate
+    surrogate, recipe = trained.surrogate, job.recipe
     data: dict[str, Any] = {
         "name": recipe.name,
+        "command": job.command,
         "versions": trained.versions,
         "validation": {name: v.figures() for name, v in validations.items()},
         "window": sizing.figures(),
@@ -186,7 +185,7 @@ def _full_report(
         learning_sections.sizing_section(sizing),
         learning_sections.training_section(trained.histories),
     ]
-    sections += _search_sections(trained, curve, data)
+    sections += _search_sections(trained, recipe, kept_curve(recipe, job.folder), data)
     if recipe.system.is_record:
         source = recipe_source(recipe)
         assert isinstance(source, MeasuredRecords)
@@ -195,15 +194,18 @@ def _full_report(
     return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
 
 
-def _search_sections(trained: Trained, curve: Curve, data: dict[str, Any]) -> list[Section]:
+def _search_sections(
+    trained: Trained, recipe: Recipe, curve: Curve, data: dict[str, Any]
+) -> list[Section]:
     """Show what was searched for: sizes of the network, numbers of trajectories."""
     sections, history = [], trained.histories["surrogate"]
     data["sizes_tried"] = history.get("sizes", [])
     linear = None
     if not trained.surrogate.network.is_affine:
         linear = linear_size_remark(data["sizes_tried"], min(history["validation_error"]))
-    remarks = [remark for remark in (history.get("remark"), linear) if remark is not None]
-    data["remark"] = "; ".join(remarks) or None
+    falling, off = remark_on_training(recipe, history), remark_on_error(recipe, data)
+    remarks = (off, history.get("remark"), falling, linear)
+    data["remark"] = "; ".join(remark for remark in remarks if remark is not None) or None
     if data["sizes_tried"] or data["remark"]:
         sections.append(learning_sections.sizes_section(data["sizes_tried"], data["remark"]))
     if curve.points:

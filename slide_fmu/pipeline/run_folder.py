@@ -146,6 +146,11 @@ class RunFolder:
         """The learning curve by which numbers of trajectories are found lies here."""
         return self.path / "learning_curve.json"
 
+    @property
+    def sizing(self) -> Path:
+        """The figures of the last sizing of the window lie here."""
+        return self.path / "window.json"
+
     def fmu(self, recipe: Recipe) -> Path:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"

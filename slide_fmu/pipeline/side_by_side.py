@@ -17,6 +17,7 @@ from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.pipeline.job import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
@@ -86,6 +87,7 @@ def write_side_by_side(
     surrogate, found = read_fmu(fmu)
     surrogate = surrogate.starting_at(parameters or {})
     values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
+    make_models_importable(fmu)
     recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)
     fmi = read_description(fmu).fmiVersion
     stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)

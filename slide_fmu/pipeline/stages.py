@@ -21,6 +21,7 @@ from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.pipeline.job import Job, versions, with_values
 from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
+from slide_fmu.pipeline.quality import remark_on_training
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -172,11 +173,13 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     known = known_start(recipe, system)
     fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar, known)
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
+    history = fit.histories["surrogate"]
+    remarks = history.remark, remark_on_training(recipe, asdict(history))
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),
         "sizes_tried": [asdict(size) for size in fit.histories["surrogate"].sizes],
-        "remark": fit.histories["surrogate"].remark,
+        "remark": "; ".join(remark for remark in remarks if remark is not None) or None,
         "seed": recipe.training.seed,
     }
 

@@ -16,7 +16,7 @@ from importlib import metadata
 from pathlib import Path, PurePath
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
@@ -58,8 +58,6 @@ class ModuleError(ValueError):
 class WindowTable(Table):
     """What the module sees: ``n_in`` samples, ``step`` seconds apart."""
 
-    model_config = ConfigDict(strict=True)
-
     step: PositiveFloat
     n_in: int = Field(gt=0, le=MAX_WINDOW)
 
@@ -71,8 +69,6 @@ class SignalTable(Table):
         offset, scale: the module's value is (value - offset) / scale; both, or neither: -1 .. 1
             for the range.
     """
-
-    model_config = ConfigDict(strict=True)
 
     name: str
     unit: str
@@ -237,4 +233,4 @@ def _read(path: Path) -> ModuleTable:
     try:
         return ModuleTable.model_validate(content)
     except ValidationError as error:
-        raise ModuleError(mistakes(error, str(path), "module")) from error
+        raise ModuleError(mistakes(error, str(path), "module", ModuleTable)) from error

@@ -9,27 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, PlainValidator, field_validator, model_validator
 
+from slide_fmu.core.toml_table import Table as Table
 from slide_fmu.features.sets import LINEAR_NAMES
 
 PositiveInt = Annotated[int, Field(gt=0)]
 NonNegativeInt = Annotated[int, Field(ge=0)]
 FeatureNames = Annotated[tuple[str, ...], Field(min_length=1)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-class Table(BaseModel):
-    """A table of the recipe refuses unknown keys, and its values do not change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
@@ -268,7 +256,7 @@ class TrainingRecipe(Table):
         newest_weight: weight of the newest output sample in the loss of a block, relative to the
             oldest; rises linearly in between.
         seed: seed of initialisation and of the order of the windows.
-        steps: optimizer steps.
+        steps: number of steps of the optimizer.
         batch: windows per step.
         learning_rate: highest learning rate.
         final_learning_rate: fraction of ``learning_rate`` that is left at the end.

@@ -35,7 +35,12 @@ class ParameterRecipe(Table):
         range: lowest and highest value, in ``unit``; of records those of ``values``.
         values: of records, the value in each file, in ``unit``, in the order of ``system.model``
             and ``system.further``.
-        unit, description, start, transform: as of ``slide_fmu.core.parameters.Parameter``.
+        unit: unit of the values, as FMI names it (``"kg"``).
+        description: one line for people.
+        start: value before anybody sets one; the middle of the range, as ``transform`` divides it,
+            if not given.
+        transform: what the response follows most evenly: the value (``"linear"``), its logarithm
+            (``"log"``), or one over it (``"reciprocal"``), as of a mass that a force moves.
     """
 
     range: tuple[float, float] | None = None

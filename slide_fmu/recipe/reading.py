@@ -9,16 +9,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from slide_fmu.core.files import told_of_system
+from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-
-PLAIN = {
-    "tuple_type": "expected a list in brackets",
-    "dict_type": "expected a table of keys and values",
-    "model_type": "expected a table of keys and values",
-    "model_attributes_type": "expected a table of keys and values",
-}
-"""What is said in the words of TOML instead of those of Python, by the kind of mistake."""
+from slide_fmu.recipe.words import expectation, meant_choice, unknown_key, value_text
 
 
 def parse_recipe(text: str, source: str) -> Recipe:
@@ -38,7 +33,7 @@ def parse_recipe(text: str, source: str) -> Recipe:
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
     except ValidationError as error:
-        raise RecipeError(mistakes(error, source)) from error
+        raise RecipeError(mistakes(error, source, file=Recipe)) from error
 
 
 def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], source: str) -> Recipe:
@@ -66,20 +61,26 @@ def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], sourc
     try:
         return Recipe.model_validate(tables)
     except ValidationError as error:
-        raise RecipeError(mistakes(error, source)) from error
+        raise RecipeError(mistakes(error, source, file=Recipe)) from error
 
 
-def mistakes(error: ValidationError, source: str, whole: str = "recipe") -> str:
+def mistakes(
+    error: ValidationError, source: str, whole: str = "recipe", file: type[Table] | None = None
+) -> str:
     """Say what is wrong in a TOML file, one line per mistake.
 
-    ``whole`` is what it is, for mistakes that belong to no single key.
+    Args:
+        error: what pydantic found.
+        source: what messages call the file.
+        whole: what it is, for mistakes that belong to no single key.
+        file: the outermost table of the file, whose keys are suggested for misspelt ones.
     """
     found = [item for item in error.errors() if _is_cause(item)]
     places = {item["loc"] for item in found}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
         found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
-    return "\n".join(f"{source}: {_describe(item, whole)}" for item in found)
+    return "\n".join(f"{source}: {_describe(item, whole, file)}" for item in found)
 
 
 def load_recipe(path: str | Path) -> Recipe:
@@ -99,9 +100,14 @@ def read_recipe_text(path: Path) -> str:
     """
     try:
         return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise RecipeError(
-            f"recipe {str(path)!r} cannot be read ({error}); expected a TOML file such as "
+            f"recipe {str(path)!r} cannot be read ({told_of_system(error)}); expected a TOML file "
+            "such as training/duffing.toml"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise RecipeError(
+            f"recipe {str(path)!r} is no text ({error.reason}); expected a TOML file such as "
             "training/duffing.toml"
         ) from error
 
@@ -111,7 +117,7 @@ def _is_cause(item: Any) -> bool:
     return not (item["type"] == "too_short" and item["input"])
 
 
-def _describe(item: Any, whole: str) -> str:
+def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
     parts = [str(part) for part in item["loc"] if part != "[key]"]  # pydantic's own word
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
@@ -122,12 +128,14 @@ def _describe(item: Any, whole: str) -> str:
     if item["type"] == "union_tag_invalid":
         context = item["ctx"]
         key = context["discriminator"].strip("'")
-        return f"{place}.{key} = {context['tag']!r}; expected one of {context['expected_tags']}"
+        expected = context["expected_tags"]
+        meant = meant_choice(str(context["tag"]), expected)
+        return f"{place}.{key} = {context['tag']!r}; expected one of {expected}{meant}"
     if item["type"] == "missing":
         return f"{place} is missing"
     if item["type"] == "extra_forbidden":
-        return f"{place} is not a known key; remove it or correct its spelling"
-    message = PLAIN.get(item["type"], item["msg"].removeprefix("Value error, "))
+        return f"{place} {unknown_key(item['loc'], file)}"
+    message = expectation(item)
     if isinstance(item["input"], dict):  # a whole table: the message names its values
         return f"{place}: {message}"
-    return f"{place} = {item['input']!r}: {message}"
+    return f"{place} = {value_text(item['input'])}: {message}"

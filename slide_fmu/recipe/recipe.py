@@ -59,6 +59,17 @@ class Recipe(Table):
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
+        system: the reference system that the surrogate stands in for.
+        window: what the network sees and gives.
+        data: trajectories to learn from, and their excitation; found if not given.
+        network: the network; a state-space network of sizes that are found if not given. The name
+            of its family alone is short for its table.
+        training: how the network is trained; by its family's method if not given.
+        estimator: the error estimator; none if not given, and one of usual size if the table is
+            empty.
+        bound: the error bound and the domain; none if not given.
+        stability: what a network must keep to before it is exported.
+        validation: unseen trajectories on which the FMU is measured.
         parameters: physical parameters that users of the FMU may set, by name.
         automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
             guesses until ``with_resolved``, and nothing is learnt before. No key of a file.

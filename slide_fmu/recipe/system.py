@@ -18,9 +18,18 @@ class SignalRecipe(Table):
     """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
 
     Attributes:
-        range: lowest and highest value of the intended range, in ``unit``.
-        unit, description, start, hold, angle, period: as of ``slide_fmu.core.signals.Signal``;
-            those of the model if not given.
+        range: lowest and highest value of the intended range, in ``unit``; that of the model if
+            not given, and likewise for the keys below.
+        unit: unit of the values, as FMI names it (``"N"``, ``"m"``, ``"rad"``).
+        description: one line for people.
+        start: value before anybody sets one, within the range; the one nearest to 0 if neither the
+            recipe nor the model says one.
+        hold: how an input acts between samples: ``"zero_order"`` holds it over a step,
+            ``"first_order"`` moves it linearly to its next value. All inputs have the same.
+        angle: ``"cosine"`` or ``"sine"`` of an input that is the one of an angle; the sine follows
+            its cosine, and both turn on the circle between samples.
+        period: of an input that means the same after so much more, in ``unit``; inputs in rad or
+            deg are angles without it.
         column: of records, the name of the signal's column; that of the signal if not given.
     """
 
@@ -44,25 +53,27 @@ class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
     Attributes:
-        kind: one of ``slide_fmu.systems.loading.KINDS``, which says what ``model`` is.
-        model: of a class, ``"module:Class"`` of a ``slide_fmu.systems.base.System``.
+        kind: says what ``model`` is: ``"class"``, ``"exudyn"``, ``"fmu"``, ``"function"`` or
+            ``"record"``.
+        model: where the model is: ``"module:Class"`` of a class, of all others the path of a file,
+            found here or beside the recipe.
         further: of records, further files with the same columns.
         noise_record: of records, a file with the columns of the outputs that was taken in the same
             way while nothing moved: a state-space network weights its residuals by the spectrum of
-            that noise. None: all residuals count alike.
+            that noise. Without one all residuals count alike.
         parameters: those of the system beside ``step``; of a class, its keyword arguments.
         inputs, outputs: what the model leaves open about its signals, by their names; empty of a
             class, which declares its own.
         reference: those that are other when an FMU is measured: a finer model may be the reference
-            of what a faster one has taught. Empty: the same model.
+            of what a faster one has taught. If empty, it is the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
-            card: it takes the system and gives the bytes of a PNG file. None: no picture.
+            card: it takes the system and gives the bytes of a PNG file.
         drawing: ``"module:function"`` or ``"file.py:function"`` that describes how the machine
             looks in motion (``slide_fmu/page/drawing.py``), for its page and its report; the FMU
-            carries the description. None: no drawing.
+            carries the description.
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
-            the path of its URDF alone is short for its table. None: that of the model, if it has
-            one.
+            the path of its URDF alone is short for its table. If not given, it is that of the
+            model, if it has one.
         drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` is short for
             the table of its weights.
     """

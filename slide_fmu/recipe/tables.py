@@ -96,10 +96,12 @@ class ValidationRecipe(Table):
     """The table ``validation`` describes unseen trajectories on which an FMU is measured.
 
     Attributes:
-        trajectories: their number.
+        trajectories: number of unseen trajectories.
         duration: length of each in s, after the burn-in; as in the training data if not given.
         excitation: kinds of excitation that are held out: nothing is learnt from them or
             calibrated by them, and the FMU is measured on them apart.
+        require: largest relative RMSE of an output on unseen trajectories in range; ``slide-fmu
+            run`` fails where one errs by more. If not given, none is refused.
         adversarial: number of unseen trajectories from which a search begins for inputs whose
             error is large beside its bound; a minute or so for each.
     """
@@ -107,6 +109,7 @@ class ValidationRecipe(Table):
     trajectories: PositiveInt = 50
     duration: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
+    require: PositiveFloat | None = None
     adversarial: int = Field(default=0, ge=0)
 
 

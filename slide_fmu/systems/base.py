@@ -241,27 +241,44 @@ def go_on(
 def _row(
     system: System, method: str, call: Callable[..., FloatArray], k: int = -1, *inputs: FloatArray
 ) -> FloatArray:
-    """Call a method that gives one row of outputs; whatever it raises says where."""
+    """Call a method that gives one row of outputs; whatever it raises or gives says where."""
+    time = k * system.step if k >= 0 else None
     try:
         row = call(*inputs)
-        if np.shape(row) == (len(system.outputs),):
-            return row
     except (SimulationError, LoadError):
         raise
-    except Exception as error:  # a user's method may raise anything
-        time = k * system.step if k >= 0 else None
+    except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, method, error, k, *inputs), time) from error
+    found = _numbers(row)
+    if found is not None and found.shape == (len(system.outputs),):
+        return found
+    what = repr(row) if found is None else f"outputs of shape {found.shape}"
     raise SimulationError(
-        f"{type(system).__qualname__}.{method} gave outputs of shape {np.shape(row)}; expected "
-        f"({len(system.outputs)},), one number for each output: correct the model"
+        f"{type(system).__qualname__}.{method} gave {what}{_place(system, k, *inputs)}; expected "
+        f"an array of shape ({len(system.outputs)},), one number for each output: correct the "
+        "model",
+        time,
     )
 
 
-def raised(system: System, method: str, error: Exception, k: int = -1, *inputs: FloatArray) -> str:
+def _numbers(row: object) -> FloatArray | None:
+    """Return what a method of a user gave as numbers, or None where it is none."""
+    try:
+        return None if row is None else np.asarray(row, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+
+
+def raised(
+    system: System, method: str, error: BaseException, k: int = -1, *inputs: FloatArray
+) -> str:
     """Say what a method of a user raised, in which step, and where in which file."""
-    place = (
-        f" in sample {k} (t = {k * system.step:.6g} s) under {inputs[0].tolist()}"
-        if k >= 0
-        else ""
-    )
+    place = _place(system, k, *inputs)
     return f"{type(system).__qualname__}.{method} raised {told(error)}{place}: correct the model"
+
+
+def _place(system: System, k: int, *inputs: FloatArray) -> str:
+    """Say in which sample something went wrong, and under which input, from the first on."""
+    if k < 0:
+        return ""
+    return f" in sample {k} (t = {k * system.step:.6g} s) under {inputs[0].tolist()}"

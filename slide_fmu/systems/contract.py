@@ -261,7 +261,7 @@ def _call(system: System, method: str, call: Callable[[], Result]) -> Result:
         return call()
     except (SimulationError, ContractError):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ContractError(
             f"{_name(system)}.{method} raised {told(error)}; correct it"
         ) from error

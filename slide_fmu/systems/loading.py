@@ -106,6 +106,8 @@ def describe_model(model: str, kind: str | None = None) -> Found:
             continue
         if kind is not None or module.recognises(model):
             return cast(Found, module.describe(model))
+    if ":" in model:  # it can only be meant as a class, of which that kind says what is wrong
+        return cast(Found, kind_module("class").describe(model))
     raise LoadError(
         f"model {model!r} is of no known kind; expected an FMU (.fmu), a Python file that defines "
         "a class of systems, f or simulate, or build (see the documentation of your own model), "

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
+from types import ModuleType
 from typing import Any, cast
 
 from slide_fmu.systems.base import System
@@ -40,7 +42,7 @@ def make(specification: Specification) -> System:
         return found(**arguments)
     except (TypeError, ValueError) as error:
         raise LoadError(f"system {model!r} with {arguments}: {error}") from error
-    except Exception as error:  # a user's class may raise anything
+    except (Exception, SystemExit) as error:  # a user's class may raise anything, and end
         raise LoadError(f"system {model!r} with {arguments}: {told(error)}") from error
 
 
@@ -96,13 +98,20 @@ def describe(model: str) -> Found:
 
 
 def _classes_of(model: str) -> list[str]:
-    """Return the names of classes of systems that a file or module defines itself."""
+    """Return the names of classes of systems that a file or module defines itself.
+
+    Classes that lack methods count where there are no others: then those methods can be told.
+    """
     module, _ = imported(f"system {model!r}", model)
-    return sorted(
-        name
+    own = {
+        name: item
         for name, item in vars(module).items()
-        if _is_system(item) and item.__module__ == module.__name__
-    )
+        if inspect.isclass(item)
+        and issubclass(item, System)
+        and item.__module__ == module.__name__
+    }
+    whole = sorted(name for name, item in own.items() if _is_system(item))
+    return whole or sorted(own)
 
 
 def _find_class(model: str) -> type[System]:
@@ -116,16 +125,31 @@ def _find_class(model: str) -> type[System]:
     module, class_name = imported(f"system {model!r}", model)
     found = getattr(module, class_name, None)
     if not _is_system(found):
-        lacks = sorted(getattr(found, "__abstractmethods__", ()))
-        if inspect.isclass(found) and issubclass(found, System) and lacks:
-            raise LoadError(f"system {model!r} lacks {lacks}: define what its interfaces ask for")
-        offered = sorted(name for name, item in vars(module).items() if _is_system(item))
-        raise LoadError(
-            f"system {model!r}: {class_name!r} is not a reference system; expected one of "
-            f"{offered}, or a class that inherits "
-            "slide_fmu.System or one of its offers"
-        )
+        raise LoadError(f"system {model!r}: {_why_none(module, class_name, found)}")
     return cast(type[System], found)
+
+
+def _why_none(module: ModuleType, name: str, found: object) -> str:
+    """Say why a name of a module is no reference system that can be made."""
+    lacks = sorted(getattr(found, "__abstractmethods__", ()))
+    if inspect.isclass(found) and issubclass(found, System) and lacks:
+        asks = ", ".join(base.__name__ for base in found.__bases__)
+        return f"{name} lacks the methods {', '.join(lacks)}, which {asks} asks for: define them"
+    own = sorted(key for key, item in vars(module).items() if _is_system(item))
+    if found is None:
+        classes = [key for key, item in vars(module).items() if inspect.isclass(item)]
+        near = difflib.get_close_matches(name, classes, n=1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        return f"there is no {name!r}; expected {_one_of(own)}{meant}"
+    return (
+        f"{name!r} does not inherit slide_fmu.System; expected {_one_of(own)}: inherit it and "
+        "define simulate, or inherit slide_fmu.Stepping and define begin, output and advance"
+    )
+
+
+def _one_of(classes: list[str]) -> str:
+    """Say which classes of a module could be meant."""
+    return f"one of {classes}" if classes else "a class of reference systems"
 
 
 def _is_system(item: object) -> bool:

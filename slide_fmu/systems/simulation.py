@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.systems.base import Restorable, State, System, go_on, raised
+from slide_fmu.systems.base import Restorable, State, Stepping, System, go_on, raised
 from slide_fmu.systems.errors import LoadError, SimulationError
 
 
@@ -72,25 +72,25 @@ def _whole(system: System, inputs: FloatArray) -> FloatArray:
         outputs = system.simulate(inputs)
     except (SimulationError, LoadError):
         raise
-    except Exception as error:  # a user's method may raise anything
+    except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, "simulate", error)) from error
     return _checked(system, inputs, outputs)
 
 
 def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
     """Return outputs as numbers; refuse other shapes, and the first that are not finite."""
-    shape, name = (len(inputs) + 1, len(system.outputs)), f"{type(system).__qualname__}.simulate"
+    shape, name = (len(inputs) + 1, len(system.outputs)), type(system).__qualname__
     try:
         found = np.asarray(outputs, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise SimulationError(
-            f"{name} gave {type(outputs).__name__} ({error}); expected an array of numbers of "
-            f"shape {shape}: correct the model"
+            f"{name}.simulate gave {type(outputs).__name__} ({error}); expected an array of "
+            f"numbers of shape {shape}: correct the model"
         ) from error
     if found.shape != shape:
         raise SimulationError(
-            f"{name} gave an array of shape {found.shape}; expected {shape}: a row for the start "
-            f"and one for each of the {len(inputs)} inputs, a column for each output"
+            f"{name}.simulate gave an array of shape {found.shape}; expected {shape}: a row for "
+            f"the start and one for each of the {len(inputs)} inputs, a column for each output"
         )
     finite = np.isfinite(found).all(axis=1)
     if not finite.all():
@@ -98,10 +98,17 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
         i = int(np.argmin(np.isfinite(found[k])))
         under, signal = inputs[max(0, k - 1)].tolist(), system.outputs[i]
         raise SimulationError(
-            f"{name} gave output {signal.name!r} = {found[k, i]} {signal.unit} in sample {k} "
-            f"(t = {k * system.step:.6g} s) under the input {under}; expected "
-            "finite numbers: excite it less (data.excitation), choose a smaller step, or correct "
-            "the model",
+            f"{name}.{_method(system, k)} gave output {signal.name!r} = {found[k, i]} "
+            f"{signal.unit} in sample {k} (t = {k * system.step:.6g} s) under the input {under}; "
+            "expected finite numbers: excite it less (data.excitation), choose a smaller step, or "
+            "correct the model",
             k * system.step,
         )
     return found
+
+
+def _method(system: System, sample: int) -> str:
+    """Return the method that gave a sample: that of a step where the system defines no other."""
+    if isinstance(system, Stepping) and type(system).simulate is Stepping.simulate:
+        return "advance" if sample else "output"
+    return "simulate"

@@ -200,6 +200,22 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     assert provenance["seeds"]["training"] == 5
 
 
+def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
+    duffing: Finished, tmp_path: Path
+) -> None:
+    runs, recipe = tmp_path / "runs", tmp_path / duffing.recipe.name
+    shutil.copytree(duffing.runs, runs)
+    gate = "\n[validation]\ntrajectories = 2\nrequire = 1e-6\n"
+    recipe.write_text(SMALL_DUFFING + gate, encoding="utf-8")
+    result = invoke("run", recipe, "--runs", runs, "--workers", 1)
+    assert result.exit_code == 1
+    assert "surrogate 'small_duffing' is not accurate enough: output 'position' errs by" in (
+        result.output
+    )
+    assert "(validation.require = 1e-06)" in result.output
+    assert "report  " in result.output
+
+
 EARLY = {
     "duration": ("duration = 12.0", "duration = 1.0", "data.duration = 1 s; expected at least"),
     "validation": ("[network]", "[validation]\nduration = 0.3\n[network]", "validation.duration"),

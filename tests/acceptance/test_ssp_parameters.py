@@ -118,7 +118,7 @@ MISTAKES = {
     "range": ("--set mass=5", "'mass' = 5.0 kg; expected a number in its range, 1 .. 2 kg"),
     "number": ("--set mass=heavy", "--set mass=heavy; expected a number behind ="),
     "file of another FMU": ("--parameters other.ssv", "parameter 'arm'; expected one of ['mass']"),
-    "no file": ("--parameters nowhere.ssv", "No such file or directory: 'nowhere.ssv'"),
+    "no file": ("--parameters nowhere.ssv", "'nowhere.ssv': there is no such file or folder"),
     "no XML": ("--parameters text.ssv", "text.ssv is no XML document"),
     "other XML": ("--parameters page.ssv", "begins with the element 'html'; expected an SSV"),
 }

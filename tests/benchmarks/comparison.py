@@ -24,8 +24,9 @@ from figures_out import write_figures
 from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.cosim.bench import Bench, fmu_times
+from slide_fmu.cosim.effort import SYNTHETIC, Effort
 from slide_fmu.cosim.run import unpacked
-from slide_fmu.cosim.synthetic import SYNTHETIC, Effort, synthetic_surrogate
+from slide_fmu.cosim.synthetic import synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace

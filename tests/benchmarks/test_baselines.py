@@ -14,8 +14,8 @@ from baselines.layers import Evaluation, onnx_layers, torch_layers
 from baselines.numpy_fmu import write_numpy_fmu
 from comparison import compare_fmu
 
+from slide_fmu.cosim.effort import Effort
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.cosim.synthetic import Effort
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.network.feed_forward.network import FeedForward

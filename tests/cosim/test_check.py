@@ -46,7 +46,7 @@ def test_file_that_is_no_fmu_is_refused(fmu: Path, tmp_path: Path) -> None:
         assert len(check_fmu(path)) == 1
     with pytest.raises(FmuError, match="not made by slide-fmu"):
         read_fmu(foreign)
-    assert "No such file" in check_fmu(tmp_path / "absent.fmu")[0]
+    assert "there is no such file" in check_fmu(tmp_path / "absent.fmu")[0]
 
 
 def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:

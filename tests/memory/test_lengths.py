@@ -11,8 +11,8 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.memory import lengths, motions
-from slide_fmu.memory.decay import Decay
-from slide_fmu.memory.lengths import MARGIN, find_lengths, tidy
+from slide_fmu.memory.decay import MARGIN, Decay
+from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
+from slide_fmu.pipeline.job import make_models_importable
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
@@ -110,3 +111,16 @@ def test_file_in_the_place_of_the_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "runs").write_text("no folder", encoding="utf-8")
     with pytest.raises(StageError, match=r"runs is a file; expected a folder.*--runs"):
         RunFolder(tmp_path / "runs" / "x").require_folder()
+
+
+def test_model_of_an_fmu_is_found_where_its_recipe_most_likely_lay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That is here, beside the FMU, or beside the folder of the runs: no PYTHONPATH is needed."""
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    monkeypatch.setattr(sys, "path", ["kept"])
+    make_models_importable(tmp_path / "work" / "runs" / "pump" / "pump.fmu")
+    places = [here, tmp_path / "work" / "runs" / "pump", tmp_path / "work"]
+    assert sys.path == ["kept", *map(str, places)]

@@ -107,7 +107,9 @@ def test_folder_is_no_place_for_an_fmu(module: Path, tmp_path: Path) -> None:
     folder = tmp_path / "d.fmu"
     folder.mkdir()
     about = ("--backend", "python", "--description", module.with_name("signals.toml"))
-    assert f"Is a directory: '{folder}'" in said("export", module, *about, "-o", folder)
+    assert f"'{folder}': is a folder; expected a file" in said(
+        "export", module, *about, "-o", folder
+    )
     assert list(folder.iterdir()) == []
 
 

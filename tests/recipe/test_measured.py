@@ -47,7 +47,10 @@ def test_shares_follow_from_whether_there_is_an_estimator() -> None:
             "[data]\nshares = { train = 0.5, validation = 0.2, test = 0.2 }\n",
             r"0\.9 in all; expected .* 1 in all",
         ),
-        ("[data]\nshares = { learn = 1.0 }\n", r"data\.shares\.learn = 'learn': Input"),
+        (
+            "[data]\nshares = { learn = 1.0 }\n",
+            r"data\.shares\.learn = 'learn': expected 'train', 'val",
+        ),
         ('[data]\nby = "window"\n', "data.by = 'window'"),
         ("[validation]\nduration = 3.0\n", "validation.duration = 3.0 with system.kind"),
     ],

@@ -34,26 +34,38 @@ def test_recipes_of_the_project_are_found() -> None:
         ("n_in = 48", "n_in = 48\nn_inn = 3", "window.n_inn is not a known key"),
         ("[data]", "[date]\nx = 1\n[data]", "date is not a known key"),
         ("step = 0.015625\n", "", "window.step is missing"),
-        ("seed = 7\n", 'seed = "auto"\n', "data.seed = 'auto': Input should be a valid integer"),
+        ("seed = 7\n", 'seed = "auto"\n', "data.seed = 'auto': expected a whole number"),
         ("[system]", "automatic = []\n[system]", "automatic is not a known key"),
-        ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': Input should be a valid integer"),
-        ("n_in = 48", "n_in = 4.5", "window.n_in = 4.5: Input should be a valid integer"),
-        ("n_in = 48", "n_in = -48", "window.n_in = -48: Input should be greater than 0"),
-        ("step = 0.015625", "step = 0.0", "window.step = 0.0: Input should be greater than 0"),
-        ("step = 0.015625", "step = inf", "window.step = inf: Input should be a finite number"),
-        ("duration = 2.0", "duration = nan", "data.duration = nan: Input should be "),
+        ("n_in = 48", 'n_in = "many"', "window.n_in = 'many': expected a whole number"),
+        ("n_in = 48", "n_in = 4.5", "window.n_in = 4.5: expected a whole number"),
+        ("n_in = 48", "n_in = -48", "window.n_in = -48: expected more than 0"),
+        ("step = 0.015625", "step = 0.0", "window.step = 0.0: expected more than 0"),
+        ("step = 0.015625", "step = inf", "window.step = inf: expected a finite number"),
+        ("duration = 2.0", "duration = nan", "data.duration = nan: expected a finite number"),
         ("n_out = 8", "n_out = 49", "window: n_out = 49; expected at most n_in = 48"),
-        ("train = 4", "train = 0", "data.train = 0: Input should be greater than 0"),
-        ("steps = 40", "steps = 40\nseed = 4294967296", "training.seed = 4294967296: Input"),
-        ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': String should match"),
-        ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: Input should be greater"),
+        ("train = 4", "train = 0", "data.train = 0: expected more than 0"),
+        (
+            "steps = 40",
+            "steps = 40\nseed = 4294967296",
+            "training.seed = 4294967296: expected less than",
+        ),
+        ('name = "tiny"', 'name = "ti ny"', "name = 'ti ny': expected a letter first"),
+        ("hidden = []", "hidden = [8, 0]", "network.hidden.1 = 0: expected more"),
         (
             '"feed_forward"',
             '"transformer"',
             "network.family = 'transformer'; expected one of 'feed_forward', 'state_space'",
         ),
-        ("weight = 1.0", "weight = 0.0", "data.excitation.0.held_random.weight = 0.0: Input"),
-        ("weight = 1.0", "weight = inf", "data.excitation.0.held_random.weight = inf: Input"),
+        (
+            "weight = 1.0",
+            "weight = 0.0",
+            "data.excitation.0.held_random.weight = 0.0: expected more than 0",
+        ),
+        (
+            "weight = 1.0",
+            "weight = inf",
+            "data.excitation.0.held_random.weight = inf: expected a finite number",
+        ),
         (
             "weight = 1.0",
             "weight = 1.0\namplitude = [0.5, 0.1]",
@@ -205,7 +217,7 @@ def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         assert str(path) in str(caught.value)
     latin = tmp_path / "latin.toml"
     latin.write_bytes("# ü".encode("latin-1"))
-    with pytest.raises(RecipeError, match=r"latin.toml' cannot be read"):
+    with pytest.raises(RecipeError, match=r"latin.toml' is no text"):
         load_recipe(latin)
 
 
@@ -267,3 +279,14 @@ def test_name_that_is_too_long_for_a_file_is_refused() -> None:
     assert tiny_recipe(name="x" * 100).name == "x" * 100
     with pytest.raises(ValueError, match="name"):
         tiny_recipe(name="x" * 101)
+
+
+def test_empty_table_of_the_estimator_is_a_whole_one() -> None:
+    """A user need not know what a usual estimator is made of."""
+    text = 'name = "p"\ndescription = "a pump"\n[system]\nmodel = "pump:Pump"\n'
+    recipe = parse_recipe(f"{text}[window]\nstep = 0.01\n[estimator]\n", "mine.toml")
+    assert recipe.estimator is not None
+    assert recipe.estimator.network.hidden == (64, 64)
+    assert recipe.estimator.pretraining is not None
+    assert recipe.estimator.training.steps == 2000
+    assert {"window.n_in", "data.estimator"} <= set(recipe.automatic)

@@ -190,7 +190,7 @@ def of(outputs: Any) -> Lag:
 
     class Given(Lag):
         def simulate(self, inputs: FloatArray) -> Any:
-            if isinstance(outputs, Exception):
+            if isinstance(outputs, BaseException):
                 raise outputs
             return outputs
 
@@ -219,6 +219,7 @@ BAD[7] = np.nan
             ZeroDivisionError("by zero"),
             r"\.simulate raised ZeroDivisionError: by zero \(.*line \d+\)",
         ),
+        (SystemExit(3), r"\.simulate raised SystemExit: 3 \(.*line \d+\)"),
     ],
 )
 def test_wrong_outputs_are_named(outputs: Any, message: str) -> None:
@@ -233,9 +234,9 @@ class BadStep(LinearOscillator):
         right, self.steps = super().advance(inputs), getattr(self, "steps", 0) + 1
         if self.steps < 5:
             return right
-        if isinstance(self.RESULT, Exception):
+        if isinstance(self.RESULT, BaseException):
             raise self.RESULT
-        return np.array(self.RESULT)
+        return self.RESULT
 
 
 @pytest.mark.parametrize(
@@ -245,8 +246,28 @@ class BadStep(LinearOscillator):
             KeyError("q"),
             r"BadStep\.advance raised KeyError: 'q' \(.*\) in sample 4 \(t = 0\.12 s\)",
         ),
-        ([1.0, 2.0], r"BadStep\.advance gave outputs of shape \(2,\); expected \(1,\)"),
-        ([np.inf], r"gave output 'position' = inf m in sample 5 \(t = 0\.15 s\) under the input"),
+        (
+            [1.0, 2.0],
+            r"BadStep\.advance gave outputs of shape \(2,\) in sample 4 \(t = 0\.12 s\) under \[",
+        ),
+        (
+            [1.0, 2.0],
+            r"expected an array of shape \(1,\), one number for each output: correct the m",
+        ),
+        (None, r"BadStep\.advance gave None in sample 4 \(t = 0\.12 s\) under \["),
+        (["a"], r"BadStep\.advance gave \['a'\] in sample 4 \(t = 0\.12 s\) under \["),
+        (
+            SystemExit(3),
+            r"BadStep\.advance raised SystemExit: 3 \(.*\) in sample 4 \(t = 0\.12 s\)",
+        ),
+        (
+            [np.inf],
+            r"BadStep\.advance gave output 'position' = inf m in sample 5 \(t = 0\.15 s\) u",
+        ),
+        (
+            [np.nan],
+            r"BadStep\.advance gave output 'position' = nan m in sample 5 \(t = 0\.15 s\) u",
+        ),
     ],
 )
 def test_wrong_step_is_named(result: Any, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -263,7 +284,31 @@ def test_inputs_that_are_not_finite_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "unit", ["1", "N.m", "m/s2", "m^3/s", "kg.m2", "W/(m2.K)", "1/min", "degC", "%", "kN*m", "s-1"]
+    "unit",
+    [
+        "1",
+        "N.m",
+        "m/s2",
+        "m^3/s",
+        "kg.m2",
+        "W/(m2.K)",
+        "1/min",
+        "degC",
+        "%",
+        "kN*m",
+        "s-1",
+        "um",
+        "kWh",
+        "Wb",
+        "mmHg",
+        "lbf.ft",
+        "psi",
+        "dB",
+        "gon",
+        "mrad/s",
+        "GPa",
+        "L/min",
+    ],
 )
 def test_known_units_pass(unit: str) -> None:
     require_unit("x", unit)
@@ -278,6 +323,11 @@ def test_known_units_pass(unit: str) -> None:
         ("", "'1'"),
         ("°C", "'degC'"),
         ("kmh", "'"),
+        ("nm.furlong", "'fur'"),
+        ("Newton", "'N'"),
+        ("sec", "'s'"),
+        ("inch", "'in'"),
+        ("m/xyzzy", "'xyzzy' is none"),
     ],
 )
 def test_unknown_units_are_refused_with_suggestions(unit: str, suggestion: str) -> None:

@@ -38,8 +38,13 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
         ("my_model:Model", {}, "installed module, or one beside the recipe"),
         ("mbs_models.oscillators:Missing", {}, "expected one of .*'LinearOscillator'"),
-        ("mbs_models.oscillators:System", {}, "not a reference system"),
-        ("mbs_models.oscillators:Signal", {}, "not a reference system"),
+        ("mbs_models.oscillators:System", {}, "there is no 'System'; expected one of"),
+        (
+            "mbs_models.oscillators:Signal",
+            {},
+            "there is no 'Signal'; expected one of",
+        ),
+        ("mbs_models.oscillators:LinearOscilator", {}, "did you mean 'LinearOscillator'"),
         ("mbs_models.oscillators:LinearOscillator", {"alpha": 1.0}, "unknown parameters"),
         ("mbs_models.oscillators:LinearOscillator", {"mass": -1.0}, "mass = -1.0; expected"),
         ("mbs_models.oscillators:LinearOscillator", {"mass": "one"}, "mass"),
@@ -116,3 +121,54 @@ class Stepless(slide.System):
     def simulate(self, inputs):
         return inputs
 """
+
+
+HALF_A_PUMP = """
+import slide_fmu as slide
+
+class Pump(slide.Stepping):
+    def __init__(self, *, step=0.01):
+        self.step = step
+    def begin(self, held_input):
+        pass
+
+class Plain:
+    pass
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("", "Pump lacks the methods advance, output, which Stepping asks for: define them"),
+        (":Pump", "Pump lacks the methods advance, output, which Stepping asks for: define them"),
+        (":Pmp", r"there is no 'Pmp'; expected a class of reference systems; did you mean 'Pump'"),
+        (":Plain", "'Plain' does not inherit slide_fmu.System; expected a class of reference sys"),
+    ],
+)
+def test_class_that_is_no_whole_system_is_told_what_it_lacks(
+    tmp_path: Path, name: str, message: str
+) -> None:
+    place = tmp_path / "half.py"
+    place.write_text(HALF_A_PUMP, encoding="utf-8")
+    with pytest.raises(LoadError, match=message):
+        describe_model(f"{place}{name}")
+    if name:
+        with pytest.raises(LoadError, match=message):
+            load_system(Specification(f"{place}{name}", step=0.01))
+
+
+def test_import_that_fails_in_a_model_is_told_with_file_line_and_cause(tmp_path: Path) -> None:
+    place = tmp_path / "wrong_import.py"
+    place.write_text("import numpy\nimport exudyn.symbolic_expressions\n", encoding="utf-8")
+    message = (
+        r"ModuleNotFoundError: No module named 'exudyn\.symbolic_expressions' "
+        r"\(.*wrong_import\.py, line 2\): install what it needs"
+    )
+    with pytest.raises(LoadError, match=message):
+        load_system(Specification(f"{place}:Pump", step=0.01))
+
+
+def test_name_of_two_dots_is_refused_as_no_module() -> None:
+    with pytest.raises(LoadError, match=r"system '\.\.:x': '\.\.' is no name of a module"):
+        load_system(Specification("..:x", step=0.01))

@@ -7,6 +7,7 @@ Nothing but the standard library is imported, so that it runs before the package
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import importlib.machinery
 import os
@@ -325,8 +326,21 @@ def run_compiler(arguments: list[str]) -> None:
         )
 
 
-if __name__ == "__main__":
-    for built in build_all(force="--force" in sys.argv[1:]):
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        description="Compile the C runtime for all platforms, where its sources have changed."
+    )
+    parser.add_argument("--force", action="store_true", help="compile it in any case")
+    parser.add_argument(
+        "--record", action="store_true", help="write the hashes of the libraries down"
+    )
+    arguments = parser.parse_args()
+    for built in build_all(force=arguments.force):
         print(built)
-    if "--record" in sys.argv[1:]:
+    if arguments.record:
         HASHES.write_text(hashes())
+
+
+if __name__ == "__main__":
+    main()

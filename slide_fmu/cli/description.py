@@ -1,0 +1,103 @@
+"""What an FMU is, for people: its signals, window, network, measured error and origin."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from typing import Any
+
+from rich.console import Console
+
+from slide_fmu.cli.console import show_validation, table_of
+from slide_fmu.core.units import behind
+from slide_fmu.pipeline.display import Messages
+from slide_fmu.validation.limits import ordered
+
+
+def show_description(figures: dict[str, Any]) -> None:
+    """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output.
+
+    Raises:
+        ValueError: what the FMU says about its origin is none that slide-fmu writes.
+    """
+    out = Messages(file=sys.stdout, markup=False, highlight=False)
+    if "window" not in figures or "inputs" not in figures:
+        _show_module(figures, out)
+        return
+    origin = figures["provenance"] or {}
+    try:
+        out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
+        _show_signals(figures, out)
+        _show_network(figures, out)
+        _show_error(origin, out)
+        _show_origin(origin, out)
+    except (AttributeError, IndexError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"the FMU {figures['name']!r} says something else about its origin than slide-fmu "
+            f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
+            "measured errors: slide-fmu info FMU --json - shows what is there"
+        ) from error
+
+
+def _show_module(figures: dict[str, Any], out: Console) -> None:
+    """Print what is known of an FMU that holds a torch module."""
+    out.print("an FMU that runs a torch module by Python")
+    for key, value in figures.items():
+        out.print(f"{key}: {value}")
+
+
+def _description(origin: dict[str, Any]) -> str:
+    """Return the line that the recipe says about the surrogate; empty where there is none."""
+    try:
+        return str(tomllib.loads(origin.get("recipe", "")).get("description", ""))
+    except tomllib.TOMLDecodeError:
+        return ""
+
+
+def _show_signals(figures: dict[str, Any], out: Console) -> None:
+    acts = "is held over a step" if figures["hold"] == "zero_order" else "moves between samples"
+    table = table_of("signal", "range", "acts", "meaning")
+    for what in ("inputs", "outputs"):
+        for signal in figures[what]:
+            limits = f"{signal['low']:g} .. {signal['high']:g}{behind(signal['unit'])}"
+            row = (f"{what[:-1]} {signal['name']}", limits, acts if what == "inputs" else "")
+            table.add_row(*row, signal["description"])
+    for parameter in figures.get("physical_parameters", ()):
+        limits = f"{parameter['low']:g} .. {parameter['high']:g}{behind(parameter['unit'])}"
+        table.add_row(f"parameter {parameter['name']}", limits, "", parameter["description"])
+    out.print(table)
+
+
+def _show_network(figures: dict[str, Any], out: Console) -> None:
+    window, estimator = figures["window"], figures["estimator_parameters"]
+    samples = f"{window['n_in']} inputs to {window['n_out']} outputs"
+    out.print(f"window   {samples}, {window['step']:g} s apart")
+    told = "" if estimator is None else f"; its error estimator has {estimator}"
+    out.print(f"network  {figures['parameters']} weights{told}")
+    if "error_bound" in figures:
+        bound = figures["error_bound"]
+        confidences = ", ".join(f"{confidence:g}" for confidence in bound["confidences"])
+        out.print(f"bound    of the error, for the confidences {confidences}")
+
+
+def _show_error(origin: dict[str, Any], out: Console) -> None:
+    """Print the error that was measured when the FMU was made."""
+    measured = ordered(origin["measured"]) if "validation" in origin.get("measured", {}) else {}
+    if not measured:
+        out.print("error    nobody has measured it: slide-fmu validate FMU does")
+    for index, (name, validation) in enumerate(measured.items()):
+        if index:  # what bounds are worth in range is enough here
+            validation = {key: v for key, v in validation.items() if key != "error_bound"}
+        show_validation(validation, f"error {name}", out)
+
+
+def _show_origin(origin: dict[str, Any], out: Console) -> None:
+    if not origin:
+        out.print("origin   it does not say where it comes from")
+        return
+    seeds = ", ".join(f"{key} {value}" for key, value in origin.get("seeds", {}).items())
+    versions = ", ".join(f"{key} {value}" for key, value in origin.get("versions", {}).items())
+    lines = len(str(origin.get("recipe", "")).splitlines())
+    out.print(f"seeds    {seeds}")
+    out.print(f"made by  {versions}")
+    out.print(f"recipe   {lines} lines; slide-fmu info FMU --json - shows them, and all figures")

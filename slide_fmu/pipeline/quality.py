@@ -1,0 +1,93 @@
+"""Whether a surrogate is good enough, and whether more training would make it better."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from slide_fmu.pipeline.measurement import IN_RANGE
+from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.recipe import Recipe
+
+MUCH = 0.05
+"""Relative RMSE above which an output is remarked where the recipe requires nothing."""
+LAST, FELL = 0.2, 0.1
+"""A training that still lowered its validation error by this part (``FELL``) in its last steps
+(the share ``LAST`` of all) would go on to lower it."""
+
+REMEDY = (
+    "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "
+    "a longer training"
+)
+
+
+class QualityError(ValueError):
+    """A surrogate is less accurate than its recipe requires."""
+
+
+def require_quality(recipe: Recipe, figures: Mapping[str, Any]) -> None:
+    """Refuse a surrogate whose error is larger than ``validation.require``.
+
+    Args:
+        recipe: what is required.
+        figures: the figures of the report.
+
+    Raises:
+        QualityError: the message names the outputs, their errors, and the remedy.
+    """
+    most = recipe.validation.require
+    worse = [] if most is None else _above(figures, most)
+    if most is not None and worse:
+        raise QualityError(
+            f"surrogate {recipe.name!r} is not accurate enough: {', '.join(worse)} on unseen "
+            f"trajectories; expected at most {100 * most:.3g} % (validation.require = {most:g}): "
+            f"{REMEDY}, or require less"
+        )
+
+
+def remark_on_error(recipe: Recipe, figures: Mapping[str, Any]) -> str | None:
+    """Say that outputs are far off, where the recipe requires nothing; None if none are."""
+    worse = [] if recipe.validation.require is not None else _above(figures, MUCH)
+    if not worse:
+        return None
+    return (
+        f"the surrogate is far off on unseen trajectories: {', '.join(worse)}; {REMEDY}; "
+        "validation.require refuses a surrogate that errs by more than it says"
+    )
+
+
+def _above(figures: Mapping[str, Any], most: float) -> list[str]:
+    """Return the outputs that err by more than a relative RMSE in range, each with its error."""
+    return [
+        f"output {output['name']!r} errs by {100 * output['relative_rmse']:.3g} %"
+        for output in figures["validation"][IN_RANGE]["outputs"]
+        if not output["relative_rmse"] <= most
+    ]
+
+
+def remark_on_training(recipe: Recipe, history: Mapping[str, Any]) -> str | None:
+    """Say that the validation error still fell when a training ended; None if it did not.
+
+    Args:
+        recipe: how the network was trained.
+        history: ``step`` and ``validation_error``, as of ``slide_fmu.fitting.history.History``.
+    """
+    steps: Sequence[int] = history["step"]
+    errors: Sequence[float] = history["validation_error"]
+    until = (1 - LAST) * steps[-1]
+    before = [error for step, error in zip(steps, errors, strict=True) if step <= until]
+    if not before or min(errors) > (1 - FELL) * min(before):
+        return None
+    fallen = 100 * (1 - min(errors) / min(before))
+    return (
+        f"the validation error still fell by {fallen:.2g} % in the last fifth of the training: "
+        f"a longer one would pay ({_longer(recipe)})"
+    )
+
+
+def _longer(recipe: Recipe) -> str:
+    """Return what makes a training longer, as a recipe says it."""
+    training = recipe.training
+    if isinstance(training, LeastSquaresRecipe):
+        return f"training.iterations, now {training.iterations}"
+    return f"training.steps, now {training.steps}"

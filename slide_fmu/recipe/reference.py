@@ -1,0 +1,158 @@
+"""Every key of a recipe, with its type, default and meaning, as the typed tables say it.
+
+Meanings are those of the section ``Attributes`` in the docstring of each table. The site's page
+about recipes is made of this, and so are the suggestions for misspelt keys.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from slide_fmu.core.toml_table import Table
+from slide_fmu.recipe.automatic import AUTOMATIC
+from slide_fmu.recipe.key_types import default_text, type_text
+
+HIDDEN = ("automatic",)
+"""Fields that no file has."""
+FILLED = ("data",)
+"""Tables that need not be in a file, since all that they must say can be found."""
+
+NAME, ITEM = "NAME", "*"
+"""Parts of places: a name that the user chooses, and an item of a list."""
+
+ENTRY = re.compile(r"^(\w+(?:, \w+)*): (.*)$")
+"""Begins the entry of one or several attributes."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A Key is one key of a table, as people read of it: ``meaning`` is empty where none is."""
+
+    name: str
+    type: str
+    default: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A Section is one table of a file.
+
+    Attributes:
+        place: its keys from the file's begin, as ``("system", "inputs", NAME)``; the name of the
+            choice stands behind a table of several forms, as ``("network", "state_space")``.
+        tag: key and value that choose among several forms, as ``("family", "state_space")``; None
+            where there is one form alone.
+        table: the class of the table.
+        keys: its keys, in their order.
+    """
+
+    place: tuple[str, ...]
+    tag: tuple[str, str] | None
+    table: type[Table]
+    keys: tuple[Key, ...]
+
+    def matches(self, place: tuple[str | int, ...]) -> bool:
+        """Whether the table at a place in a file, as pydantic names it, is of this section."""
+        return len(place) == len(self.place) and all(
+            mine in (NAME, ITEM) or mine == str(given)
+            for mine, given in zip(self.place, place, strict=True)
+        )
+
+
+def sections_of(table: type[Table], place: tuple[str, ...] = ()) -> Iterator[Section]:
+    """Yield the sections of a file whose outermost table is given, that one first."""
+    tag = _tag(table) if place and place[-1] == (_tag(table) or ("", ""))[1] else None
+    yield Section(place, tag, table, _keys(table, place))
+    for name, field in table.model_fields.items():
+        found = list(_tables_in(field.annotation))
+        for inner, kind in found:
+            of_several = sum(1 for where, _ in found if where == inner) > 1
+            form = (_tag(kind) or ("", ""))[1:] if of_several else ()
+            yield from sections_of(kind, (*place, name, *inner, *form))
+
+
+def known_keys(table: type[Table], place: tuple[str | int, ...]) -> list[str]:
+    """Return the keys of the table at a place of a file; none where there is no such table."""
+    return [
+        key.name
+        for section in sections_of(table)
+        if section.matches(place)
+        for key in section.keys
+    ]
+
+
+def about(table: type[Table]) -> str:
+    """Return what the docstring of a table says of it as a whole."""
+    return _plain((inspect.getdoc(table) or "").split("\n\nAttributes:")[0])
+
+
+def _tables_in(annotation: Any) -> Iterator[tuple[tuple[str, ...], type[Table]]]:
+    """Yield the tables in a type, each with the parts of its place behind the key."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield (), annotation
+    arguments, origin = get_args(annotation), get_origin(annotation)
+    if origin is Annotated:
+        yield from _tables_in(arguments[0])
+    elif origin in (Union, types.UnionType):
+        for argument in arguments:
+            yield from _tables_in(argument)
+    elif origin in (dict, tuple):
+        part = NAME if origin is dict else ITEM
+        for inner, table in _tables_in(arguments[-1 if origin is dict else 0]):
+            yield (part, *inner), table
+
+
+def _tag(table: type[Table]) -> tuple[str, str] | None:
+    """Return the key of a table that can have one value alone, and that value."""
+    for name, field in table.model_fields.items():
+        if get_origin(field.annotation) is Literal and len(get_args(field.annotation)) == 1:
+            return name, str(get_args(field.annotation)[0])
+    return None
+
+
+def _keys(table: type[Table], place: tuple[str, ...]) -> tuple[Key, ...]:
+    meanings = _meanings(table)
+    return tuple(
+        _key(name, field, ".".join((*place, name)) in AUTOMATIC, meanings.get(name, ""))
+        for name, field in table.model_fields.items()
+        if name not in HIDDEN
+    )
+
+
+def _key(name: str, field: FieldInfo, automatic: bool, meaning: str) -> Key:
+    meaning = meaning[:1].upper() + meaning[1:]
+    if automatic:
+        return Key(name, f'{type_text(field)}, or "auto"', '"auto"', meaning)
+    return Key(name, type_text(field), "" if name in FILLED else default_text(field), meaning)
+
+
+def _meanings(table: type[Table]) -> dict[str, str]:
+    """Return the meanings of attributes by name, those of the interfaces of a table too."""
+    found: dict[str, str] = {}
+    for kind in reversed(table.__mro__):
+        documentation = inspect.cleandoc(kind.__dict__.get("__doc__") or "")
+        _, _, block = documentation.partition("\n\nAttributes:\n")
+        names: tuple[str, ...] = ()
+        for line in block.splitlines():
+            entry = ENTRY.match(line.removeprefix("    "))
+            if line and not line.startswith(" "):
+                break  # another section
+            if entry:
+                names = tuple(entry[1].split(", "))
+                found.update(dict.fromkeys(names, entry[2]))
+            elif line.strip():
+                found.update({name: f"{found[name]} {line.strip()}" for name in names})
+    return {name: _plain(text) for name, text in found.items()}
+
+
+def _plain(text: str) -> str:
+    """Return the text of a docstring on one line, in the words of Markdown."""
+    return " ".join(text.split()).replace("``", "`")

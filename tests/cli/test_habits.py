@@ -1,0 +1,157 @@
+"""What a new user meets at the command line: mistakes in paths and options, and plain answers."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from typer.testing import CliRunner
+
+from slide_fmu.cli import app
+from slide_fmu.cli.calibration_commands import PAIRINGS
+from slide_fmu.cli.console import progress_bars
+from slide_fmu.core.units import behind
+from slide_fmu.pipeline.job import open_job
+from slide_fmu.systems.record.preparation import Pairing
+from tests.acceptance.conftest import SMALL_LINEAR
+from tests.own_models.quarter_car import build_in_c
+
+ROOT = Path(__file__).parents[2]
+DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
+RELEASED = sorted((ROOT / "fmus").glob("*/*.fmu"))
+
+
+def said(*arguments: object) -> tuple[int, str]:
+    """The exit code and all that the console script prints."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    return result.exit_code, result.output
+
+
+@pytest.mark.parametrize("subcommand", ["info", "check", "export", "bench", "validate"])
+def test_missing_fmu_is_told_in_words(subcommand: str, tmp_path: Path) -> None:
+    more = ("-o", tmp_path / "x.fmu") if subcommand == "export" else ()
+    code, output = said(subcommand, tmp_path / "nothere.fmu", *more)
+    assert code == 1
+    assert "nothere.fmu': there is no such file or folder: check the path" in output
+    assert "Errno" not in output
+
+
+def test_folder_in_the_place_of_a_file_is_told_in_words(tmp_path: Path) -> None:
+    for subcommand in ("info", "check"):
+        code, output = said(subcommand, tmp_path)
+        assert code == 1
+        assert f"'{tmp_path}': is a folder; expected a file: check the path" in output
+
+
+def test_recipe_that_cannot_be_read_is_told_in_words(tmp_path: Path) -> None:
+    code, output = said("try", tmp_path / "nothere.toml")
+    assert code == 1
+    assert "nothere.toml' cannot be read (" in output
+    assert "there is no such file or folder" in output
+    assert "Errno" not in output
+    code, output = said("run", DUFFING)
+    assert code == 1
+    assert "duffing.fmu' is no text (" in output
+    assert "expected a TOML file such as training/duffing.toml" in output
+
+
+@pytest.mark.parametrize("duration", ["0", "nan", "-1", "inf"])
+@pytest.mark.parametrize("subcommand", ["validate", "ssp"])
+def test_duration_that_is_no_time_is_refused_in_the_same_words(
+    subcommand: str, duration: str, tmp_path: Path
+) -> None:
+    more = ("-o", tmp_path / "x.ssp") if subcommand == "ssp" else ("--trajectories", 1)
+    code, output = said(subcommand, DUFFING, f"--duration={duration}", *more)
+    assert code == 1
+    assert f"duration = {float(duration)} s; expected a positive, finite time" in output
+
+
+def test_pairing_of_another_name_is_refused_with_both() -> None:
+    assert get_args(Pairing) == PAIRINGS
+    code, output = said("calibrate", DUFFING, "a.csv", "--pairing", "none")
+    assert code == 2
+    assert "'none'; expected same or later: correct it, or leave the option out, and the" in output
+
+
+def test_backend_of_another_name_is_refused_with_both() -> None:
+    code, output = said("export", DUFFING, "--backend", "pyton")
+    assert code == 2
+    assert "'pyton'; expected native or python: correct it, or leave the option out" in output
+
+
+def test_fmu_of_another_tool_is_told_from_those_of_slide_fmu(tmp_path: Path) -> None:
+    path = tmp_path / "car.fmu"
+    build_in_c(path)
+    for subcommand in ("info", "check"):
+        code, output = said(subcommand, path)
+        assert code == 1
+        assert "car.fmu was not made by slide-fmu" in output
+        assert "can be a model to learn from (slide-fmu init FMU)" in output
+
+
+@pytest.mark.parametrize("path", RELEASED, ids=lambda path: path.stem)
+def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Path) -> None:
+    result = CliRunner().invoke(app, ["info", str(path)])
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert len(lines) <= 60
+    figures = json.loads(CliRunner().invoke(app, ["info", str(path), "--json", "-"]).stdout)
+    for what in ("inputs", "outputs"):
+        for signal in figures[what]:
+            limits = f"{signal['low']:g} .. {signal['high']:g}{behind(signal['unit'])}"
+            (row,) = [line for line in lines if f" {what[:-1]} {signal['name']} " in line]
+            assert f" {limits} " in row
+            assert signal["description"] in row
+    window = figures["window"]
+    assert f"{window['n_in']} inputs to {window['n_out']} outputs, {window['step']:g} s apart" in (
+        result.stdout
+    )
+    measured = figures["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
+    assert f"{100 * measured['relative_rmse']:.3g} %" in result.stdout
+    assert result.stdout.index("error in range") < result.stdout.index("made by")
+    assert "slide-fmu info FMU --json - shows them" in lines[-1]
+
+
+def test_number_without_a_unit_has_nothing_behind_it() -> None:
+    assert (behind("1"), behind("N.m")) == ("", " N.m")
+    result = CliRunner().invoke(app, ["info", str(ROOT / "fmus/slider_crank/slider_crank.fmu")])
+    assert " -1 .. 1  " in result.stdout
+
+
+def test_compiler_of_the_libraries_helps_and_compiles_nothing() -> None:
+    command = [sys.executable, "-m", "slide_fmu.fmu.libraries.build"]
+    helped = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
+    assert "--record" in helped.stdout
+    assert ".so" not in helped.stdout
+    wrong = subprocess.run([*command, "--recrod"], capture_output=True, text=True)
+    assert wrong.returncode == 2
+
+
+def test_window_keeps_its_figures_in_the_run_folder(tmp_path: Path) -> None:
+    recipe, runs = tmp_path / "small.toml", tmp_path / "runs"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    result = CliRunner().invoke(app, ["window", str(recipe), "--runs", str(runs), "--json", "-"])
+    assert result.exit_code == 0, result.output
+    place = runs / "small_linear" / "window.json"
+    assert json.loads(place.read_text(encoding="utf-8")) == json.loads(result.stdout)
+    assert f"figures {place}" in result.output
+
+
+def test_first_word_comes_before_the_work_on_a_recipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Lengths that a recipe leaves open are found by simulation, which may take a minute."""
+
+    def look(*_: object) -> None:
+        raise ValueError(f"said so far: {capfd.readouterr().err!r}")
+
+    monkeypatch.setattr("slide_fmu.pipeline.job.resolved_lengths", look)
+    recipe = tmp_path / "small.toml"
+    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    with pytest.raises(SystemExit), progress_bars() as bar:
+        open_job(recipe, tmp_path / "runs", bar)
+    assert "said so far: 'recipe: 0 of 1" in capfd.readouterr().err

@@ -263,4 +263,5 @@ def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
         figures = describe_fmu(fmu)
     write_json(json_path, figures)
     if json_path is None:
-        show_description(figures)
+        with errors():
+            show_description(figures)

@@ -133,8 +133,9 @@ class Problem:
         """
         samples = int(np.ceil(time / self.surrogate.window.step)) + 1
         if samples > MOST_SAMPLES:
+            raised = "the limits" if self.way.straight else "via_tolerance or the limits"
             raise MotionError(
                 f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
-                "raise the limits, or lower duration or longest"
+                f"raise {raised}, or lower duration or longest"
             )
         return Response(self.surrogate, self.way, samples)

@@ -20,6 +20,8 @@ from slide_fmu.recipe.reading import mistakes, read_recipe_text
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.surrogate.surrogate import Surrogate
 
+EXAMPLE = "docs/tutorials/pick_and_place.toml"
+
 Numbers = tuple[Annotated[float, Field(allow_inf_nan=False)], ...]
 
 
@@ -186,7 +188,8 @@ def read_task(path: Path) -> MoveTask | PathTask:
     except ValidationError as error:
         raise MotionError(_without_kind(mistakes(error, str(path), "task"))) from error
     except RecipeError as error:
-        raise MotionError(str(error).replace("recipe ", "task ", 1)) from error
+        text = str(error).replace("recipe ", "task ", 1)
+        raise MotionError(text.replace("training/duffing.toml", EXAMPLE)) from error
     if isinstance(task, PathTask):
         beside = path.parent / task.path
         return task.model_copy(update={"path": str(beside)}) if beside.is_file() else task
@@ -213,4 +216,4 @@ def _without_kind(text: str) -> str:
     """Leave out the choice of the union, which is not part of a key."""
     for kind in ("earliest", "quietest", "choose", "compensate"):
         text = text.replace(f": {kind}.", ": ")
-    return text
+    return text.replace(": task.kind = ", ": kind = ")

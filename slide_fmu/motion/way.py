@@ -96,13 +96,14 @@ class Way:
         """Tell by which part of its tolerance a motion misses the point that it misses most.
 
         Args:
-            motion: coordinates, (count, n_coordinates).
+            motion: coordinates after the start, (count, n_coordinates).
             moving: whether these move from sample to sample, instead of jumping.
         """
         if self.straight:
             return 0.0
         parts = np.arange(BETWEEN) / BETWEEN if moving else np.zeros(1)
-        rows = motion[:-1, None] + parts[:, None] * np.diff(motion, axis=0)[:, None]
+        passed = np.vstack([self.start, motion])  # a point may be as near to the start as it must
+        rows = passed[:-1, None] + parts[:, None] * np.diff(passed, axis=0)[:, None]
         away = np.abs(rows.reshape(-1, 1, rows.shape[-1]) - self.points[1:-1]) / self.near
         return float(away.max(axis=2).min(axis=0).max())
 

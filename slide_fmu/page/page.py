@@ -49,7 +49,7 @@ def write_page(
             (``slide_fmu/page/drawing.py``); if None, the description that the FMU carries, if
             there is one.
         moves: two moves that it plays beside each other, as ``slide_fmu.pipeline.page_moves``
-            gives them; none if None.
+            gives them; physical parameters begin at the values of theirs. None if None.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -83,6 +83,9 @@ def page_of(
     facts = {"title": title or surrogate.name, **facts_of(surrogate)}
     described = _drawing(surrogate, provenance, drawing)
     facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
+    if moves is not None:  # their sliders begin where the moves were chosen
+        for parameter in facts["parameters"]:
+            parameter["start"] = moves["parameters"].get(parameter["name"], parameter["start"])
     if experiment is not None:
         facts["trajectory"] = {"parameters": dict(experiment.parameters)}
         files = {name: read_member(fmu, member) or b"" for name, member in TRAJECTORY.items()}

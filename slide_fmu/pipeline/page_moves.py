@@ -22,8 +22,9 @@ UNSHAPED = "fastest profile"
 def moves_of(solved: Solved) -> dict[str, Any]:
     """Return the chosen move and the first baseline as plain values.
 
-    Inputs are columns, whose rows are set at their times in s. The first row is the last one of
-    rest: where inputs are reached at the end of a step, its time is one step before the others'.
+    Physical parameters are those at which they were chosen, by name. Inputs are columns, whose
+    rows are set at their times in s. The first row is the last one of rest: where inputs are
+    reached at the end of a step, its time is one step before the others'.
     """
     response, surrogate = solved.found.response, solved.surrogate
     shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
@@ -37,6 +38,7 @@ def moves_of(solved: Solved) -> dict[str, Any]:
     return {
         "time": time.tolist(),
         "tolerance": solved.task.tolerance,
+        "parameters": dict(solved.task.parameters),
         "moves": [
             {
                 "name": name,

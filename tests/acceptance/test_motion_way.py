@@ -71,7 +71,7 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
         ({"start": "[600.0]"}, "start and goal are both [600.0]; expected two points"),
         ({"tolerance": "-1.0"}, "tolerance"),
         ({"tolerance": "1e-9"}, "tolerance 1e-09 m; no move was found that settles within it"),
-        ({"kind": '"fastest"'}, "kind"),
+        ({"kind": '"fastest"'}, "task.toml: kind = 'fastest'; expected one of 'earliest'"),
         ({"kind": '"quietest"'}, "kind = 'quietest' without duration"),
         ({"duration": "1.0"}, "kind = 'earliest' with duration"),
         ({"tolerence": "1.0"}, "tolerence"),
@@ -89,6 +89,10 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
         (
             {"via": "[[300.0]]", "via_tolerance": "[9.0, 1.0]"},
             "via_tolerance has 2 numbers; expected 1",
+        ),
+        (
+            {"via": "[[300.0]]", "via_tolerance": "[1e-9]"},
+            "expected at most 5000: raise via_tolerance or the limits",
         ),
         ({"limits": "{ speed = [1.0, 2.0] }"}, "limits.speed has 2 numbers; expected 1"),
     ],
@@ -112,6 +116,7 @@ def test_a_task_that_is_not_there_or_no_toml_is_named(tmp_path: Path) -> None:
         assert done.exit_code == 1
         assert message in done.output
         assert "recipe" not in done.output
+        assert "training/" not in done.output
 
 
 def test_a_corrected_path_stands_beside_the_path_as_it_was(tmp_path: Path) -> None:

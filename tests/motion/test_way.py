@@ -86,6 +86,20 @@ def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shap
     assert speed / problem.surrogate.window.step > 0.5
 
 
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_point_near_the_start_is_passed_at_the_start(moving: bool) -> None:
+    one = np.ones(1)
+    way = Way(np.array([[0.0], [1.0], [600.0]]), 2 * one, 600 * one)
+    assert way.missed(np.array([[200.0], [400.0], [600.0]]), moving) <= 0.5
+
+
+def test_a_point_between_the_start_and_the_first_sample_is_passed_by_inputs_that_move() -> None:
+    way = Way(np.array([[0.0], [100.0], [600.0]]), np.ones(1), 600 * np.ones(1))
+    motion = np.array([[200.0], [400.0], [600.0]])
+    assert way.missed(motion, moving=True) == 0
+    assert way.missed(motion, moving=False) == 100
+
+
 def test_quietest_move_passes_two_points_in_their_order() -> None:
     problem = duffing_problem(-200.0, 300.0)
     found = quietest(problem, 0.75)

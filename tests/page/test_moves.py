@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from tests.browser import Browser
 from tests.page.conftest import FMUS
 
 DUFFING = FMUS / "duffing" / "duffing.fmu"
+CRANK = FMUS / "slider_crank_payload" / "slider_crank_payload.fmu"
 OSCILLATOR = "mbs_models.pictures.page_drawings:oscillator"
 TASK = 'kind = "earliest"\nstart = [0.0]\ngoal = [600.0]\ntolerance = 2e-3\n'
 
@@ -61,6 +63,18 @@ def test_task_of_a_path_has_no_moves(tmp_path: Path) -> None:
         solved_moves(DUFFING, task)
 
 
+def test_page_begins_at_the_parameters_at_which_the_move_was_chosen(tmp_path: Path) -> None:
+    task, path = tmp_path / "task.toml", tmp_path / "page.html"
+    turn = 'kind = "earliest"\nstart = [0.0]\ngoal = [2.0]\ntolerance = 2e-3\n'
+    limits = "[limits]\nspeed = [8.0]\nacceleration = [20.0]\n"
+    task.write_text(f"{turn}{limits}[parameters]\nslider_mass = 1.4\n", encoding="utf-8")
+    write_page(CRANK, path, moves=solved_moves(CRANK, task))
+    carried = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', path.read_text())
+    assert carried is not None
+    (mass,) = json.loads(carried.group(1))["parameters"]
+    assert (mass["name"], mass["start"]) == ("slider_mass", 1.4)
+
+
 def test_page_subcommand_carries_the_move_of_a_task(tmp_path: Path) -> None:
     task, path = tmp_path / "task.toml", tmp_path / "page.html"
     task.write_text(TASK, encoding="utf-8")
@@ -82,6 +96,20 @@ def test_page_finds_the_times_that_the_search_found(
     assert shown == pytest.approx([first, second], abs=0.0051)
     assert f"That is {100 * (1 - first / second):.0f} % earlier." in said
     assert chromium.complaints() == []
+
+
+def test_page_of_a_move_that_settles_later_says_so(
+    chromium: Browser, solved: Solved, tmp_path: Path
+) -> None:
+    moves = moves_of(solved)
+    for names, words in ((moves["moves"][::-1], "% later."), (moves["moves"][:1] * 2, None)):
+        path = write_page(DUFFING, tmp_path / "later.html", moves={**moves, "moves": names})
+        chromium.open(path)
+        chromium.evaluate("document.getElementById('way-moves').click()")
+        said = str(chromium.evaluate("document.querySelector('.verdict').textContent"))
+        assert "earlier" not in said
+        assert "-" not in said
+        assert (words is None and "%" not in said) or (words is not None and words in said)
 
 
 def test_moves_are_played_to_their_end_and_again(chromium: Browser, page: Path) -> None:

@@ -23,15 +23,17 @@ class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
     def __init__(
         self, surrogate: Surrogate, samples: int, options: dict[str, Any] | None = None
     ) -> None:
-        if samples < 1:
-            raise ValueError(f"samples: {samples}; expected at least 1, those of the record")
+        if not isinstance(samples, int | np.integer) or samples < 1:
+            raise ValueError(
+                f"samples: {samples!r}; expected a whole number of at least 1, those of the record"
+            )
         if not isinstance(surrogate.network, StateSpace):
             raise NativeError(
                 f"no gradients of networks of type {type(surrogate.network).__name__} in the "
                 "runtime; expected one of the family 'state_space'"
             )
         super().__init__()
-        self._native, self._samples = NativeSurrogate(surrogate), samples
+        self._native, self._samples = NativeSurrogate(surrogate), int(samples)
         self._reverses: list[_Reverse] = []
         self.construct(surrogate.name, options or {})
 

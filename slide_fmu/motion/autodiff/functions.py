@@ -14,7 +14,8 @@ def torch_module(surrogate: Surrogate, threads: int | None = None) -> torch.nn.M
     """Return a surrogate as a torch module: whole records in, outputs out, and their gradient.
 
     It maps records of shape (B, N, n_inputs), or (N, n_inputs) of one, to outputs at samples
-    1 .. N, in the signals' units, as ``NativeSurrogate.predict`` does, and keeps type and device.
+    1 .. N, in the signals' units, as ``NativeSurrogate.predict`` does, and keeps type, one with
+    fractions, and device.
     It has no weights to train; ``backward`` gives the gradient by the records, of which there are
     no second derivatives. Outputs have single precision, gradients double precision.
 
@@ -54,7 +55,7 @@ def casadi_function(
 
     Raises:
         ImportError: casadi is not installed.
-        ValueError: there are no samples.
+        ValueError: ``samples`` is no whole number of at least 1.
         NativeError: there is no compiled library, or it has no derivatives of the surrogate.
     """
     try:

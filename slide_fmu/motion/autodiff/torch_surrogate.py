@@ -21,7 +21,19 @@ class TorchSurrogate(torch.nn.Module):
         self._native, self._threads = NativeSurrogate(surrogate), threads
 
     def forward(self, records: torch.Tensor) -> torch.Tensor:
-        """Predict records of shape (B, N, n_inputs), or (N, n_inputs) of one, in their units."""
+        """Predict records of shape (B, N, n_inputs), or (N, n_inputs) of one, in their units.
+
+        Raises:
+            TypeError: they are no tensor of real numbers with a fraction.
+            ValueError: wrong shape, values that are not finite, or no threads.
+            NativeError: a feature is not finite.
+        """
+        kind = records.dtype if isinstance(records, torch.Tensor) else type(records).__name__
+        if not (isinstance(kind, torch.dtype) and kind.is_floating_point):
+            raise TypeError(  # outputs are of the same type, and would lose their fractions
+                f"records are of type {kind}; expected a tensor of torch.float64 or "
+                "torch.float32: make one with torch.as_tensor(records, dtype=torch.float64)"
+            )
         arguments = records, self._native, self._threads
         predicted: torch.Tensor = _Predicted.apply(*arguments)  # type: ignore[no-untyped-call]
         return predicted

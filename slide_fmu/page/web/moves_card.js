@@ -37,7 +37,8 @@ export class MovesCard {
       Number.isFinite(times[i]) ? `${name} after ${times[i].toFixed(2)} s` : `${name} not yet`,
     );
     const earlier = Math.round(100 * (1 - times[0] / times[1]));
-    const gain = Number.isFinite(earlier) ? ` That is ${earlier} % earlier.` : "";
+    const order = earlier > 0 ? "earlier" : "later";
+    const gain = Number.isFinite(earlier) && earlier !== 0 ? ` That is ${Math.abs(earlier)} % ${order}.` : "";
     this.words.textContent = `It stands still, within ${within}: ${parts.join(", ")}.${gain}`;
   }
 

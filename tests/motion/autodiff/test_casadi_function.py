@@ -87,8 +87,9 @@ def test_ipopt_moves_the_duffing_from_rest_to_rest(casadi: Any) -> None:
 def test_function_of_layers_or_without_samples_is_refused(casadi: Any) -> None:
     with pytest.raises(NativeError, match=r"FeedForward .* expected one of the family 'state_sp"):
         slide.casadi_function(sum_surrogate(), 10)
-    with pytest.raises(ValueError, match="samples: 0; expected at least 1"):
-        slide.casadi_function(released("duffing"), 0)
+    for samples in (0, 1.5, "20"):
+        with pytest.raises(ValueError, match=f"samples: {samples!r}; expected a whole number"):
+            slide.casadi_function(released("duffing"), samples)  # type: ignore[arg-type]
 
 
 def test_without_the_package_the_error_names_the_extra() -> None:

@@ -73,6 +73,21 @@ def test_records_of_other_channels_are_refused() -> None:
         slide.torch_module(duffing())(torch.zeros(4, 2))
 
 
+@pytest.mark.parametrize(
+    ("records", "kind"),
+    [
+        (torch.zeros(4, 1, dtype=torch.int64), "torch.int64"),
+        (torch.zeros(4, 1, dtype=torch.complex64), "torch.complex64"),
+        (np.zeros((4, 1)), "ndarray"),
+    ],
+)
+def test_records_whose_type_has_no_fractions_or_that_are_no_tensor_are_refused(
+    records: object, kind: str
+) -> None:
+    with pytest.raises(TypeError, match=f"records are of type {kind}; expected a tensor of"):
+        slide.torch_module(duffing())(records)
+
+
 def test_gradients_of_layers_are_refused_with_what_to_use() -> None:
     records = torch.zeros(20, 1, dtype=torch.float64, requires_grad=True)
     outputs = slide.torch_module(sum_surrogate())(records)

@@ -21,6 +21,10 @@ MOST_SAMPLES = 1200
 """A path has at most so many: what is needed of memory grows with the square."""
 
 
+ON_CIRCLE = 0.05
+"""Cosine and sine of an angle may miss the circle by this part of its radius: they are rounded."""
+
+
 @dataclass(frozen=True, eq=False)
 class Path:
     """A Path has samples at the step of a surrogate.
@@ -41,8 +45,8 @@ def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surroga
 
     Raises:
         MotionError: the file cannot be read, lacks a column of an input, has some of the outputs
-            only, holds something that is no number, has times that do not rise, or has too few
-            samples or too many.
+            only, holds something that is no number, has times that do not rise, has too few
+            samples or too many, or has columns that are no cosine and sine of an angle.
     """
     inputs, outputs = ([s.name for s in of] for of in (surrogate.inputs, surrogate.outputs))
     step = surrogate.window.step
@@ -72,7 +76,30 @@ def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surroga
     at = time[0] + step * np.arange(count)
     later = step if surrogate.hold == "zero_order" else 0.0  # their outputs are those after a step
     wished = _sampled(record, found, at + later) if found else None
-    return Path(_coordinates(_sampled(record, inputs, at), coordinates), wished)
+    motion = _coordinates(_sampled(record, inputs, at), coordinates)
+    _require_circles(record, inputs, coordinates)
+    return Path(motion, wished)
+
+
+def _require_circles(
+    record: Record, inputs: list[str], coordinates: tuple[Coordinate, ...]
+) -> None:
+    """Refuse columns of an angle that are not its cosine and sine, times the radius."""
+    names = iter(inputs)
+    for coordinate in coordinates:
+        cosine = next(names)
+        if coordinate.radius is None:
+            continue
+        sine = next(names)
+        found = np.hypot(record.columns[cosine], record.columns[sine])
+        away = np.abs(found - coordinate.radius)
+        if away.max() > ON_CIRCLE * coordinate.radius:
+            sample = int(np.argmax(away))
+            raise MotionError(
+                f"{record.path}: {cosine!r} and {sine!r} in sample {sample} lie "
+                f"{found[sample]:.4g} from 0; expected cosine and sine of an angle, "
+                f"{coordinate.radius:.4g} from 0: correct the columns"
+            )
 
 
 def _coordinates(inputs: FloatArray, coordinates: tuple[Coordinate, ...]) -> FloatArray:

@@ -50,8 +50,9 @@ class Problem:
         slower: profiles take so many times what their limits need.
 
     Raises:
-        MotionError: two points in a row are the same, the way leaves the ranges, or outputs have
-            several units, of which no norm can be taken.
+        MotionError: points, limits or tolerance are no such numbers, one for each coordinate; two
+            points in a row are the same, the way leaves the ranges, or outputs have several
+            units, of which no norm can be taken.
     """
 
     surrogate: Surrogate
@@ -63,6 +64,7 @@ class Problem:
     slower: float = 1.0
 
     def __post_init__(self) -> None:
+        self._require_numbers()
         self._require_range()
         units = sorted({output.unit for output in self.surrogate.outputs})
         if len(units) > 1:
@@ -70,6 +72,27 @@ class Problem:
                 f"surrogate {self.surrogate.name!r} has outputs in {units}; expected one unit, "
                 "since the distance from rest is a norm over all of them"
             )
+
+    def _require_numbers(self) -> None:
+        """Refuse what is not one number for each coordinate, or no number that it may be."""
+        coordinates, limits = coordinates_of(self.surrogate.inputs), self.limits
+        points = [("start", self.start), ("goal", self.goal)]
+        sizes = [(name, limit) for name, _, limit in limits.derivatives()]
+        if self.past is not None:
+            points += [(f"via {k}", point) for k, point in enumerate(self.past.points, start=1)]
+            sizes.append(("via_tolerance", self.past.near))
+        for name, values in points + sizes:
+            if np.shape(values) != (len(coordinates),):
+                raise MotionError(
+                    f"{name} has the shape {np.shape(values)}; expected ({len(coordinates)},), "
+                    f"one number for each of {[c.name for c in coordinates]}: give such an array"
+                )
+        for name, values in points:
+            if not np.isfinite(values).all():
+                raise MotionError(f"{name} is {list(values)}; expected finite numbers: correct it")
+        for name, values in [*sizes, ("tolerance", np.array([self.tolerance]))]:
+            if not (np.asarray(values) > 0).all():
+                raise MotionError(f"{name} is {list(values)}; expected more than 0: correct it")
 
     def _require_range(self) -> None:
         """Refuse a curve that leaves the ranges between its points."""

@@ -147,6 +147,17 @@ def test_a_path_of_an_angle_has_cosine_and_sine(tmp_path: Path) -> None:
         read_path(str(path), coordinates_of(crank.inputs), crank)
 
 
+@pytest.mark.parametrize("radius", [0.0, 3.0])
+def test_columns_that_are_no_cosine_and_sine_are_refused(radius: float, tmp_path: Path) -> None:
+    crank, time = released("slider_crank"), np.linspace(0, 2, 41)
+    rows = [f"{t},{radius * np.cos(t)},{radius * np.sin(t)}" for t in time]
+    names = [signal.name for signal in crank.inputs]
+    path = tmp_path / "path.csv"
+    path.write_text("\n".join([",".join(["time", *names]), *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(MotionError, match=f"lie {radius:.4g} from 0; expected cosine and sine"):
+        read_path(str(path), coordinates_of(crank.inputs), crank)
+
+
 def test_corrections_that_gain_less_than_the_margin_are_refused() -> None:
     """A crank that turns far beyond its speed, whose rod shall not bend."""
     crank = released("slider_crank")

@@ -327,7 +327,7 @@ def reference(
     output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU here.")],
 ) -> None:
     """Write the model of a recipe itself as an FMU; it needs this Python to run."""
-    from slide_fmu.pipeline.job import make_importable
+    from slide_fmu.pipeline.importable import make_importable
     from slide_fmu.pipeline.side_by_side import write_reference
     from slide_fmu.recipe.reading import load_recipe
 

@@ -15,7 +15,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 
 from slide_fmu.fmu.libraries.build import BINARIES, PYTHON_LIBRARIES
@@ -180,6 +179,8 @@ def library_path() -> Path:
     Raises:
         NativeError: there is none for it.
     """
+    import fmpy  # here, since exports need sizes only of scalar sources
+
     names = [name for name in PYTHON_LIBRARIES if name.startswith(f"{fmpy.platform_tuple}/")]
     if not names:
         known = [*map(os.path.dirname, PYTHON_LIBRARIES)]

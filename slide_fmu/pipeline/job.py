@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import platform
-import sys
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
@@ -12,6 +11,7 @@ from shlex import quote
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.known_start import start_origin
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.record_origin import record_origin
@@ -127,23 +127,6 @@ def with_values(job: Job, values: Resolved) -> Job:
     tables = {**job.resolved, **values}
     resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
     return replace(job, recipe=recipe, resolved=resolved)
-
-
-def make_importable(folder: Path) -> None:
-    """Let recipes name models that lie beside them, here and in worker processes."""
-    place = str(folder.resolve())
-    if place not in sys.path:
-        sys.path.append(place)
-
-
-def make_models_importable(fmu: Path) -> None:
-    """Let an FMU's recipe name models that lie where its recipe most likely lay.
-
-    That is here, beside the FMU, or beside the folder ``runs`` that it was made in.
-    """
-    folder = fmu.resolve().parent
-    for place in (Path.cwd(), folder, folder.parent.parent):
-        make_importable(place)
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:

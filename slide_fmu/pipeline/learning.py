@@ -126,7 +126,8 @@ def learn(
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
-    from slide_fmu.pipeline.job import job_of_text, make_importable
+    from slide_fmu.pipeline.importable import make_importable
+    from slide_fmu.pipeline.job import job_of_text
     from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 

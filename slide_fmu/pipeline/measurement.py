@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.job import make_models_importable
+from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe

@@ -19,7 +19,7 @@ from slide_fmu.pipeline.draft_signals import (
     require_name,
 )
 from slide_fmu.pipeline.first_look import FirstLook, Looking, MakeTables, look
-from slide_fmu.pipeline.job import make_importable
+from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation

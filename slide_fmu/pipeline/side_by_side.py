@@ -17,7 +17,7 @@ from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.pipeline.job import make_models_importable
+from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu

@@ -27,10 +27,13 @@ from tests.fmu.test_sources import RANGE, SHAPES, run
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wvla", "-Werror")
 ZIG = [sys.executable, "-m", "ziglang", "cc"]
 CORTEX_M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
+CLANG = ("-Wno-strict-prototypes",)
+"""Clang warns of a prototype in the headers of FMI 3.0, which are not ours to change."""
 COMPILERS: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "gcc": (["gcc"], ()),
-    "clang": (ZIG, ("-target", "x86_64-linux-gnu.2.17")),
-    "windows-msvc": (ZIG, ("-target", "x86_64-windows-msvc")),
+    "clang": (ZIG, (*CLANG, "-target", "x86_64-linux-gnu.2.17")),
+    "windows-gnu": (ZIG, (*CLANG, "-target", "x86_64-windows-gnu")),
+    "windows-msvc": (ZIG, (*CLANG, "-target", "x86_64-windows-msvc")),
     "arm-none-eabi": (["arm-none-eabi-gcc"], CORTEX_M7),
 }
 """Command and flags of each target. The headers of Microsoft's C library come with no package."""
@@ -87,7 +90,7 @@ def test_scalar_sources_compile_strictly_for_a_target(
         pytest.skip(f"{command[0]} is not installed")
     loaded = exported("chain", tmp_path, fmi)
     for source in sources_of(loaded):
-        built = run_compiler(command, [*STRICT, *flags, "-fsyntax-only", source])
+        built = run_compiler(command, [*STRICT, *flags, "-c", source, "-o", str(tmp_path / "x.o")])
         if target == "windows-msvc" and re.search(r"'\w+\.h' file not found", built.stderr):
             pytest.skip("the headers of Microsoft's C library are not there")
         assert built.returncode == 0, built.stderr

@@ -6,6 +6,7 @@ import json
 import math
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -35,7 +36,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.figures import stability_tests
+from slide_fmu.validation.learning_charts import stability_charts
 from tests.fmu.samples import CellShape, random_cell
 from tests.recipes import TINY, merged, tiny_recipe
 
@@ -184,7 +185,7 @@ def test_network_that_explodes_is_refused(factor: float) -> None:
     assert "stability.allow_unstable = true" in message
     assert ("grow inf times as fast" in message) == (factor > 2)
     assert ("still differ by" in message) == (factor < 2)
-    assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+    assert_drawn(tests)
 
 
 def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
@@ -196,7 +197,7 @@ def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
     assert "at 10 times the trained amplitude outputs grow inf times as fast" in message
     assert "expected at most 10 times" in message
     assert "tanh units" in message
-    assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+    assert_drawn(tests)
     bounded = examine(scalar_cell(0.5, 0.3, 0.05, "tanh"))
     assert all(test.problem is None for test in bounded)
 
@@ -276,7 +277,7 @@ def test_network_that_answers_nothing_forgets_and_does_not_grow(constant: float)
         assert all(test.problem is None for test in tests)
         assert all(test.growth == 0 and not test.differences.any() for test in tests)
         json.dumps(stability_figures(tests), allow_nan=False)
-        assert stability_tests(tests, 0.1).startswith(b"\x89PNG")
+        assert_drawn(tests)
 
 
 def test_two_lasting_responses_are_judged_by_the_worst_pair_in_range_the_median_beyond() -> None:
@@ -288,6 +289,17 @@ def test_two_lasting_responses_are_judged_by_the_worst_pair_in_range_the_median_
     # at ten times the amplitude most pairs meet, and some do not
     assert np.median(tests[3].differences) < 0.5 < np.max(tests[3].differences)
     assert tests[3].problem is None
+
+
+def assert_drawn(tests: Sequence[AmplitudeTest]) -> None:
+    """All amplitudes have a chart with the verdict; what is not a number makes a gap."""
+    charts = stability_charts(tests, 0.1)
+    assert [chart.title.endswith(": passed") for chart in charts] == [
+        test.problem is None for test in tests
+    ]
+    for chart in charts:
+        for line in chart.panels[0].lines:
+            assert not np.isinf(line.y).any()
 
 
 def gated_cell(pole: float, effect: float, factor: float = 0.0) -> StateSpace:
@@ -310,7 +322,7 @@ def test_gated_units_that_open_too_far_beyond_the_range_are_refused() -> None:
     )
     assert all(test.problem is None for test in fine)
     assert "outputs grow" in str(wild[-1].problem)
-    assert stability_tests(wild, 0.1).startswith(b"\x89PNG")
+    assert_drawn(wild)
 
 
 def test_factors_let_outputs_grow_faster_than_the_inputs() -> None:

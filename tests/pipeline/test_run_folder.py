@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
-from slide_fmu.pipeline.job import make_models_importable
+from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe

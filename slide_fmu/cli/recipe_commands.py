@@ -281,7 +281,7 @@ def generate(
 def cost(
     recipe: RecipeArgument,
     simulations: Annotated[
-        float, typer.Option(min=1, help="Ask for so many simulations, as 1e6.")
+        float, typer.Option(min=1, max=1e15, help="Ask for so many simulations, as 1e6.")
     ] = 1e6,
     cores: Annotated[int, typer.Option(min=1, help="Share them among so many cores.")] = 1,
     json_path: JsonOption = None,

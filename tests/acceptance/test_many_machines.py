@@ -228,3 +228,10 @@ def test_cost_is_told_and_leaves_nothing_behind(tmp_path: Path) -> None:
     parts = 1000 / ends["handing_out_cores"]
     assert parts <= ends["shards_for_all_cores"] <= parts + 1.1
     assert list((runs / "lag").iterdir()) == []
+
+
+def test_cost_of_endless_simulations_is_refused_in_words() -> None:
+    recipe = ROOT / "docs" / "tutorials" / "duffing_small.toml"
+    done = invoke("cost", recipe, "--simulations", "1e400", "--cores", "2")
+    assert done.exit_code == 2
+    assert "Invalid value for '--simulations'" in done.output

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     from slide_fmu.fitting.calibration.result import Calibration
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
-    from slide_fmu.motion.autodiff.functions import casadi_function, torch_module
+    from slide_fmu.motion.autodiff.functions import (
+        casadi_function,
+        device_surrogate,
+        torch_module,
+    )
     from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.pipeline.python_calls import export, run, validate
@@ -74,6 +78,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "casadi_function",
+    "device_surrogate",
     "export",
     "export_fmu",
     "gradient",
@@ -89,7 +94,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "slide_fmu.motion.autodiff.functions": ("casadi_function", "torch_module"),
+    "slide_fmu.motion.autodiff.functions": ("casadi_function", "device_surrogate", "torch_module"),
     "slide_fmu.core.parameters": ("Parameter",),
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),

@@ -9,6 +9,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 if TYPE_CHECKING:
     import torch
 
+    from slide_fmu.motion.autodiff.device_surrogate import DeviceSurrogate
+
 
 def torch_module(surrogate: Surrogate, threads: int | None = None) -> torch.nn.Module:
     """Return a surrogate as a torch module: whole records in, outputs out, and their gradient.
@@ -34,6 +36,30 @@ def torch_module(surrogate: Surrogate, threads: int | None = None) -> torch.nn.M
     except ImportError as error:
         raise ImportError(_missing("torch_module", "torch", "train")) from error
     return TorchSurrogate(surrogate, threads)
+
+
+def device_surrogate(surrogate: Surrogate, device: str = "cuda") -> DeviceSurrogate:
+    """Return a surrogate on a device of torch, which predicts very many records side by side.
+
+    ``predict`` maps records of shape (B, N, n_inputs) to outputs at samples 1 .. N, shape
+    (B, N, n_outputs), in the signals' units, as ``NativeSurrogate.predict`` does. Features are
+    formed by numpy; the network runs on the device, in single precision.
+
+    Args:
+        surrogate: what predicts, of the family ``state_space``; its physical parameters have
+            their start values (``Surrogate.at`` fixes others).
+        device: as torch names it: ``cuda``, ``cuda:1``, ``cpu``.
+
+    Raises:
+        ImportError: torch is not installed.
+        TypeError: the surrogate is of another family.
+        ValueError: torch finds no such device.
+    """
+    try:
+        from slide_fmu.motion.autodiff.device_surrogate import DeviceSurrogate
+    except ImportError as error:
+        raise ImportError(_missing("device_surrogate", "torch", "train")) from error
+    return DeviceSurrogate(surrogate, device)
 
 
 def casadi_function(

@@ -78,7 +78,8 @@ class DeviceSurrogate:
             start = torch.zeros(features.shape[1], len(self._cell.a), device=self.device)
             states = Equations(self._cell, inputs, self._network.turned, torch).run(start)
             last = slice(self.surrogate.window.n_in - 1, None)
-            return outputs(self._cell, states[last], inputs.stretch(last))
+            found: torch.Tensor = outputs(self._cell, states[last], inputs.stretch(last))
+            return found
 
     def _there(self, array: NDArray[Any]) -> torch.Tensor:
         return torch.from_numpy(np.ascontiguousarray(array, dtype=np.float32)).to(self.device)

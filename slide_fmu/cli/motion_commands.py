@@ -33,7 +33,7 @@ def motion(
     """Choose set points that shake a machine little, or correct those of a path."""
     from slide_fmu.motion.task import PathTask, read_task
     from slide_fmu.pipeline.motion import solve, write_set_points
-    from slide_fmu.pipeline.motion_report import kept_in_domain, motion_report, move_rows
+    from slide_fmu.pipeline.motion_report import motion_report, move_rows, remark_on_moves
     from slide_fmu.pipeline.path_correction import correct, write_corrected
     from slide_fmu.pipeline.path_report import path_report, path_rows
 
@@ -61,6 +61,6 @@ def motion(
             table.add_row(*row)
         console.print(table)
     if not isinstance(wanted, PathTask):
-        show_remark(kept_in_domain(solved))
+        show_remark(remark_on_moves(solved))
     console.print(f"set points  {place}")
     console.print(f"report      {page}")

@@ -33,7 +33,7 @@ def motion_report(solved: Solved) -> Report:
         f"{move['residual_with_margin']:.3g} {unit}, of {solved.task.tolerance:g} {unit} that "
         f"are allowed. The margin is {figures['margin_is']}."
     )
-    if remark := kept_in_domain(solved):
+    if remark := remark_on_moves(solved):
         summary += f" {remark}"
     predicted, *true = move_rows(solved).items()
     text = (
@@ -56,9 +56,16 @@ def motion_report(solved: Solved) -> Report:
     return Report(f"Motion with {solved.surrogate.name}", summary, figures, sections)
 
 
-def kept_in_domain(solved: Solved) -> str | None:
-    """Say which moves leave the domain, and whether the move had to be slower; None if none do."""
+def remark_on_moves(solved: Solved) -> str | None:
+    """Say whether a baseline is the answer, and what the domain of the surrogate has ruled out.
+
+    It is None where an optimised move is the answer, and all moves lie in the domain.
+    """
     found, said = solved.found, []
+    if found.move.name in {move.name for move in found.baselines}:
+        said.append(
+            f"No other move is better than a usual one: the answer is {found.move.name!r}."
+        )
     if outside := ", ".join(move.name for move in found.baselines if move.known < 1):
         said.append(f"These leave the domain of the surrogate, so they are no answer: {outside}.")
     if found.slower > 1:

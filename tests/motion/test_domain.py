@@ -27,7 +27,7 @@ from slide_fmu.motion.earliest import baselines
 from slide_fmu.motion.move import Move
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.motion import solve
-from slide_fmu.pipeline.motion_report import kept_in_domain, motion_report
+from slide_fmu.pipeline.motion_report import motion_report, remark_on_moves
 from tests.bounds import random_bound
 
 ROOT = Path(__file__).parents[2]
@@ -91,10 +91,20 @@ def test_an_answer_tells_that_faster_moves_leave_the_domain(tmp_path: Path) -> N
         limits = {"speed": (8.0,), "acceleration": (20.0,)}
         table = {"kind": "earliest", "start": (0.0,), "goal": (2.0,), "tolerance": 2e-3}
         solved = solve(fmu, MoveTask.model_validate({**table, "limits": limits}))
-        told[slower] = str(kept_in_domain(solved))
+        told[slower] = str(remark_on_moves(solved))
         assert told[slower] in motion_report(solved).summary
     assert "leave the domain of the surrogate, so they are no answer: not shaped" in told[1.4]
     assert "all of them begin with" in told[2.4]
+
+
+def test_an_answer_that_is_a_baseline_is_said_to_be_one(tmp_path: Path) -> None:
+    fmu = slide.export_fmu(crank_problem().surrogate, tmp_path / "crank.fmu")
+    limits = {"speed": (8.0,), "acceleration": (20.0,)}
+    table = {"kind": "earliest", "start": (0.0,), "goal": (2.0,), "tolerance": 2e-3}
+    solved = solve(fmu, MoveTask.model_validate({**table, "limits": limits}))
+    assert "No other move" not in str(remark_on_moves(solved))
+    found = replace(solved.found, move=solved.found.baselines[0])
+    assert "the answer is 'not shaped'" in str(remark_on_moves(replace(solved, found=found)))
 
 
 def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:

@@ -6,6 +6,7 @@ machines share. SLURM starts the jobs one by one, as it has room; the first ones
 
 import subprocess
 import sys
+from shlex import quote
 
 from dask_jobqueue import SLURMCluster
 
@@ -18,6 +19,7 @@ if __name__ == "__main__":
         processes=CORES,  # one thread each: a simulation keeps a core busy
         memory=f"{2 * CORES}GB",
         walltime="04:00:00",
+        python=quote(sys.executable),  # the job's script is one of the shell
         job_script_prologue=["export OMP_NUM_THREADS=1"],
     ) as cluster:
         cluster.scale(jobs=int(jobs))

@@ -10,7 +10,7 @@ from slide_fmu.fitting.settled import settled
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
-from tests.memory.test_stability import RECIPE, SYSTEM, network_of, scalar_cell, surrogate_of
+from tests.memory.small_cells import RECIPE, SYSTEM, network_of, scalar_cell, surrogate_of
 
 
 def mixed_cell(weight: float, effect: float) -> Cell:

@@ -16,7 +16,7 @@ from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.data.test_recorded import recipe_of, source_of
-from tests.memory.test_stability import scalar_cell
+from tests.memory.small_cells import scalar_cell
 from tests.own_records import write_record
 
 FORGOTTEN = 1e-5

@@ -1,18 +1,21 @@
-"""Whole records by the C runtime, many at once, beside numpy and torch: one run, all in turns.
+"""Whole records by the C runtime, many at once, beside numpy, torch and onnxruntime in one run.
 
     python tests/benchmarks/whole_records.py fmus/*/*.fmu --json -
 
 Inputs are drawn by the excitation of the recipe that an FMU names, with a seed that no training
 saw; records are cut out of one long drawn record, so that each begins elsewhere. Times are those
 of the processor, medians over the rounds, but for the candidates, which several threads share:
-there it is also the time that passes. torch has one thread and runs the cells alone: the features
-are given to it. numpy does all, by ``Surrogate.predict_newest_batch``.
+there it is also the time that passes. torch and onnxruntime have one thread and run the cells
+alone: the features are given to them. The graph of onnxruntime is what torch exports, one step
+after the other. numpy does all, by ``Surrogate.predict_newest_batch``.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -40,7 +43,8 @@ CANDIDATES, SHORT = 10_000, 120
 FEW = 64
 """Records that numpy is given, and whose gradients are timed."""
 MANY = 2048
-"""Records, as short as candidates, that torch is given: it is the faster the more there are."""
+"""Records, as short as candidates, that torch and onnxruntime are given: they are the faster the
+more there are."""
 
 
 def cut(record: FloatArray, count: int, length: int) -> FloatArray:
@@ -49,26 +53,46 @@ def cut(record: FloatArray, count: int, length: int) -> FloatArray:
     return np.stack([record[first : first + length] for first in firsts])
 
 
-def torch_cells(surrogate: Surrogate, records: FloatArray) -> Callable[[], object]:
-    """The cell equation in torch, along features that are there already."""
+def other_cells(surrogate: Surrogate, records: FloatArray) -> dict[str, Callable[[], object]]:
+    """The cell equation in torch and in onnxruntime, along features that are there already."""
+    import onnxruntime
     import torch
 
     torch.set_num_threads(1)
     network = surrogate.network
     assert isinstance(network, StateSpace)
     features = network.features.along(surrogate.input_scaling.apply(records))
-    steps = torch.from_numpy(np.moveaxis(features, 1, 0).copy())
+    steps = torch.from_numpy(np.moveaxis(features, 1, 0).astype(np.float32))
     arrays = {name: torch.from_numpy(part) for name, part in network.cell.arrays().items()}
     cell = Cell(**arrays, activation=network.cell.activation, substeps=network.cell.substeps)
     first = torch.zeros(len(records), len(cell.a))
 
-    def run() -> object:
-        with torch.no_grad():
+    class Cells(torch.nn.Module):
+        def forward(self, steps: torch.Tensor) -> torch.Tensor:
             inputs = ByRole.of(network.roles, steps)
             states = Equations(cell, inputs, network.turned, torch).run(first)
-            return outputs(cell, states, inputs)
+            values: torch.Tensor = outputs(cell, states, inputs)
+            return values
 
-    return run
+    cells = Cells()
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the shapes are fixed, as torch says
+        graph = Path(folder, "cells.onnx")
+        torch.onnx.export(cells, (steps,), graph, dynamo=False, input_names=["steps"])
+        content = graph.read_bytes()
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+    given = {"steps": steps.numpy()}
+    with torch.no_grad():
+        expected = cells(steps).numpy()
+    np.testing.assert_allclose(session.run(None, given)[0], expected, atol=1e-4)
+
+    def by_torch() -> object:
+        with torch.no_grad():
+            return cells(steps)
+
+    return {"torch": by_torch, "onnxruntime": lambda: session.run(None, given)}
 
 
 def times(tasks: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
@@ -97,11 +121,11 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
     """Measure one FMU.
 
     Returns:
-        ``simulated_seconds_per_second`` on one core, of every kernel of this processor, of numpy
-        and of torch; ``gradient_ms``, of a record of 160 samples, and of each of 64 at once;
-        ``candidates_s``, of 10 000 records of 120 samples; ``difference``, the largest
-        one from ``predict_newest`` over the scale of its output, in the first n_in - n_out
-        samples of a record and in all.
+        ``simulated_seconds_per_second`` on one core, of every kernel of this processor, of numpy,
+        torch and onnxruntime; ``gradient_ms``, of a record of 160 samples, and of each of 64 at
+        once; ``candidates_s``, of 10 000 records of 120 samples; ``difference``, the largest
+        one from ``predict_newest`` over the scale of its output, in the first n_in - n_out samples
+        of a record and in all.
     """
     surrogate, _ = read_fmu(path)
     step, n_outputs = surrogate.window.step, len(surrogate.outputs)
@@ -118,7 +142,7 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
                 for name, it in zip(kernels(), natives, strict=True)
             },
             "numpy": lambda: surrogate.predict_newest_batch(few),
-            "torch": torch_cells(surrogate, cut(record, MANY, SHORT)),
+            **other_cells(surrogate, cut(record, MANY, SHORT)),
             "one": lambda: native.vjp(one, weights[:1], threads=1),
             "several": lambda: native.vjp(several, weights, threads=1),
         },
@@ -127,7 +151,7 @@ def measure(path: Path, rounds: int, threads: int) -> dict[str, Any]:
     samples = {
         **dict.fromkeys(kernels(), RECORDS * LENGTH),
         "numpy": FEW * LENGTH,
-        "torch": MANY * SHORT,
+        **dict.fromkeys(("torch", "onnxruntime"), MANY * SHORT),
     }
     candidates = cut(record, CANDIDATES, SHORT)
     newest = surrogate.predict_newest(record)

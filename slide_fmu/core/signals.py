@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, get_args
 
 import numpy as np
@@ -47,9 +48,9 @@ class Signal:
             deg are angles without it (``period_of``).
 
     Raises:
-        ValueError: a text is none that XML can hold, the name is empty, the range is empty or not
-            finite, the start outside it, the hold or angle another word, or the period not
-            positive.
+        ValueError: a text is none that XML can hold, the name is empty, a number is none, the
+            range is empty or not finite, the start outside it, the hold or angle another word, or
+            the period not positive.
     """
 
     name: str
@@ -74,6 +75,8 @@ class Signal:
             raise ValueError(
                 f"signal name {self.name!r}: expected a non-empty name without white space"
             )
+        for what in ("low", "high", "start", "period"):
+            _require_number(self.name, what, getattr(self, what))
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
             raise ValueError(
                 f"signal {self.name!r}: range [{self.low}, {self.high}] {self.unit}; "
@@ -102,6 +105,13 @@ class Signal:
     def start_value(self) -> float:
         """Return the value before anybody sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
+
+
+def _require_number(name: str, what: str, value: object) -> None:
+    """Refuse texts, and true and false, where a number is expected; a range may not be None."""
+    optional = value is None and what not in ("low", "high")
+    if not optional and (isinstance(value, bool) or not isinstance(value, Real)):
+        raise ValueError(f"signal {name!r}: {what} {value!r}; expected a number")
 
 
 PERIODS = {"rad": 2 * math.pi, "deg": 360.0}

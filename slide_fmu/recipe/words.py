@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
 from typing import Any
 
+from slide_fmu.core.suggestions import nearest, or_meant
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.reference import known_keys, sections_of
 
@@ -55,7 +54,7 @@ def expectation(item: Any) -> str:
         return f"expected {words} {context[limit]:.15g}"
     if kind == "literal_error":
         choices = [choice.strip("'") for choice in _choices(context["expected"])]
-        return f"expected {context['expected']}{_or_meant(str(item['input']), choices)}"
+        return f"expected {context['expected']}{or_meant(str(item['input']), choices)}"
     if kind == "string_pattern_mismatch":
         return f"expected {FORMS.get(context['pattern'], context['pattern'])}"
     return PLAIN.get(kind) or str(item["msg"]).removeprefix("Value error, ")
@@ -73,7 +72,7 @@ def unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
     elsewhere = [] if file is None else _tables_with(str(key), file)
     if elsewhere:
         return f"is not a known key; {key} is one of {' and '.join(elsewhere)}: move or remove it"
-    meant = _meant(str(key), known)
+    meant = nearest(str(key), known)
     if meant is not None:
         return f"is not a known key; did you mean {meant}? Correct its spelling, or remove it"
     return "is not a known key; remove it or correct its spelling"
@@ -81,22 +80,12 @@ def unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
 
 def meant_choice(found: str, expected: str) -> str:
     """Return what to add to a message about a choice, as ``; did you mean 'tanh'?``."""
-    return _or_meant(found, _choices(expected))
+    return or_meant(found, _choices(expected))
 
 
 def _choices(expected: str) -> list[str]:
     """Return the choices in pydantic's text ``'a', 'b' or 'c'``."""
     return [part.strip(" '") for part in expected.replace(" or ", ", ").split(",")]
-
-
-def _or_meant(found: str, choices: Sequence[str]) -> str:
-    meant = _meant(found, choices)
-    return "" if meant is None else f"; did you mean {meant!r}?"
-
-
-def _meant(word: str, known: Sequence[str]) -> str | None:
-    near = difflib.get_close_matches(word.lower(), known, n=1, cutoff=0.6)
-    return near[0] if near else None
 
 
 def _tables_with(key: str, file: type[Table]) -> list[str]:

@@ -264,9 +264,29 @@ def _row(
 def _numbers(row: object) -> FloatArray | None:
     """Return what a method of a user gave as numbers, or None where it is none."""
     try:
-        return None if row is None else np.asarray(row, dtype=np.float64)
+        return real_numbers(row)
     except (TypeError, ValueError):
         return None
+
+
+def read_only(values: FloatArray) -> FloatArray:
+    """Give a view that nobody can write to: a model that changes its arguments is told so."""
+    view = values.view()
+    view.setflags(write=False)
+    return view
+
+
+def real_numbers(values: object) -> FloatArray | None:
+    """Return what a method of a user gave as an array of numbers, or None where it gave nothing.
+
+    Raises:
+        TypeError, ValueError: these are no numbers, or complex ones.
+    """
+    if values is None:
+        return None
+    if np.iscomplexobj(np.asarray(values)):  # a conversion would drop the imaginary parts
+        raise ValueError("complex numbers")
+    return np.asarray(values, dtype=np.float64)
 
 
 def raised(

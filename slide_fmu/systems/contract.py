@@ -5,14 +5,12 @@ What every system owes is checked first, then what each of its offers promises.
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
-from itertools import pairwise
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import (
     Linearizable,
     Linearization,
@@ -24,7 +22,14 @@ from slide_fmu.systems.base import (
     System,
     go_on,
 )
-from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.self_description import (
+    ContractError,
+    check_signals,
+    check_step,
+    class_name,
+    contract_error,
+)
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.user_code import told
 
@@ -38,10 +43,6 @@ CAUSAL = 1e-3
 chooses its own steps across samples moves them a little."""
 
 Result = TypeVar("Result")
-
-
-class ContractError(LoadError):
-    """A system does not do what it promises; the message says which method, and the remedy."""
 
 
 def check_system(
@@ -69,8 +70,8 @@ def check_system(
 
 
 def _check(system: System, step: float, inputs: FloatArray) -> None:
-    _check_step(system, step)
-    _check_signals(system)
+    check_step(system, step)
+    check_signals(system)
     outputs = simulate(system, inputs).outputs
     _check_same(
         system, "simulate", "twice the same record", (outputs, simulate(system, inputs).outputs)
@@ -86,34 +87,6 @@ def _check(system: System, step: float, inputs: FloatArray) -> None:
         _check_linearization(system, inputs)
 
 
-def _check_step(system: System, step: float) -> None:
-    found = getattr(system, "step", None)
-    number = isinstance(found, float | int) and not isinstance(found, bool)
-    if not number or abs(found - step) > 1e-9 * step:  # type: ignore[operator]
-        raise _error(
-            system, "step", f"is {found!r}", f"{step!r}, the step that it was made with (in s)",
-            "keep the argument `step` as it is given: self.step = step",
-        )  # fmt: skip
-
-
-def _check_signals(system: System) -> None:
-    names = []
-    for what in ("inputs", "outputs"):
-        found = getattr(system, what, None)
-        if not (isinstance(found, tuple) and found and all(isinstance(s, Signal) for s in found)):
-            raise _error(
-                system, what, f"is {found!r}", "a tuple of slide_fmu.Signal, at least one",
-                f'write self.{what} = (Signal("name", "unit", low, high),)',
-            )  # fmt: skip
-        names += [signal.name for signal in found]
-    twice = sorted({name for name, next_one in pairwise(sorted(names)) if name == next_one})
-    if twice:
-        raise _error(
-            system, "inputs and outputs", f"share the names {twice}", "a name of its own for each",
-            "rename one of each",
-        )  # fmt: skip
-
-
 def _check_same(
     system: System, method: str, what: str, pair: tuple[FloatArray, FloatArray], part: float = SAME
 ) -> None:
@@ -124,7 +97,7 @@ def _check_same(
     apart = np.abs(one - other) > slack
     if apart.any():
         k, i = (int(index[0]) for index in np.nonzero(apart))
-        raise _error(
+        raise contract_error(
             system, method, f"gives {one[k, i]:.9g} and {other[k, i]:.9g} for {what}, of output "
             f"{system.outputs[i].name!r} in sample {k}", "the same", _REMEDIES[method],
         )  # fmt: skip
@@ -149,7 +122,7 @@ def _check_causal(system: System, inputs: FloatArray, outputs: FloatArray) -> No
     apart = np.any(np.abs(changed - outputs)[: half + 1] > slack, axis=1)
     if apart.any():
         k = int(np.argmax(apart))
-        raise _error(
+        raise contract_error(
             system, "simulate", f"gives another output in sample {k} where the inputs change from "
             f"inputs[{half}] on", "outputs that follow from earlier inputs alone: outputs[k + 1] "
             "from inputs[: k + 1]", "shift the outputs, and do not filter forwards and backwards",
@@ -185,7 +158,7 @@ def _check_random(system: RandomStates, inputs: FloatArray) -> None:
     state = _call(system, "random_state", lambda: system.random_state(rng, inputs[0]))
     _check_state(system, "random_state", state)
     if _shapes(state) != usual:
-        raise _error(
+        raise contract_error(
             system, "random_state", f"gives arrays of the shapes {_shapes(state)}",
             f"{usual}, as get_state", "draw every coordinate and velocity",
         )  # fmt: skip
@@ -200,7 +173,7 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
     found = _call(system, "linearize", lambda: system.linearize(state))
     for name, matrix, shape in _matrices(system, found):
         if np.shape(matrix) != shape or not np.isfinite(matrix).all():
-            raise _error(
+            raise contract_error(
                 system,
                 "linearize",
                 f"gives a {name} matrix of shape {np.shape(matrix)}",
@@ -211,7 +184,7 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
     before = (state.coordinates, state.velocities, state.last_input)
     now = (after.coordinates, after.velocities, after.last_input)
     if not all(np.array_equal(one, other) for one, other in zip(before, now, strict=True)):
-        raise _error(
+        raise contract_error(
             system, "linearize", "changes the current state", "the state as it was",
             _REMEDIES["linearize"],
         )  # fmt: skip
@@ -223,7 +196,7 @@ def _matrices(system: System, found: object) -> list[tuple[str, FloatArray, tupl
         n = len(found.matrix)
         return [("state", found.matrix, (n, n))]
     if not isinstance(found, Linearization):
-        raise _error(
+        raise contract_error(
             system,
             "linearize",
             f"gives a {type(found).__name__}",
@@ -238,13 +211,13 @@ def _matrices(system: System, found: object) -> list[tuple[str, FloatArray, tupl
 
 def _check_state(system: System, method: str, state: object) -> None:
     if not isinstance(state, State):
-        raise _error(
+        raise contract_error(
             system, method, f"gives a {type(state).__name__}", "a slide_fmu.State", "return one"
         )
     parts = (state.coordinates, state.velocities, state.last_input)
     right = np.shape(state.last_input) == (len(system.inputs),)
     if not (right and all(np.isfinite(part).all() and np.ndim(part) == 1 for part in parts)):
-        raise _error(
+        raise contract_error(
             system, method, f"gives {state}",
             f"arrays of finite numbers: coordinates, velocities, and a last input of "
             f"{len(system.inputs)}", "give all three as arrays with one axis",
@@ -263,21 +236,5 @@ def _call(system: System, method: str, call: Callable[[], Result]) -> Result:
         raise
     except (Exception, SystemExit) as error:
         raise ContractError(
-            f"{_name(system)}.{method} raised {told(error)}; correct it"
+            f"{class_name(system)}.{method} raised {told(error)}; correct it"
         ) from error
-
-
-def _error(system: Any, method: str, found: str, expected: str, remedy: str) -> ContractError:
-    return ContractError(f"{_name(system)}.{method} {found}; expected {expected}: {remedy}")
-
-
-def _name(system: System) -> str:
-    """Name the class of a system, and the file that it is in where it is not of this package."""
-    kind = type(system)
-    if kind.__module__.startswith("slide_fmu."):  # the user has another file
-        return kind.__qualname__
-    try:
-        place = f" ({inspect.getfile(kind)})"
-    except (TypeError, OSError):
-        place = ""
-    return f"system {kind.__qualname__}{place}"

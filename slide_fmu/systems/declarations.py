@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice
@@ -76,7 +77,7 @@ def declared_step(what: str, values: Mapping[str, Any]) -> float | None:
 def require_parameters(
     what: str, declared: Mapping[str, Parameter], given: Mapping[str, Parameter]
 ) -> None:
-    """Refuse parameters that a model has not, and texts for numbers.
+    """Refuse parameters that a model has not, and texts, or true and false, for numbers.
 
     Raises:
         LoadError: one does not fit.
@@ -85,14 +86,19 @@ def require_parameters(
     if unknown:
         raise LoadError(
             f"{what}: unknown parameters {unknown}; expected some of {sorted(declared)}: correct "
-            "or remove them"
+            f"or remove them{or_meant(unknown, declared)}"
         )
     for name, value in given.items():
-        if isinstance(value, str) != isinstance(declared[name], str):
+        if _sort(value) is not _sort(declared[name]):
             raise LoadError(
                 f"{what}: parameter {name} = {value!r}; expected one like that of the model, "
-                f"{declared[name]!r}"
+                f"{declared[name]!r}: correct its type"
             )
+
+
+def _sort(value: Parameter) -> type:
+    """Return the type that a value counts as: true and false are no numbers."""
+    return float if isinstance(value, float | int) and not isinstance(value, bool) else type(value)
 
 
 def _require_table(what: str, name: str, table: object, example: str) -> None:

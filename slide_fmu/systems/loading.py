@@ -8,10 +8,12 @@ from types import ModuleType
 from typing import cast
 
 from slide_fmu.core.signals import check_inputs
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found
+from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 
@@ -55,14 +57,16 @@ def load_source(specification: Specification) -> Source:
     """Make a system, or read the records of one.
 
     Raises:
-        LoadError: there is no such kind or model, the parameters do not fit, the inputs do not
-            belong together (``check_inputs``), or a unit is unknown.
+        LoadError: there is no such kind or model, the parameters do not fit, a system has no
+            sample step or no signals, the inputs do not belong together (``check_inputs``), or a
+            unit is unknown.
     """
     kind, model = specification.kind, specification.model
-    if kind not in KINDS:
-        raise LoadError(f"kind of system {kind!r}; expected one of {NAMED}")
+    _require_kind(kind)
     make = cast(Callable[[Specification], Source], kind_module(kind).make)
     system = make(specification)
+    if isinstance(system, System):
+        check_self_description(system, None, model)
     try:
         check_inputs(system.inputs)
         for signal in (*system.inputs, *system.outputs):
@@ -71,6 +75,14 @@ def load_source(specification: Specification) -> Source:
         given = dict(specification.parameters)
         raise LoadError(f"system {model!r} with {given}: {error}") from error
     return system
+
+
+def _require_kind(kind: str) -> None:
+    """Refuse a kind of system that there is not."""
+    if kind not in KINDS:
+        raise LoadError(
+            f"kind of system {kind!r}; expected one of {NAMED}: correct it{or_meant(kind, NAMED)}"
+        )
 
 
 def kind_module(kind: str) -> ModuleType:
@@ -98,8 +110,8 @@ def describe_model(model: str, kind: str | None = None) -> Found:
     Raises:
         LoadError: there is no such model, or no kind recognises it.
     """
-    if kind is not None and kind not in KINDS:
-        raise LoadError(f"kind of system {kind!r}; expected one of {NAMED}")
+    if kind is not None:
+        _require_kind(kind)
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
         if not hasattr(module, "describe"):

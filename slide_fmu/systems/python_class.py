@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from types import ModuleType
 from typing import Any, cast
 
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import SignalChoice, Specification
 from slide_fmu.systems.user_code import imported, told
 
@@ -33,15 +34,13 @@ def make(specification: Specification) -> System:
     if unknown:
         raise LoadError(
             f"system {model!r}: unknown parameters {unknown}; expected some of "
-            f"{sorted(accepted)}: correct or remove them"
+            f"{sorted(accepted)}: correct or remove them{or_meant(unknown, accepted)}"
         )
     arguments: dict[str, Any] = dict(specification.parameters)
     if specification.step is not None:
         arguments["step"] = specification.step
     try:
         return found(**arguments)
-    except (TypeError, ValueError) as error:
-        raise LoadError(f"system {model!r} with {arguments}: {error}") from error
     except (Exception, SystemExit) as error:  # a user's class may raise anything, and end
         raise LoadError(f"system {model!r} with {arguments}: {told(error)}") from error
 
@@ -83,16 +82,12 @@ def describe(model: str) -> Found:
     given = defaults.pop("step", None)
     step = float(given) if given else None
     system = make(Specification(model, step=step or 1.0 if "step" in declared else None))
+    check_self_description(system, step, model)
     inputs, outputs = (
         tuple(SignalChoice(**vars(signal)) for signal in signals)
         for signals in (system.inputs, system.outputs)
     )
     parameters = tuple(FoundParameter(name, value) for name, value in defaults.items())
-    if not isinstance(getattr(system, "step", None), float | int):
-        raise LoadError(
-            f"system {model!r} has no step; expected the sample step in s that it simulates with: "
-            "take an argument `step`, and keep it as self.step = step"
-        )
     suggested = system.step if step or "step" not in declared else None
     return Found("class", model, parameters, inputs, outputs, suggested)
 
@@ -138,9 +133,7 @@ def _why_none(module: ModuleType, name: str, found: object) -> str:
     own = sorted(key for key, item in vars(module).items() if _is_system(item))
     if found is None:
         classes = [key for key, item in vars(module).items() if inspect.isclass(item)]
-        near = difflib.get_close_matches(name, classes, n=1)
-        meant = f"; did you mean {near[0]!r}?" if near else ""
-        return f"there is no {name!r}; expected {_one_of(own)}{meant}"
+        return f"there is no {name!r}; expected {_one_of(own)}{or_meant(name, classes)}"
     return (
         f"{name!r} does not inherit slide_fmu.System; expected {_one_of(own)}: inherit it and "
         "define simulate, or inherit slide_fmu.Stepping and define begin, output and advance"

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.systems.base import Restorable, State, Stepping, System, go_on, raised
+from slide_fmu.systems.base import (
+    Restorable,
+    State,
+    Stepping,
+    System,
+    go_on,
+    raised,
+    read_only,
+    real_numbers,
+)
 from slide_fmu.systems.errors import LoadError, SimulationError
 
 
@@ -29,7 +38,9 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         return Trajectory(system.step, inputs, _whole(system, inputs))
     assert isinstance(system, Restorable)
     system.set_state(initial)
-    return Trajectory(system.step, inputs, _checked(system, inputs, go_on(system, inputs)))
+    return Trajectory(
+        system.step, inputs, _checked(system, inputs, go_on(system, read_only(inputs)))
+    )
 
 
 def simulate_states(
@@ -50,7 +61,7 @@ def simulate_states(
     _check_inputs(system, inputs)
     system.set_state(initial)
     states: list[State] = []
-    outputs = go_on(system, inputs, lambda: states.append(system.get_state()))
+    outputs = go_on(system, read_only(inputs), lambda: states.append(system.get_state()))
     return _checked(system, inputs, outputs), states
 
 
@@ -69,7 +80,7 @@ def _check_inputs(system: System, inputs: FloatArray) -> None:
 def _whole(system: System, inputs: FloatArray) -> FloatArray:
     """Simulate from the system's own start; whatever it raises says where."""
     try:
-        outputs = system.simulate(inputs)
+        outputs = system.simulate(read_only(inputs))
     except (SimulationError, LoadError):
         raise
     except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
@@ -80,13 +91,14 @@ def _whole(system: System, inputs: FloatArray) -> FloatArray:
 def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
     """Return outputs as numbers; refuse other shapes, and the first that are not finite."""
     shape, name = (len(inputs) + 1, len(system.outputs)), type(system).__qualname__
+    expected = f"expected an array of numbers of shape {shape}: correct the model"
     try:
-        found = np.asarray(outputs, dtype=np.float64)
+        found = real_numbers(outputs)
     except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"{name}.simulate gave {type(outputs).__name__} ({error}); expected an array of "
-            f"numbers of shape {shape}: correct the model"
-        ) from error
+        what = f"{name}.simulate gave {type(outputs).__name__} ({error})"
+        raise SimulationError(f"{what}; {expected}") from error
+    if found is None:
+        raise SimulationError(f"{name}.simulate gave None; {expected}")
     if found.shape != shape:
         raise SimulationError(
             f"{name}.simulate gave an array of shape {found.shape}; expected {shape}: a row for "

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from slide_fmu.core.signals import Angle, Hold, Signal
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.errors import LoadError
 
@@ -149,5 +150,5 @@ def _require_offered(
     if unknown:
         raise LoadError(
             f"system.{what}s of the recipe name {unknown}; expected some of the model's {names}: "
-            "correct or remove them"
+            f"correct or remove them{or_meant(unknown, names)}"
         )

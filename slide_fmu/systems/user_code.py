@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
 import traceback
 import zlib
@@ -13,7 +14,7 @@ from types import ModuleType
 from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
-PACKAGE = str(Path(__file__).parents[1])
+PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"
 
 
 def imported(what: str, name: str) -> tuple[ModuleType, str]:
@@ -45,7 +46,8 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
                 "the name"
             ) from error
         raise LoadError(
-            f"{what}: {told(error)}: install what it needs (the extra 'train' brings exudyn)"
+            f"{what}: {told(error)}: correct the name of the import, or install what it needs "
+            "(the extra 'train' brings exudyn)"
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error
@@ -84,8 +86,11 @@ def told(error: BaseException) -> str:
 
 
 def _is_users(filename: str) -> bool:
-    """Whether a file is neither of this package, nor installed, nor of Python's own library."""
-    inner = (PACKAGE, "<frozen", str(Path(importlib.__file__).parents[1]))
+    """Whether a file is neither of this package, nor installed, nor of Python's own library.
+
+    Code that was made on the way, as of dataclasses, has a name in angle brackets for its file.
+    """
+    inner = (PACKAGE, "<", f"{Path(importlib.__file__).parents[1]}{os.sep}")
     return not (filename.startswith(inner) or "site-packages" in filename)
 
 

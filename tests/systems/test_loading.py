@@ -106,7 +106,7 @@ def test_data_of_a_class_depend_on_neither_its_picture_nor_its_kind() -> None:
 def test_class_without_a_step_is_refused_where_it_is_described(tmp_path: Path) -> None:
     path = tmp_path / "stepless.py"
     path.write_text(STEPLESS, encoding="utf-8")
-    with pytest.raises(LoadError, match=r"has no step; expected the sample step in s"):
+    with pytest.raises(LoadError, match=r"\.step is None; expected the sample step in s"):
         describe_model(str(path))
 
 
@@ -164,7 +164,7 @@ def test_import_that_fails_in_a_model_is_told_with_file_line_and_cause(tmp_path:
     place.write_text("import numpy\nimport exudyn.symbolic_expressions\n", encoding="utf-8")
     message = (
         r"ModuleNotFoundError: No module named 'exudyn\.symbolic_expressions' "
-        r"\(.*wrong_import\.py, line 2\): install what it needs"
+        r"\(.*wrong_import\.py, line 2\): correct the name of the import, or install what it needs"
     )
     with pytest.raises(LoadError, match=message):
         load_system(Specification(f"{place}:Pump", step=0.01))

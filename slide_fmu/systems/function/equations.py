@@ -10,10 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.base import read_only
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.equilibrium import Field, equilibrium
 from slide_fmu.systems.function.integration import Solver
-from slide_fmu.systems.function.user_function import FunctionError, UserFunction, read_only
+from slide_fmu.systems.function.user_function import FunctionError, UserFunction
 
 SETTLING = (16, 48, 192, 768, 3072)
 """An equilibrium is looked for from the start, and each time the system has gone on from there by

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import Parameter, System
+from slide_fmu.systems.base import Parameter, System, read_only
 from slide_fmu.systems.function.user_function import (
     FunctionError,
     called_with,
-    read_only,
     real_numbers,
     require_arguments,
     require_signals,

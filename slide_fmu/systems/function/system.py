@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import Linearizable, Parameter, State, StateMatrix
+from slide_fmu.systems.base import Linearizable, Parameter, State, StateMatrix, read_only
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.function.equations import Equations
 from slide_fmu.systems.function.equilibrium import state_matrix
@@ -19,7 +19,6 @@ from slide_fmu.systems.function.user_function import (
     FunctionError,
     UserFunction,
     called_with,
-    read_only,
     real_numbers,
     require_arguments,
     require_signals,

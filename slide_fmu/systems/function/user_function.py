@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
+from slide_fmu.systems.base import read_only
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.user_code import told
 
@@ -113,13 +114,6 @@ def with_columns(
         return values[..., columns]
 
     return chosen
-
-
-def read_only(values: FloatArray) -> FloatArray:
-    """Give a view that nobody can write to: a function that changes its arguments is told so."""
-    view = values.view()
-    view.setflags(write=False)
-    return view
 
 
 def real_numbers(name: str, result: object, expected: str) -> FloatArray:

@@ -46,12 +46,8 @@ def written(folder: Path, old: str, new: str) -> str:
         (INPUTS, "", r"pump\.py\)\.inputs is None; expected a tuple of slide_fmu\.Signal"),
         (INPUTS, '        self.inputs = ("u",)\n', r"\.inputs is \('u',\); expected a tuple"),
         ('"y"', '"u"', r"share the names \['u'\]; expected a name of its own for each"),
-        (
-            "= step\n",
-            "= str(step)\n",
-            r"\.step is '0\.1'; expected 0\.1, the step that it was made",
-        ),
-        ("= step\n", "= 2 * step\n", r"\.step is 0\.2; expected 0\.1, the step that it was made"),
+        ("= step\n", "= str(step)\n", r"\.step is '0\.1'; expected .*: take an argument `step`"),
+        ("= step\n", "= -step\n", r"\.step is -0\.1; expected .*: take an argument `step`"),
         (
             "= step\n",
             "= step\n        raise ValueError('größer')\n",

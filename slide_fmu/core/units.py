@@ -63,9 +63,11 @@ def require_unit(name: str, unit: str) -> None:
     for factor in re.split(r"[.*/]", re.sub(r"[()\s]", "", unit)):
         match = FACTOR.fullmatch(factor)
         if match is None or not _is_known(match[1]):
+            meant = [each for each in _nearest(factor) if each != repr(NO_UNIT)]
+            known = f"{' or '.join(meant)}, or " if meant else ""
             raise ValueError(
                 f"signal {name!r}: unit {unit!r}; expected known units, but {factor!r} is none: "
-                f"write {' or '.join(_nearest(factor))}, or '1' for a number without unit"
+                f"write {known}'1' for a number without unit"
             )
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.pipeline.first_look import FirstLook
 from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
@@ -145,7 +146,7 @@ def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]
     if unknown:
         raise RecipeError(
             f"--{what} {unknown[0]}: the model has no such {what}; expected some of "
-            f"{list(offered)}"
+            f"{list(offered)}{or_meant(unknown[0], offered)}"
         )
     if not offered:
         raise RecipeError(

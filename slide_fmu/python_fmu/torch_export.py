@@ -227,7 +227,7 @@ def _parts() -> tuple[str, dict[str, bytes]]:
 def _read(path: Path) -> ModuleTable:
     """Read the description in a file; what is wrong with it becomes a ModuleError."""
     try:
-        content = tomllib.loads(path.read_bytes().decode("utf-8"))
+        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise ModuleError(f"{path}: not valid TOML: {error}") from error
     try:

@@ -10,7 +10,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from slide_fmu.core.files import told_of_system
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.toml_table import Table
+from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.words import expectation, meant_choice, unknown_key, value_text
@@ -75,7 +77,7 @@ def mistakes(
         whole: what it is, for mistakes that belong to no single key.
         file: the outermost table of the file, whose keys are suggested for misspelt ones.
     """
-    found = [item for item in error.errors() if _is_cause(item)]
+    found = _joined([item for item in error.errors() if _is_cause(item)])
     places = {item["loc"] for item in found}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
@@ -99,7 +101,7 @@ def read_recipe_text(path: Path) -> str:
         RecipeError: the file cannot be read.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # some editors begin files with a mark
     except OSError as error:
         raise RecipeError(
             f"recipe {str(path)!r} cannot be read ({told_of_system(error)}); expected a TOML file "
@@ -117,6 +119,25 @@ def _is_cause(item: Any) -> bool:
     return not (item["type"] == "too_short" and item["input"])
 
 
+def _joined(found: list[Any]) -> list[Any]:
+    """Join what pydantic says of one value whose type may be one of several, a line for each."""
+    joined: dict[tuple[Any, ...], list[Any]] = {}
+    for item in found:
+        *outer, last = item["loc"] or ("",)
+        of_several = last in ("float", "int", "str", "bool") and item["type"] != "extra_forbidden"
+        place = tuple(outer) if of_several and outer else item["loc"]
+        joined.setdefault(place, []).append(item)
+    return [_one_of(place, items) for place, items in joined.items()]
+
+
+def _one_of(place: tuple[Any, ...], items: list[Any]) -> Any:
+    """Return one mistake for all that are said of one value."""
+    if len(items) == 1:
+        return items[0]
+    words = [expectation(item).removeprefix("expected ") for item in items]
+    return {**items[0], "loc": place, "several": f"expected {', or '.join(words)}"}
+
+
 def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
     parts = [str(part) for part in item["loc"] if part != "[key]"]  # pydantic's own word
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
@@ -131,11 +152,16 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
         expected = context["expected_tags"]
         meant = meant_choice(str(context["tag"]), expected)
         return f"{place}.{key} = {context['tag']!r}; expected one of {expected}{meant}"
+    if item["type"] == "missing" and isinstance(item["loc"][-1], int):  # of a list
+        place, n = ".".join(parts[:-1]), len(item["input"])
+        return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
     if item["type"] == "missing":
         return f"{place} is missing"
     if item["type"] == "extra_forbidden":
         return f"{place} {unknown_key(item['loc'], file)}"
-    message = expectation(item)
+    message = item.get("several") or expectation(item)
+    if place in AUTOMATIC:
+        message += f', or "{AUTO}"' + or_meant(str(item["input"]), [AUTO])
     if isinstance(item["input"], dict):  # a whole table: the message names its values
         return f"{place}: {message}"
     return f"{place} = {value_text(item['input'])}: {message}"

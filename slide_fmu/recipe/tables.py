@@ -101,7 +101,8 @@ class ValidationRecipe(Table):
         excitation: kinds of excitation that are held out: nothing is learnt from them or
             calibrated by them, and the FMU is measured on them apart.
         require: largest relative RMSE of an output on unseen trajectories in range; ``slide-fmu
-            run`` fails where one errs by more. If not given, none is refused.
+            run`` fails where one errs by more. 0.05 stands for 5 %. If not given, none is
+            refused.
         adversarial: number of unseen trajectories from which a search begins for inputs whose
             error is large beside its bound; a minute or so for each.
     """
@@ -109,7 +110,7 @@ class ValidationRecipe(Table):
     trajectories: PositiveInt = 50
     duration: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
-    require: PositiveFloat | None = None
+    require: Annotated[PositiveFloat, Field(le=1.0)] | None = None
     adversarial: int = Field(default=0, ge=0)
 
 

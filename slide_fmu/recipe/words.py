@@ -49,6 +49,8 @@ def value_text(value: Any) -> str:
 def expectation(item: Any) -> str:
     """Say what was expected instead of a value, as pydantic describes the mistake."""
     kind, context = item["type"], item.get("ctx", {})
+    if kind == "too_long":
+        return f"expected {context['max_length']} values, not {context['actual_length']}"
     if kind in LIMITS:
         words, limit = LIMITS[kind]
         return f"expected {words} {context[limit]:.15g}"
@@ -68,6 +70,8 @@ def unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
         file: the outermost table of the file; nothing is suggested where there is none.
     """
     *table, key = place
+    if file is not None and (other := _of_other_forms(tuple(table), str(key), file)):
+        return other
     known = known_keys(file, tuple(table)) if file is not None else []
     elsewhere = [] if file is None else _tables_with(str(key), file)
     if elsewhere:
@@ -86,6 +90,26 @@ def meant_choice(found: str, expected: str) -> str:
 def _choices(expected: str) -> list[str]:
     """Return the choices in pydantic's text ``'a', 'b' or 'c'``."""
     return [part.strip(" '") for part in expected.replace(" or ", ", ").split(",")]
+
+
+def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -> str | None:
+    """Say that a key belongs to a table of another form, as of another family; else return None.
+
+    Args:
+        table: the table's place in the file, its form last, as ``("network", "state_space")``.
+        key: the key that it does not have.
+        file: the outermost table of the file.
+    """
+    alike = [s for s in sections_of(file) if s.tag and s.matches((*table[:-1], s.tag[1]))]
+    forms = [s.tag[1] for s in alike if s.tag and key in [each.name for each in s.keys]]
+    if not table or not forms or table[-1] not in [s.tag[1] for s in alike if s.tag]:
+        return None
+    (name,) = {s.tag[0] for s in alike if s.tag}
+    switch = "network.family" if table[0] in ("network", "training") else name
+    return (
+        f"is not a known key where {name} = {table[-1]!r}, only where it is "
+        f"{' or '.join(map(repr, forms))}: remove it, or choose another {switch}"
+    )
 
 
 def _tables_with(key: str, file: type[Table]) -> list[str]:

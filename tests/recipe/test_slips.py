@@ -1,0 +1,106 @@
+"""Slips in recipes: each is told in one line of plain words, with what may be meant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.core.units import require_unit
+from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.recipe import RecipeError
+
+PLAIN = """
+name = "spring"
+description = "a spring"
+
+[system]
+kind = "function"
+model = "spring.py"
+
+[system.parameters]
+mass = 1.0
+
+[system.inputs.force]
+range = [-1.0, 1.0]
+
+[window]
+step = 0.1
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+amplitude = [0.1, 1.0]
+samples = [1, 5]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "step = 0.1",
+            'step = 0.1\nn_in = "atuo"',
+            "window.n_in = 'atuo': expected a whole number, or \"auto\"; did you mean 'auto'?",
+        ),
+        (
+            "amplitude = [0.1, 1.0]",
+            "amplitude = [0.1, 1.0, 2.0]",
+            "data.excitation.0.held_random.amplitude = [0.1, 1.0, 2.0]: expected 2 values, not 3",
+        ),
+        (
+            "range = [-1.0, 1.0]",
+            "range = [-1.0]",
+            "system.inputs.force.range = [-1.0]: expected more than 1 value",
+        ),
+        (
+            "mass = 1.0",
+            "mass = inf",
+            "system.parameters.mass = inf: expected a finite number, or a whole number, or a text "
+            "in quotes, or true or false",
+        ),
+        (
+            "[window]",
+            "[training]\nbatch = 4\n\n[window]",
+            "training.batch is not a known key where method = 'levenberg_marquardt', only where "
+            "it is 'adam': remove it, or choose another network.family",
+        ),
+        (
+            "samples = [1, 5]",
+            "samples = [1, 5]\ncoefficients = [3, 4]",
+            "data.excitation.0.held_random.coefficients is not a known key where kind = "
+            "'held_random', only where it is 'moving_average_random': remove it, or choose "
+            "another kind",
+        ),
+        (
+            "[window]",
+            "[validation]\nrequire = 5\n\n[window]",
+            "validation.require = 5: expected at most 1",
+        ),
+        (
+            "name = ",
+            "int = 3\nname = ",
+            "int is not a known key; remove it or correct its spelling",
+        ),
+    ],
+)
+def test_slip_in_a_recipe_gives_one_line(old: str, new: str, line: str) -> None:
+    assert old in PLAIN
+    with pytest.raises(RecipeError) as raised:
+        parse_recipe(PLAIN.replace(old, new, 1), "spring.toml")
+    assert str(raised.value) == f"spring.toml: {line}"
+
+
+@pytest.mark.parametrize("mark", [b"\xef\xbb\xbf", b""])
+@pytest.mark.parametrize("ending", [b"\r\n", b"\n"])
+def test_recipe_of_an_editor_of_windows_is_read(
+    tmp_path: Path, mark: bytes, ending: bytes
+) -> None:
+    place = tmp_path / "spring.toml"
+    place.write_bytes(mark + PLAIN.encode().replace(b"\n", ending))
+    assert load_recipe(place) == parse_recipe(PLAIN, "spring.toml")
+
+
+def test_unit_without_a_text_is_answered_once() -> None:
+    with pytest.raises(ValueError, match="but '' is none: write '1' for a number without unit"):
+        require_unit("force", "")

@@ -19,8 +19,11 @@ def _writable(path: str | None) -> str | None:
     """Refuse a place for figures before the work begins that they come from."""
     if path is not None and path != "-":
         folder = Path(path).absolute().parent
-        if Path(path).is_dir() or not os.access(folder, os.W_OK):
-            raise typer.BadParameter(f"{path}: expected a file in a folder that can be written to")
+        here = folder.is_dir() and os.access(folder, os.W_OK)
+        if Path(path).is_dir() or not here:
+            raise typer.BadParameter(
+                f"{path!r}: expected a file in a folder that can be written to"
+            )
     return path
 
 

@@ -113,7 +113,7 @@ def init(
 ) -> None:
     """Write a first recipe for your own model, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.draft_signals import parse_range
+    from slide_fmu.pipeline.draft_signals import parse_range, proposed_name
     from slide_fmu.pipeline.proposal import Proposal, Wish, propose
     from slide_fmu.pipeline.record_columns import RecordWish
     from slide_fmu.pipeline.record_proposal import (
@@ -124,8 +124,9 @@ def init(
     from slide_fmu.pipeline.template import write_template
 
     with progress_bars() as bar:
-        if output is not None and not force:
-            _require_free(output)  # before the model is simulated
+        place = output or Path(f"{proposed_name(models[0], name)}.toml")
+        if not force:
+            _require_free(place)  # before the model is simulated
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
         proposal: Proposal | RecordProposal
@@ -138,9 +139,6 @@ def init(
                 console.print(f"model   {written}")
             wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
             proposal = propose(wish, bar("motions"))
-        place = output or Path(f"{proposal.draft.name}.toml")
-        if not force:
-            _require_free(place)
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
     console.print(f"recipe  {place}\nnext    slide-fmu try {quote(str(place))}")

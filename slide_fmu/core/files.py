@@ -45,7 +45,7 @@ SAID = {
     errno.ENOTDIR: "a part of the path is a file; expected folders",
     errno.EACCES: "may not be read or written by this user",
     errno.EPERM: "may not be read or written by this user",
-    errno.EEXIST: "is there already",
+    errno.EEXIST: "a part of the path is a file; expected folders",  # where folders are made
     errno.EROFS: "cannot be written; the disk is for reading only",
 }
 """What is said of a path, by what the operating system answers."""

@@ -210,7 +210,7 @@ def read_member(path: Path, name: str) -> bytes | None:
                 raise FmuError(f"{path}: {name} has {size} bytes; expected at most {LARGEST}")
             return archive.read(name)
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}") from error
+        raise _no_archive(path, error) from error
     except (NotImplementedError, RuntimeError) as error:
         raise FmuError(f"{path}: cannot unpack {name}: {error}; {REMEDY}") from error
     except OSError as error:
@@ -232,9 +232,19 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.startswith(f"{folder}/")]
     except zipfile.BadZipFile as error:
-        raise FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}") from error
+        raise _no_archive(path, error) from error
     found = {name: read_member(path, name) for name in names if not name.endswith("/")}
     return {n.removeprefix(f"{folder}/"): text for n, text in found.items() if text is not None}
+
+
+def _no_archive(path: Path, error: Exception) -> FmuError:
+    """Say that a file is no FMU, and what else it is by its name."""
+    if path.suffix == ".toml":
+        return FmuError(
+            f"{path} is no FMU, but by its name a recipe or a task; expected an FMU (.fmu): "
+            "slide-fmu run RECIPE writes one, and says where"
+        )
+    return FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}")
 
 
 def _checked_name(folder: str, name: str) -> str:

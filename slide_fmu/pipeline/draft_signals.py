@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.pipeline.first_look import FirstLook
@@ -133,6 +134,11 @@ def _require_declared(what: str, found: Found, wanted: Mapping[str, str]) -> Non
 
 def _ends(limits: tuple[float, float] | None) -> str:
     return "" if limits is None else f"{limits[0]:g}..{limits[1]:g}"
+
+
+def proposed_name(model: str, name: str | None) -> str:
+    """Return the name that a recipe for a model or record has; the one given if there is one."""
+    return name or recipe_name(Path(model.replace(":", "_")).stem)
 
 
 def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]:

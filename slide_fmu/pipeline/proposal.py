@@ -15,6 +15,7 @@ from slide_fmu.pipeline.draft_signals import (
     draft_inputs,
     draft_outputs,
     names_of,
+    proposed_name,
     ranged_outputs,
     require_name,
 )
@@ -23,7 +24,7 @@ from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
-from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
+from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
@@ -154,7 +155,7 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
 def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> Draft:
     """Return what the recipe says."""
     found, chain = begun.found, begun.chain.path
-    name = wish.name or recipe_name(Path(found.model.replace(":", "_")).stem)
+    name = proposed_name(found.model, wish.name)
     return Draft(
         name,
         f"{name}: inputs {names_of(begun.inputs)}, outputs {names_of(outputs)}",

@@ -14,13 +14,13 @@ import numpy as np
 
 from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import require_unit
-from slide_fmu.pipeline.draft_signals import names_of, require_name, widened
+from slide_fmu.pipeline.draft_signals import names_of, proposed_name, require_name, widened
 from slide_fmu.pipeline.record_columns import RecordWish, read_wished, wished_columns
 from slide_fmu.pipeline.record_division import proposed_division
 from slide_fmu.pipeline.record_lengths import held_against
 from slide_fmu.recipe.measured import KIND, PARTS
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.writing import DraftSignal, recipe_name
+from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.systems.record.clock import clock_of, neat_step
 from slide_fmu.systems.record.examination import examine
@@ -89,7 +89,7 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     division = proposed_division(records, names[0])
     whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
     enough = whole and sum(len(record.time) for record in records) >= ENOUGH
-    name = wish.name or recipe_name(Path(wish.paths[0]).stem)
+    name = proposed_name(wish.paths[0], wish.name)
     draft = RecordDraft(
         name,
         f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",

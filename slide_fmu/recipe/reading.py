@@ -98,8 +98,13 @@ def read_recipe_text(path: Path) -> str:
     """Return the text of a recipe file.
 
     Raises:
-        RecipeError: the file cannot be read.
+        RecipeError: the file cannot be read, or is one of Python by its name.
     """
+    if path.suffix == ".py":
+        raise RecipeError(
+            f"recipe {str(path)!r} is a Python file by its name; expected a TOML file: write a "
+            f"first one for a model with slide-fmu init {path.name}"
+        )
     try:
         return path.read_text(encoding="utf-8-sig")  # some editors begin files with a mark
     except OSError as error:

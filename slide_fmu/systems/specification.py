@@ -106,7 +106,7 @@ class Specification:
         if self.step is None or not self.step > 0:
             raise LoadError(
                 f"system {self.model!r}: sample step {self.step}; expected a positive one in s: "
-                "set window.step in the recipe"
+                "give it as window.step in the recipe, or with --step to slide-fmu init"
             )
         return self.step
 

@@ -1,0 +1,83 @@
+"""Files and folders that are mixed up at the command line are told by what they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.pipeline.proposal import propose
+from tests.cli.test_habits import DUFFING, said
+
+MODEL = """
+inputs = {"u": {"unit": "N", "range": [-1, 1]}}
+outputs = {"y": "m"}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [u[0] - x[0]]
+
+
+def g(x, u, p):
+    return x
+"""
+
+
+@pytest.mark.parametrize("subcommand", ["info", "validate", "bench", "check"])
+def test_recipe_in_the_place_of_an_fmu_is_told(subcommand: str, tmp_path: Path) -> None:
+    recipe = tmp_path / "spring.toml"
+    recipe.write_text('name = "spring"\n', encoding="utf-8")
+    code, output = said(subcommand, recipe)
+    assert code == 1
+    assert "spring.toml is no FMU, but by its name a recipe or a task; expected an FMU (.fmu)" in (
+        output
+    )
+    assert "slide-fmu run RECIPE writes one" in output
+
+
+@pytest.mark.parametrize("subcommand", ["try", "run", "window"])
+def test_model_in_the_place_of_a_recipe_is_told(subcommand: str, tmp_path: Path) -> None:
+    model = tmp_path / "spring.py"
+    model.write_text(MODEL, encoding="utf-8")
+    code, output = said(subcommand, model)
+    assert code == 1
+    assert "is a Python file by its name; expected a TOML file" in output
+    assert "slide-fmu init spring.py" in output
+
+
+def test_path_through_a_file_is_told_as_such(tmp_path: Path) -> None:
+    (tmp_path / "afile").write_text("text", encoding="utf-8")
+    code, output = said("export", DUFFING, "-o", tmp_path / "afile" / "x.fmu")
+    assert code == 1
+    assert "a part of the path is a file; expected folders: check the path" in output
+    code, output = said("info", DUFFING, "--json", tmp_path / "afile" / "x.json")
+    assert code == 2
+    assert "expected a file in a folder that can be written to" in output
+
+
+def test_recipe_that_is_there_is_refused_before_the_model_is_simulated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def simulate(*_: object) -> None:
+        raise AssertionError("the model was simulated")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(f"{propose.__module__}.propose", simulate)
+    Path("spring.py").write_text(MODEL, encoding="utf-8")
+    Path("spring.toml").write_text("name = 'mine'", encoding="utf-8")
+    Path("other.toml").write_text("name = 'mine'", encoding="utf-8")
+    for more in ((), ("--name", "other")):
+        code, output = said("init", "spring.py", *more)
+        assert code == 1
+        assert ".toml is there already; choose another with -o, or add --force" in output
+    code, output = said("init", "--kind", "function", "other")
+    assert code == 1
+    assert not Path("other.py").exists()
+
+
+def test_kind_with_a_slip_of_the_pen_has_a_suggestion(tmp_path: Path) -> None:
+    code, output = said("init", tmp_path / "spring.py", "--kind", "functon")
+    assert code == 1
+    assert "kind of system 'functon'; expected one of ['class'," in output
+    assert "did you mean 'function'?" in output

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
+from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
+from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
+from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
 from slide_fmu.cli.options import (
     DataSeedOption,
     JsonOption,
@@ -17,6 +17,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.cli.tables import table_of
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 

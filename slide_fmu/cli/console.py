@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Column, Table
 
+from slide_fmu.cli.tables import table_of
 from slide_fmu.core.files import told_of_system, write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.units import behind
@@ -56,11 +56,6 @@ def show_json(path: str | None, figures: Any) -> None:
         Console().print_json(json.dumps(figures))
 
 
-def table_of(*headings: str) -> Table:
-    """Open a table whose cells are folded where a terminal is narrow, not cut."""
-    return Table(*(Column(heading, overflow="fold") for heading in headings))
-
-
 def show_validation(figures: dict[str, Any], title: str, to: Console | None = None) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 
@@ -77,7 +72,7 @@ def show_validation(figures: dict[str, Any], title: str, to: Console | None = No
     heading = "RMS of the reference" + (" about its mean" if about_mean else "")
     table = table_of("output", heading, "RMSE", "relative RMSE", "largest error")
     if moving:
-        table.add_column("relative RMSE, inputs set to what they are now", overflow="fold")
+        table.add_column("relative RMSE, inputs set to what they are now")
     for output in figures["outputs"]:
         unit = behind(output["unit"])
         table.add_row(

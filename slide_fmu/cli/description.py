@@ -8,7 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
-from slide_fmu.cli.console import show_validation, table_of
+from slide_fmu.cli.console import show_validation
+from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
 from slide_fmu.validation.limits import ordered

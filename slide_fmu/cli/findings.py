@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from slide_fmu.cli.console import console, show_remark, table_of
+from slide_fmu.cli.console import console, show_remark
+from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.validation.tables import curve_rows, size_rows
 

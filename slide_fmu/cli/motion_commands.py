@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, table_of, write_json
+from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
 from slide_fmu.cli.options import FmuArgument, JsonOption
+from slide_fmu.cli.tables import table_of
 
 
 def motion(

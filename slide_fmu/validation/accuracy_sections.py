@@ -185,10 +185,10 @@ def _timing_section(validation: Validation) -> Section:
     data = validation.figures()["timing"]
     rows = [
         ("set, doStep and get through fmpy, median", "per step"),
-        ("FMU", f"{data['fmu_step_us']:.3g} us"),
+        ("FMU", f"{data['fmu_step_us']:.3g} µs"),
     ]
     if "speedup" in data:
-        rows.append(("reference FMU", f"{data['reference_step_us']:.3g} us"))
+        rows.append(("reference FMU", f"{data['reference_step_us']:.3g} µs"))
         rows.append(("ratio", f"{data['speedup']:.3g}"))
     return Section("Time per step", "Both measured in one run on one machine.", rows)
 

@@ -29,12 +29,16 @@ POWER = Chart(
     [Panel("size", "N", [Line("power", X[1:], X[1:] ** 3)], log=True)],
     Axis("frequency", "Hz", log=True),
 )
+CORNER = Chart(
+    "numbers in the corner",
+    [Panel("input", "N", [Line("force", X + 1000.0, 1000 * np.sign(X - 5.0))], height="short")],
+)
 LOOP = Chart("a loop", [Panel("y", "m", [Line("loop", np.sin(X), np.cos(X))], height="square")])
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    sections = [Section("Charts", "Three.", charts=[SQUARE, POWER, LOOP])]
+    sections = [Section("Charts", "Four.", charts=[SQUARE, POWER, LOOP, CORNER])]
     return Report("charts", "All of them.", {}, sections).write(tmp_path_factory.mktemp("charts"))
 
 
@@ -147,3 +151,35 @@ def test_damaged_charts_are_told(chromium: Browser, page: Path, tmp_path: Path) 
     said = chromium.evaluate("document.getElementById('problem').textContent")
     assert "The charts cannot be drawn here" in str(said)
     chromium.events.clear()
+
+
+WATCH = """
+window.labels = new Map();
+const kept = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  const width = this.measureText(text).width;
+  const from = { left: x, right: x - width, center: x - width / 2 }[this.textAlign];
+  const top = this.textBaseline === "top" ? y : y - 5.5;
+  window.labels.set(`${this.canvas.dataset.label ??= Math.random()} ${x} ${y}`, {
+    canvas: this.canvas, text, from, to: from + width, top });
+  kept.call(this, text, x, y);
+};
+"""
+"""Keeps the labels that are drawn from now on, with their places."""
+
+MEETING = """
+[...window.labels.values()].flatMap((one, i, all) => all.slice(i + 1)
+  .filter((other) => one.canvas === other.canvas && one.from < other.to - 1 &&
+    other.from < one.to - 1 && Math.abs(one.top - other.top) < 14)
+  .map((other) => [one.text, other.text]))
+"""
+"""Labels of 11 pixels with less than 3 pixels between one and the other below it."""
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+def test_numbers_of_the_axes_do_not_meet(shown: Browser, width: int) -> None:
+    """The first time and the lowest value of these charts stand in the same corner."""
+    shown.evaluate(WATCH)
+    shown.resize(width, 900)
+    shown.until("window.labels.size > 20")
+    assert shown.evaluate(MEETING) == []

@@ -8,6 +8,7 @@ const LEFT = 52;
 const RIGHT = 8;
 const TOP = 8;
 const BOTTOM = 20;
+const GAP = 6; // between the y axis and its numbers
 
 /** The colour that the style sheet gives to a name. */
 export function colourOf(name) {
@@ -40,7 +41,8 @@ function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
     const half = context.measureText(words).width / 2;
     context.moveTo(at, top);
     context.lineTo(at, bottom);
-    context.fillText(words, Math.min(at, right + RIGHT - half), bottom + 4);
+    const least = left - GAP + half; // farther left it would meet the lowest number of the y axis
+    context.fillText(words, Math.max(least, Math.min(at, right + RIGHT - half)), bottom + 4);
   }
 }
 
@@ -58,7 +60,7 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
     context.moveTo(left, at);
     context.lineTo(right, at);
     if (at > top + 6 || scale.unit === "") {
-      context.fillText(text, left - 6, at); // the unit stands above
+      context.fillText(text, left - GAP, at); // the unit stands above
     }
   }
   context.textBaseline = "top";

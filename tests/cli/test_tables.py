@@ -1,0 +1,48 @@
+"""Tables on terminals of any width: no word is broken, and nothing is cut."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from slide_fmu.cli.tables import Rows, table_of
+
+
+def printed(table: Rows, width: int) -> str:
+    """Return what a console of a width shows."""
+    shown = io.StringIO()
+    Console(file=shown, width=width, markup=False, highlight=False).print(table)
+    return shown.getvalue()
+
+
+def example() -> Rows:
+    table = table_of("output", "of the worst trajectories", "correlation")
+    table.add_column("relative RMSE")
+    table.add_row("position", "91.2 %", "0.73", "0.0407 %")
+    table.add_row("velocity", "95 %", "", "0.1 %")
+    return table
+
+
+@pytest.mark.parametrize("width", [200, 60])
+def test_table_that_fits_by_words_is_a_table(width: int) -> None:
+    text = printed(example(), width)
+    assert "│ position " in text
+    assert "trajectories" in text
+    assert max(map(len, text.splitlines())) <= width
+
+
+def test_table_whose_words_do_not_fit_is_printed_row_by_row() -> None:
+    lines = printed(example(), 40).splitlines()
+    assert lines[:4] == [
+        "output: position",
+        "  of the worst trajectories: 91.2 %",
+        "  correlation: 0.73",
+        "  relative RMSE: 0.0407 %",
+    ]
+    assert lines[4:] == [
+        "output: velocity",
+        "  of the worst trajectories: 95 %",
+        "  relative RMSE: 0.1 %",
+    ]

@@ -26,7 +26,7 @@ class Failure:
     Attributes:
         split, index: which trajectory it should have been.
         attempt: how many draws for it had failed before.
-        time_s: when it failed, in s from the begin of its burn-in; None where that is not known.
+        time_s: when it failed, in s from the beginning of its burn-in; None if that is not known.
         error: what the system said.
     """
 

@@ -23,7 +23,7 @@ def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> F
     Args:
         problem: the move.
         duration: time in s in which the goal is reached.
-        progress: is told of the begin and the end.
+        progress: is told of the beginning and the end.
 
     Raises:
         MotionError: the limits ask for more time, all moves leave the surrogate's domain, or as

@@ -72,7 +72,7 @@ class Response:
     def output_time(self) -> FloatArray:
         """The times in s of the outputs, (count,): those after a step.
 
-        An input with a zero-order hold is what a motion says at the begin of the step, others
+        An input with a zero-order hold is what a motion says at the beginning of the step, others
         at its end.
         """
         later = self.step if self.surrogate.hold == "zero_order" else 0.0

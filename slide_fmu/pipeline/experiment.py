@@ -1,4 +1,4 @@
-"""The experiment of an FMU is the begin of an unseen trajectory, run by it and its reference."""
+"""An FMU carries the beginning of an unseen trajectory, run by it and its reference."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class _Truth(NamedTuple):
 
 
 def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) -> Experiment:
-    """Run an FMU and its reference on the begin of the first unseen trajectory of a seed.
+    """Run an FMU and its reference on the beginning of the first unseen trajectory of a seed.
 
     Inputs have the digits that a file keeps. Physical parameters have their start values; of
     specimens, those of the file.
@@ -115,7 +115,7 @@ def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
 
 
 def _measured(surrogate: Surrogate, recipe: Recipe) -> _Truth:
-    """Take the begin of the first block of the records that nothing was learnt from."""
+    """Take the beginning of the first block of the records that nothing was learnt from."""
     source = recipe_source(recipe)
     assert isinstance(source, MeasuredRecords)
     stretch = unseen_stretches(recipe, source)[0]

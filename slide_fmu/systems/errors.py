@@ -7,7 +7,7 @@ class SimulationError(RuntimeError):
     """A reference system could not be simulated.
 
     Attributes:
-        time: when it failed, in s from the begin of the record; None where that is not known.
+        time: when it failed, in s from the beginning of the record; None where that is not known.
     """
 
     def __init__(self, message: str, time: float | None = None) -> None:

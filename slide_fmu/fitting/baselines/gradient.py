@@ -57,7 +57,7 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Lea
 
 
 def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
-    """Train a GRU, from zero state at the begin of each window of the lesson.
+    """Train a GRU, from zero state at the beginning of each window of the lesson.
 
     Raises:
         TrainingError: the training diverged.

@@ -30,7 +30,7 @@ class Measurements:
         inputs: of each record, shape (N, n_inputs), in the inputs' units.
         scored: measured outputs of all records that count, one after the other, shape
             (T, n_outputs), in the outputs' units; NaN where nothing was measured.
-        lead: number of samples at the begin of each record that do not count.
+        lead: number of samples at the beginning of each record that do not count.
         left_out: lengths of the records of which nothing counts, since they are no longer.
     """
 

@@ -20,7 +20,7 @@ MOST_STEPS = 10_000
 """An interval that needs more steps than this is given up."""
 
 Rates = Callable[[float, FloatArray], FloatArray]
-"""Gives x' at a time in s from the begin of the interval and a state, both (n,)."""
+"""Gives x' at a time in s from the beginning of the interval and a state, both (n,)."""
 
 
 @dataclass(frozen=True)

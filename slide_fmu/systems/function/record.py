@@ -27,7 +27,7 @@ class RecordSystem(System):
     these times, (N + 1, n_outputs). Between two samples a first-order hold moves linearly, as
     ``numpy.interp`` does; a zero-order hold has the value of the later one: u[k] has acted since
     t[k - 1], so that the output at t[k] follows from u[0] to u[k]. Before the start, u[0] has
-    always acted: who knows the equilibrium under it starts there. Final.
+    always acted: a function that knows the equilibrium under it starts there. Final.
     """
 
     def __init__(

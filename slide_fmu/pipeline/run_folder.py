@@ -40,7 +40,7 @@ class Trained:
 
     Attributes:
         surrogate: with its error estimator, if it has one.
-        histories: course of the trainings, by stage.
+        histories: course of the trainings, by stage; none of one that was trained elsewhere.
         versions: versions of the packages that trained it.
     """
 

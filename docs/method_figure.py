@@ -1,4 +1,4 @@
-"""The picture on the page about the method: two motions that begin apart meet within the window.
+"""The picture on the page about the method: two motions that start apart meet within the window.
 
 ``python docs/method_figure.py`` simulates the Duffing oscillator twice under the same force, from
 rest and from a state far away, and writes ``docs/method_figure.svg``.

@@ -34,7 +34,7 @@ from slide_fmu.recipe.learning import (
 )
 
 STAGE = "choice of features"
-"""Its progress, and the begin of the names of its histories."""
+"""Its progress, and the start of the names of its histories."""
 WORTHWHILE = 0.8
 """A later, richer choice is taken when its error is below this part of the one taken before."""
 SAMPLES = 6_000

@@ -54,7 +54,7 @@ class Layers:
     def _evaluated(
         self, records: FloatArray, firsts: NDArray[np.int64], threads: int
     ) -> NDArray[np.float32]:
-        """Values (K, n_values) of the network's windows that begin at K rows of the records."""
+        """Values (K, n_values) of the network's windows that start at K rows of the records."""
         network, seen = self._network, self._network.features
         with np.errstate(all="ignore"):
             features = seen.along(records).reshape(-1, seen.n_signals)

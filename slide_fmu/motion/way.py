@@ -59,7 +59,7 @@ class Way:
 
     @property
     def start(self) -> FloatArray:
-        """Coordinates at its begin, (n_coordinates,)."""
+        """Coordinates at its start, (n_coordinates,)."""
         return np.asarray(self.points[0])
 
     @property

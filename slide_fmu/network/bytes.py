@@ -111,7 +111,7 @@ def encode_network(network: Network) -> bytes:
 
 
 def decode_network(section: Reader, n_inputs: int) -> Network:
-    """Read a network on so many inputs from bytes that begin with those of one.
+    """Read a network on so many inputs from bytes that start with those of one.
 
     Raises:
         ValueError: the bytes are no network on so many inputs.

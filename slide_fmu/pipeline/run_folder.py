@@ -27,7 +27,7 @@ KEPT = "surrogate", "recipe", "versions", "histories"
 
 
 TOGETHER_PATIENCE = 30.0
-"""Time in s for which a program waits for others that begin to work together with it."""
+"""Time in s for which a program waits for others that start to work together with it."""
 
 
 class StageError(ValueError):

@@ -96,7 +96,7 @@ def moving_text(surrogate: Surrogate, is_record: bool) -> str:
         return ""
     return (
         f" {'The FMU is' if is_record else 'Both FMUs are'} told what the inputs reach by each "
-        "step's end. An importer that sets what they are at its begin, which is all that a plain "
+        "step's end. An importer that sets what they are at its start, which is all that a plain "
         "simulation does, has the errors of the "
         f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
     )

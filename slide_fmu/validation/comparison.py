@@ -357,7 +357,7 @@ class Validation:
 
 
 def meaning_of(surrogate: Surrogate) -> str:
-    """Say what becomes of inputs that an importer sets to what they are at the begin of a step."""
+    """Say what becomes of inputs that an importer sets to what they are at the start of a step."""
     if surrogate.inputs_at_step_end:
         return (
             "the FMU takes them as reached by the step's end, as its parameter inputs_at_step_end "

@@ -16,7 +16,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FIRST_SAMPLES = 50
-"""The state at the begin of a record follows from so many first outputs, if not told otherwise."""
+"""The state at the start of a record follows from so many first outputs, if not told otherwise."""
 
 
 @dataclass(frozen=True, eq=False)

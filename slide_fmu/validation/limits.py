@@ -58,7 +58,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
     ]
     if surrogate.hold == "first_order":
         found.append(
-            "Of inputs that an importer sets to what they are at the begin of a step, "
+            "Of inputs that an importer sets to what they are at the start of a step, "
             f"{meaning_of(surrogate)}."
         )
     if surrogate.parameters:

@@ -68,7 +68,7 @@ def test_fmu_follows_the_record_in_an_importer(place: Path) -> None:
     force, travel = force_and_travel(6000)
     rows = slice(5000, 6000)
     time = STEP * np.arange(1000)
-    # what acts during a step is set at its begin; the outputs are those at its end
+    # what acts during a step is set at its start; the outputs are those at its end
     signals = np.array(
         list(zip(time, force[rows], strict=True)), dtype=[("time", "f8"), ("force", "f8")]
     )

@@ -66,7 +66,7 @@ def test_fmu_follows_a_mass_that_no_specimen_has(place: Path) -> None:
     force, travel = force_and_travel(SAMPLES, 9, mass=UNSEEN)
     fmu = place / "runs/bench/bench.fmu"
     time = STEP * np.arange(SAMPLES)
-    # what acts during a step is set at its begin; the outputs are those at its end
+    # what acts during a step is set at its start; the outputs are those at its end
     signals = np.array(
         list(zip(time[:-1], force[1:], strict=True)), dtype=[("time", "f8"), ("force", "f8")]
     )

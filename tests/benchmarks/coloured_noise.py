@@ -58,7 +58,7 @@ class Noise(NamedTuple):
     poles: tuple[complex, ...] = ()
 
     def draw(self, samples: int, rng: np.random.Generator) -> FloatArray:
-        """Draw noise, (samples,), whose begin has decayed; a fiftieth of its power is white."""
+        """Draw noise, (samples,), whose start has decayed; a fiftieth of its power is white."""
         white = rng.normal(size=samples + 4000)
         coloured = scipy.signal.lfilter([1.0], np.poly(self.poles).real, white)[4000:]
         own = coloured / coloured.std()

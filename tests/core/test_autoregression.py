@@ -19,7 +19,7 @@ SAMPLING = 0.01
 
 
 def coloured(samples: int = MANY, seed: int = 0) -> FloatArray:
-    """Noise of two poles, of which the begin has decayed, from white noise of deviation 2."""
+    """Noise of two poles, of which the start has decayed, from white noise of deviation 2."""
     white = 2.0 * np.random.default_rng(seed).normal(size=samples + 1000)
     return np.asarray(scipy.signal.lfilter([1.0], [1.0, *-COEFFICIENTS], white)[1000:])
 

@@ -1,4 +1,4 @@
-"""Inputs that move and are set to what they are at the begin of a step, in plain loops.
+"""Inputs that move and are set to what they are at the start of a step, in plain loops.
 
 Apart from ``slide_fmu.surrogate.input_forecast`` and from the C runtime, which share no code with
 it.

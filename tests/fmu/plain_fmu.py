@@ -36,7 +36,7 @@ class Plan:
     Attributes:
         inputs: set after samples, which count from 1.
         asked: the sample after which it asks for an early end; 0: it does not.
-        until: where it wants the end, in sample steps after the begin of the step.
+        until: where it wants the end, in sample steps after the start of the step.
     """
 
     inputs: dict[int, Inputs] = field(default_factory=dict)

@@ -110,7 +110,7 @@ def test_ten_thousand_instances_of_a_released_fmu_leave_no_memory_behind(tmp_pat
 
 @pytest.mark.parametrize("shape", [LAYERS, CELL], ids=["layers", "cells"])
 def test_ten_million_steps_keep_time_and_results(load: Load, tmp_path: Path, shape: Shape) -> None:
-    """The time is that of all steps, and a periodic input gives what it gave at the begin."""
+    """The time is that of all steps, and a periodic input gives what it gave at the start."""
     loaded = load(random_surrogate(shape))
     time, differing = _run(_linked(loaded, tmp_path), "long", loaded, STEPS)
     assert float(time) == STEPS * STEP

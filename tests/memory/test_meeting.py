@@ -82,7 +82,7 @@ def test_pairs_of_motions_within_a_dead_zone_are_left_out() -> None:
     rng = np.random.default_rng(1)
     small, large = rng.uniform(-0.4, 0.4, (200, 1)), rng.uniform(-1.0, 1.0, (200, 1))
     found = measured_decay(DeadZone(), [small, small, large, large], rng)
-    assert len(found.rates) == 2  # those that begin after a large motion
+    assert len(found.rates) == 2  # those that start after a large motion
     assert found.rates == pytest.approx([-2.0, -2.0], rel=1e-3)
     with pytest.raises(NoGapError, match="the outputs are the same after two different pasts"):
         measured_decay(DeadZone(), [small, small], rng)

@@ -1,4 +1,4 @@
-"""Free runs of surrogates along records that begin in mid-motion."""
+"""Free runs of surrogates along records that start in mid-motion."""
 
 from __future__ import annotations
 

@@ -261,7 +261,7 @@ KINDS: tuple[Kind, ...] = (
         12,
         "INPUTS_AT_STEP_END",
         AT_STEP_END,
-        "With 0, inputs are set to what they are at the begin of a communication step, and what "
+        "With 0, inputs are set to what they are at the start of a communication step, and what "
         "they do within it is forecast until they are set again; with 1, they are set to what "
         "they reach by its end.",
         "parameter",

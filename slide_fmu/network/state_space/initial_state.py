@@ -2,7 +2,7 @@
 
 A record that begins in mid-motion has a past that nobody has measured. A run of the network from
 zero state is wrong until it has forgotten that; from the state that explains the first outputs
-best it is right from the begin.
+best it is right from the start.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def make(specification: Specification) -> System:
 
     Inputs and outputs are those that the specification names, in its order, or all real ones. Its
     parameters are those of the FMU, values of inputs that are no signals, and ``FmuOptions`` under
-    names that begin with ``fmu-``. A model exchange FMU without events can be restored and
+    names that start with ``fmu-``. A model exchange FMU without events can be restored and
     linearized; of others a motion to lead in is all that is known of their states.
 
     Raises:

@@ -9,7 +9,7 @@ enum { MOST_MOTIONS = 8 }; /* in a register */
 #define EXACT 1e-9 /* by which weights of a drive law may miss what they must sum up to */
 
 /* The newest of the motions, and set points of all joints as motions: those of the end of the step,
- * and, where Motions hold two, those of its begin. */
+ * and, where Motions hold two, those of its start. */
 #if defined(SLIDE_SCALAR)
 SLIDE_INLINE double newest(Motions v) { return v; }
 SLIDE_INLINE Motions motions(const double *const *points, size_t i) { return points[0][i]; }
@@ -35,7 +35,7 @@ SLIDE_INLINE void store(const Motions *v, int count, double *values) {
     }
 }
 
-/* The wrench at the begin of the step, from that at both ends; or the chain once more, whose
+/* The wrench at the start of the step, from that at both ends; or the chain once more, whose
  * joints are no longer needed. */
 SLIDE_INLINE void find_wrench_before(const Chain *chain, const double *const *points,
                                      const Motions *wrench, double *before) {

@@ -131,7 +131,7 @@ static bool compare(const SlideBound *bound, const float *predicted, const float
     return !isnan(predicted[0]);
 }
 
-/* The newest samples that count for the means of some blocks: from the begin of a block on. */
+/* The newest samples that count for the means of some blocks: from the start of a block on. */
 typedef struct {
     uint64_t count;
     bool from_first; /* they begin with sample 0, which stands for all before it */

@@ -130,7 +130,7 @@ static bool see(const SlideRecords *records, const SlideGroup *group, size_t fir
 static void give(const SlideRecords *records, const SlideGroup *group, size_t first,
                  size_t n_samples, size_t n_given, double *outputs) {
     const size_t n = records->cell.n_values, places = group->places;
-    const size_t n_silent = group->list.length - n_given; /* at the begin of each record */
+    const size_t n_silent = group->list.length - n_given; /* at the start of each record */
     const size_t begin = first < n_silent ? n_silent - first : 0;
     for (size_t record = 0; record < group->list.count; ++record) {
         double *to = outputs + record * n_given * n;

@@ -1,5 +1,5 @@
 /* The forecast of inputs that move: what they are expected to be at the end of a step, from what
- * they were until its begin. slide_fmu/surrogate/input_forecast.py has the same equations. */
+ * they were until its start. slide_fmu/surrogate/input_forecast.py has the same equations. */
 #ifndef SLIDE_FORECAST_H
 #define SLIDE_FORECAST_H
 

@@ -77,7 +77,7 @@ typedef struct {
     const SlideHistoryShape *shape;
     const SlideHistory *history;
     uint64_t at;  /* the step read last */
-    double begin; /* s, its begin; the present, the end of the newest step, is 0 */
+    double begin; /* s, its start; the present, the end of the newest step, is 0 */
 } SlideReader;
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);

@@ -14,7 +14,7 @@ typedef struct {
 
 /* The step that begins now, of state->head->last_length under state->inputs, becomes the newest of
  * the history, and the samples that it takes in come into model->taken; with those that the true
- * end of the step before takes in, where inputs are set to what they are at the begin. */
+ * end of the step before takes in, where inputs are set to what they are at the start. */
 SlideIntake slide_stream_take_in(const SlideModel *model, SlideState *state);
 
 /* Its parts. What is known of the inputs before the first step becomes the history. */
@@ -31,7 +31,7 @@ uint32_t slide_intake_whole(const SlideModel *model, double length);
 /* A step under inputs that are those of all of it, or that it reaches by its end. */
 SlideIntake slide_intake_step(const SlideModel *model, SlideState *state);
 
-/* Where inputs are set to what they are at the begin: they are the true end of the step before, of
+/* Where inputs are set to what they are at the start: they are the true end of the step before, of
  * state->head->reached_length. Before the first one, they count as held for ever, or come a sample
  * step after what is known of those until then. */
 SlideIntake slide_intake_end(const SlideModel *model, SlideState *state);

@@ -19,7 +19,7 @@ typedef struct {
                          no multiples of h */
     double prehistory;  /* SlidePrehistory, a variable */
     double at_step_end; /* a variable, 0 or 1: are inputs that move set to what they reach by the
-                           step's end? Else they are set to what they are at its begin, and a
+                           step's end? Else they are set to what they are at its start, and a
                            forecast tells the rest */
     double last_length; /* s, of the last step; 0 before the first */
     double reached_length; /* s, of the step whose end the inputs set last are, where they are not
@@ -84,7 +84,7 @@ static inline bool slide_stream_fresh(const SlideState *state) {
 /* The inputs until now: of the last step, or before the first one. */
 const double *slide_stream_reached(const SlideModel *model, const SlideState *state);
 
-/* Are inputs set to what they are at the begin of a step? */
+/* Are inputs set to what they are at the start of a step? */
 static inline bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
     return model->history.first_order && state->head->at_step_end == 0;
 }

@@ -226,7 +226,7 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     return true;
 }
 
-/* What was only forecast is forgotten: the networks and the history are at the begin of the last
+/* What was only forecast is forgotten: the networks and the history are at the start of the last
  * step. */
 static void forget_forecast(const SlideModel *model, SlideState *state) {
     slide_history_go_back(&model->history, &state->history, SLIDE_MARK_FORECAST);
@@ -365,7 +365,7 @@ static void *kept(const SlideState *state, const void *part) {
     return (unsigned char *)state->known + place;
 }
 
-/* What was found up to the begin of a forecast stays when the forecast is forgotten. Where all
+/* What was found up to the start of a forecast stays when the forecast is forgotten. Where all
  * samples are others since, there is nothing to keep. */
 static void keep_found(const SlideModel *model, SlideState *state) {
     const SlideBoundState *bound = &state->bound;

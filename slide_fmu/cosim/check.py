@@ -79,16 +79,31 @@ def _unreadable(path: Path) -> list[str]:
     content = read_member(path, DESCRIPTION)
     if content is None:
         return [f"{DESCRIPTION} is missing; export again"]
+    builder = _Builder()
     try:
-        root = ElementTree.fromstring(content)
+        root = ElementTree.fromstring(content, ElementTree.XMLParser(target=builder))
     except (ElementTree.ParseError, LookupError, ValueError) as error:
         return [f"{DESCRIPTION} is no XML: {error}; export again"]
+    if builder.has_document_type:
+        return [
+            f"{DESCRIPTION} has a document type, by which importers may read other files; "
+            "expected none: export again"
+        ]
     if root.tag != "fmiModelDescription" or "fmiVersion" not in root.attrib:
         return [
             f"{DESCRIPTION} begins with <{root.tag}>; expected <fmiModelDescription> with the "
             "attribute fmiVersion, export again"
         ]
     return []
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """It notes whether a document has a type (``<!DOCTYPE``)."""
+
+    has_document_type = False
+
+    def doctype(self, name: str, public: str | None, system: str | None) -> None:
+        self.has_document_type = True
 
 
 def _compare_description(

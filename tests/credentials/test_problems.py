@@ -71,3 +71,13 @@ def test_identity_of_an_fmu_does_not_depend_on_its_credentials(
     description = read_member(plain, "modelDescription.xml")
     assert description == read_member(LINEAR, "modelDescription.xml")
     assert read_fmu(plain)[0].to_bytes() == read_fmu(LINEAR)[0].to_bytes()
+
+
+@pytest.mark.parametrize("name", ["INPUTS", "RESULTS", "REFERENCE_MODEL"])
+def test_table_of_times_alone_is_a_problem(
+    surrogate: Surrogate, changed: Changed, name: str
+) -> None:
+    place = getattr(members, name)
+    times = b"\n".join(line.split(b",")[0] for line in member(place).splitlines())
+    (problem,) = credential_problems(changed(place, times), surrogate)
+    assert problem.startswith(f"{place} begins with [['time']]")

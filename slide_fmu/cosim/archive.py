@@ -49,6 +49,12 @@ def archive_problems(path: Path) -> list[str]:
         if stat.S_ISLNK(member.external_attr >> 16)
     ]
     problems += _ambiguous(names)
+    begin = min((member.header_offset for member in members), default=0)
+    if begin > 0:
+        problems.append(
+            f"the archive begins with {begin} bytes that are no member; expected none, since "
+            "importers may find other members there: do not unpack it"
+        )
     size = sum(member.file_size for member in members)
     if size > LARGEST:
         problems.append(

@@ -83,6 +83,14 @@ def test_link_is_named(fmu: Path) -> None:
     assert problem.startswith("member 'resources/link' is a link")
 
 
+def test_archive_behind_another_one_is_named(fmu: Path) -> None:
+    """Who reads the directory at the place that the end tells finds the first archive's."""
+    whole = fmu.read_bytes()
+    fmu.write_bytes(whole[:-22] + whole)
+    (problem,) = check_fmu(fmu)
+    assert f"begins with {len(whole) - 22} bytes that are no member" in problem
+
+
 def test_folders_and_plain_names_have_no_problem(fmu: Path) -> None:
     members = {**members_of(fmu), "extra/": b"", "extra/a.b-c d_(1).txt": b"", "extra/\u00e9": b""}
     fmu.write_bytes(packed(members))

@@ -36,8 +36,8 @@ def read_table(content: bytes, name: str) -> tuple[FloatArray, dict[str, FloatAr
     """Read times (N,) in s, and columns (N,) by name.
 
     Raises:
-        CredentialError: there is no column of time, no other one, or no rows, a row has another length, or a
-            value is no number; with the file's name and the line.
+        CredentialError: there is no column of time, no other one, or no rows, a row has another
+            length, or a value is no number; with the file's name and the line.
     """
     try:
         lines = list(csv.reader(io.StringIO(content.decode("utf-8"))))

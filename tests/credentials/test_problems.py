@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.cosim.ssv import parameters_of
 from slide_fmu.credentials import members
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu, read_member
@@ -81,3 +82,9 @@ def test_table_of_times_alone_is_a_problem(
     times = b"\n".join(line.split(b",")[0] for line in member(place).splitlines())
     (problem,) = credential_problems(changed(place, times), surrogate)
     assert problem.startswith(f"{place} begins with [['time']]")
+
+
+def test_parameters_in_an_unknown_encoding_are_a_problem() -> None:
+    content = b'<?xml version="1.0" encoding="nonsense"?><a/>'
+    with pytest.raises(ValueError, match=r"x.ssv is no XML document \(unknown encoding"):
+        parameters_of(content, "x.ssv")

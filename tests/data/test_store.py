@@ -162,7 +162,9 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
 def test_place_that_holds_something_else_is_refused(tmp_path: Path, make: Any) -> None:
     path = tmp_path / "data.zarr"
     make(path)
-    with pytest.raises(StoreError, match="is not a trajectory store, or a damaged one .*; remove it"):
+    with pytest.raises(
+        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
+    ):
         open_store(path, RECIPE, SHAPES, MOTION)
 
 
@@ -214,7 +216,9 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
     with pytest.raises(StoreError, match=r"split 'beyond' is damaged.*--overwrite"):
         open_store(store, RECIPE, SHAPES, MOTION)
     (store / "zarr.json").write_text("{", encoding="utf-8")
-    with pytest.raises(StoreError, match="is not a trajectory store, or a damaged one .*; remove it"):
+    with pytest.raises(
+        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
+    ):
         open_store(store, RECIPE, SHAPES, MOTION)
 
 

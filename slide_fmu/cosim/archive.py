@@ -11,8 +11,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from slide_fmu.fmu.export import LARGEST, read_member
+from slide_fmu.fmu.export import LARGEST, SURROGATE, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
+from slide_fmu.fmu.libraries.sources import FOLDER, source_members
+from slide_fmu.fmu.native_library import NativeError
 
 BINARIES = "binaries/"
 """The libraries of an FMU lie below this folder (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
@@ -99,6 +101,40 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
         for member in sorted(others - set(known))
     ]
     return problems
+
+
+def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
+    """Say whether the C sources of an FMU, if it has some, are those of this version.
+
+    Importers compile and run them. Scalar ones can be compared only where there is a compiled
+    library for this computer, which tells how much memory they need.
+
+    Args:
+        path: the FMU.
+        name: its model identifier.
+        fmi: its version of the standard.
+
+    Raises:
+        FmuError, OSError: the file cannot be read.
+    """
+    with zipfile.ZipFile(path) as archive:
+        members = [member for member in archive.namelist() if not member.endswith("/")]
+    found = {member for member in members if member.casefold().startswith(f"{FOLDER}/")}
+    if not found:
+        return []
+    try:
+        scalar = any(member.endswith("CustomFMU.xml") for member in found)
+        known = source_members(name, read_member(path, SURROGATE) or b"", fmi, scalar)
+    except NativeError:
+        return []
+    others = [n for n in sorted(found | set(known)) if read_member(path, n) != known.get(n)]
+    if not others:
+        return []
+    return [
+        f"{len(others)} of {len(known)} files in {FOLDER}/ are not those of slide-fmu, "
+        f"{others[0]} first: they are damaged, foreign, or of another version of slide-fmu; "
+        "export again, or take them as they are (--run)"
+    ]
 
 
 def _leaves(name: str) -> bool:

@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.files import told_of_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
-from slide_fmu.cosim.archive import archive_problems, library_problems
+from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
@@ -66,6 +66,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
         description = fmpy.read_model_description(str(path))
         fmi: FmiVersion = 3 if description.fmiVersion.startswith("3.") else 2
         problems += library_problems(path, surrogate.name, fmi, run_unknown)
+        problems += [] if run_unknown else source_problems(path, surrogate.name, fmi)
         problems += _compare_description(path, surrogate, description, fmi)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"{DESCRIPTION}: {error}")

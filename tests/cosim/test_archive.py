@@ -12,6 +12,8 @@ import pytest
 from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import DESCRIPTION, FmuError, export_fmu, read_json, read_member
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import Sources
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import TWO_MASSES, random_surrogate
 from tests.libraries import build_libraries
@@ -72,6 +74,22 @@ def test_names_that_differ_by_how_letters_are_composed_are_named(fmu: Path) -> N
 def test_library_below_a_folder_with_capital_letters_is_none_of_ours(fmu: Path) -> None:
     found = library_problems(_with(fmu, "Binaries/win32/a.dll"), "two_masses", 2, trusted=False)
     assert "binary Binaries/win32/a.dll is none of slide-fmu" in found[0]
+
+
+@pytest.mark.parametrize("sources", [True, "scalar"])
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_sources_of_others_are_named(tmp_path: Path, sources: Sources, fmi: FmiVersion) -> None:
+    build_libraries()
+    surrogate = random_surrogate(TWO_MASSES)
+    path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=fmi, sources=sources)
+    assert check_fmu(path) == []
+    members = members_of(path)
+    changed = {**members, "sources/bound.c": b"int other;", "sources/foreign.c": b"int more;"}
+    path.write_bytes(packed(changed))
+    (problem,) = check_fmu(path)
+    assert problem.startswith("2 of ")
+    assert "not those of slide-fmu, sources/bound.c first" in problem
+    assert check_fmu(path, run_unknown=True) == []
 
 
 def test_link_is_named(fmu: Path) -> None:

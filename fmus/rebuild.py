@@ -4,23 +4,32 @@ Each FMU is replaced by one with the same surrogate, provenance, measured figure
 with the runtime of this version; its card and credentials are written again too. Its recipe is
 that of ``training`` as it is now, which must say the same. The experiment that it carries stays;
 where it carries none, or with ``--experiment``, its reference is simulated for some seconds.
-To train and to measure again: ``make release NAME=duffing``.
+With ``--measure``, the same surrogate is measured beside its reference again, and gets figures,
+report, card and pictures of this version; how it was trained is not known then, and not shown.
+To train again, too: ``make release NAME=duffing``.
 """
 
 from __future__ import annotations
 
 import argparse
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Stages
 from slide_fmu.credentials.experiment import Experiment, read_experiment
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.credentials import Documents, credentials
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.experiment import make_experiment
-from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.pipeline.job import open_job
+from slide_fmu.pipeline.measurement import IN_RANGE, tasks
+from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
+from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
+from slide_fmu.pipeline.stages import check_window
 from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
@@ -29,6 +38,8 @@ from slide_fmu.validation.model_card import variable_table
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
+MADE_ANEW = ("measured", "drawing")
+"""Parts of the provenance that measuring makes anew."""
 HEADING = "| variable |"
 """How the table of variables begins on a card."""
 
@@ -73,6 +84,41 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
         surrogate, fmu, provenance=provenance, documentation=files.documentation, extra=files.extra
     )
     write_whole(place, text.encode("utf-8"))
+    return fmu
+
+
+def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
+    """Measure a released FMU again, and write it in its place, with card and pictures beside it.
+
+    Surrogate and provenance stay as they are; all else is made as ``slide-fmu run`` does.
+
+    Args:
+        fmu: the released FMU.
+        bar: opens the progress of a stage.
+        trajectories: how many are simulated of each kind; those of the recipe if None.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        StageError: its recipe says something else now.
+        Exception: as of ``slide_fmu.pipeline.run.measure_trained``.
+    """
+    surrogate, found = read_fmu(fmu)
+    kept = {key: value for key, value in (found or {}).items() if key not in MADE_ANEW}
+    origin = {**kept, "recipe": _recipe_now(found or {}, surrogate)}
+    with tempfile.TemporaryDirectory() as runs:
+        job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
+        job.folder.path.mkdir()
+        drawn = fmu.with_name(MECHANISM_PICTURE)
+        if drawn.exists():
+            shutil.copy(drawn, job.folder.path)
+        trained = Trained(surrogate, {}, origin["versions"])
+        wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
+        made = measure_trained(job, trained, origin, check_window(job), wanted, workers=None)
+        for name in (PICTURE, MECHANISM_PICTURE):
+            if (job.folder.path / name).exists():
+                shutil.copy(job.folder.path / name, fmu.with_name(name))
+        shutil.copy(job.folder.path / "card.md", fmu.with_name(CARD))
+        write_whole(fmu, made.fmu.read_bytes())
     return fmu
 
 
@@ -124,10 +170,18 @@ def main() -> None:
     parser.add_argument(
         "--experiment", action="store_true", help="simulate the reference of the experiments anew"
     )
+    parser.add_argument(
+        "--measure", action="store_true", help="measure them again: figures, reports, cards"
+    )
     given = parser.parse_args()
     for path in given.fmus:
         before = path.stat().st_size
-        after = rebuild(path, given.experiment).stat().st_size
+        if given.measure:
+            with progress_bars() as bar:
+                measure(path, bar)
+        else:
+            rebuild(path, given.experiment)
+        after = path.stat().st_size
         print(f"{path}: {before} bytes before, {after} now, {100 * after / before:.0f} %")
 
 

@@ -70,7 +70,7 @@ def require_unit(name: str, unit: str) -> None:
 
 
 def _is_known(symbol: str) -> bool:
-    """Whether a text is the symbol of a unit; names that are spelled out are none."""
+    """Tell whether a text is the symbol of a unit; names that are spelled out are none."""
     if symbol in COMMON:
         return True
     short = None if symbol.lower() in NAMES else _symbol_of(symbol)

@@ -77,7 +77,7 @@ def evened(
 
 
 def _sag(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
-    """How far straight lines a step long lie beside the curve in the mean, where it is smooth."""
+    """Tell how far lines a step long lie beside the curve in the mean, where it is smooth."""
     found, smooth = np.zeros(len(times)), _is_smooth(times, values)
     if len(times) > 2:
         slopes = np.diff(values) / np.diff(times)

@@ -76,7 +76,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
 
 
 def _unreadable(path: Path) -> list[str]:
-    """Why nobody can begin to read the model description."""
+    """Tell why nobody can begin to read the model description."""
     content = read_member(path, DESCRIPTION)
     if content is None:
         return [f"{DESCRIPTION} is missing; export again"]
@@ -187,7 +187,7 @@ def _compare_run(
 
 
 def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[FloatArray, float]]:
-    """What numpy gives for every output variable, (steps,), and how far the library may be off.
+    """Give numpy's values of every output variable, (steps,), and how far the library may be off.
 
     Those of an error bound are compared by ``bound_problems``.
     """

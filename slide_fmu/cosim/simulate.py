@@ -182,7 +182,7 @@ def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Meaning:
-    """What an FMU's inputs mean.
+    """This says what an FMU's inputs mean.
 
     Attributes:
         first_order: whether they move between communication points.

@@ -72,5 +72,5 @@ def read_manifest(content: bytes) -> list[Related]:
 
 
 def is_relative(address: str) -> bool:
-    """Whether an address is that of a file in the FMU: it has neither scheme nor root."""
+    """Tell whether an address is that of a file in the FMU: it has neither scheme nor root."""
     return ":" not in address.split("/")[0] and not address.startswith("/")

@@ -57,7 +57,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:
-    """Whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
+    """Tell whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
     slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
     return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
 

@@ -243,7 +243,7 @@ def _written(path: Path, flags: Any) -> set[int]:
 
 
 def is_done(path: Path, split: str, index: int) -> bool:
-    """Whether a trajectory is in the store."""
+    """Tell whether a trajectory is in the store."""
     with _damage_reported(path, split):
         return bool(_group(path, "r")[f"{split}/done"][index])
 

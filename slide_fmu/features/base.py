@@ -31,7 +31,7 @@ weighted sum, of the same shapes as results and arguments."""
 
 @dataclass(frozen=True, eq=False)
 class Offered:
-    """What a system offers to the sets of features.
+    """This says what a system offers to the sets of features.
 
     Attributes:
         inputs: the input signals, in channel order.

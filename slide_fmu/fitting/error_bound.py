@@ -50,7 +50,7 @@ USUAL = 0.999
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """What a split shows beside surrogate and companion, where the window is filled.
+    """This says what a split shows beside surrogate and companion, where the window is filled.
 
     Attributes:
         statistics: shape (n_trajectories, N, n_statistics).

@@ -59,7 +59,7 @@ Values = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """What the choices are tried on.
+    """This says what the choices are tried on.
 
     Attributes:
         offered: what features can be formed of.

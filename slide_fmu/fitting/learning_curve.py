@@ -46,7 +46,7 @@ FIRST_ITERATIONS, ITERATIONS = 20, 10
 
 @dataclass(frozen=True, eq=False)
 class _Scales:
-    """What the first point fixes for all: scalings and features, of its data.
+    """This says what the first point fixes for all: scalings and features, of its data.
 
     Errors in scaled units compare only where the scale is the same.
     """

@@ -128,7 +128,7 @@ def groups(count: int, together: int, threads: int) -> list[slice]:
 
 
 def checked_threads(threads: int | None) -> int:
-    """How many threads share the work: one per core if nothing is said.
+    """Tell how many threads share the work: one per core if nothing is said.
 
     Raises:
         ValueError: it is to be none.

@@ -29,7 +29,7 @@ class Patience:
         self._begin = time.monotonic()
 
     def gone(self, leaves_out: str, part: float = 1.0) -> bool:
-        """Whether the time, or the part of it that there is for this, is over: it is left out."""
+        """Tell whether the time that there is for this is over: then it is left out."""
         over = time.monotonic() - self._begin > part * self.seconds
         if over:
             self.hear(leaves_out)

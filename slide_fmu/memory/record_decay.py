@@ -79,7 +79,7 @@ class RecordDecay:
 
     @property
     def lasts(self) -> bool:
-        """Whether the slowest pole is not told from one that never decays."""
+        """Tell whether the slowest pole is not told from one that never decays."""
         slow = -self.rate * self.longest < ENDLESS
         return slow or self.rate + SURE * self.deviation >= 0.0
 

@@ -49,7 +49,7 @@ class RecordSizing:
 
     @property
     def forgets(self) -> bool:
-        """Whether there is a window that can hold the system."""
+        """Tell whether there is a window that can hold the system."""
         return not self.decay.lasts
 
     @property

@@ -30,7 +30,7 @@ from slide_fmu.systems.base import Linearizable, System
 
 
 class AnySizing(Protocol):
-    """What a sizing can be asked, whether a system was simulated for it or a record fitted."""
+    """This says what a sizing can be asked, be it by simulation or from a fitted record."""
 
     @property
     def window(self) -> Window:
@@ -42,7 +42,7 @@ class AnySizing(Protocol):
 
     @property
     def forgets(self) -> bool:
-        """Whether there is a window that can hold the system."""
+        """Tell whether there is a window that can hold the system."""
 
     @property
     def problem(self) -> str | None:
@@ -94,7 +94,7 @@ class Sizing:
 
     @property
     def forgets(self) -> bool:
-        """Whether there is a window that can hold the system."""
+        """Tell whether there is a window that can hold the system."""
         return self.refusal is None and self.measured.meeting >= MEETING
 
     @property

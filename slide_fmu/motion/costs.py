@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What a cost is told of B candidates.
+    """This says what a cost is told of B candidates.
 
     Attributes:
         outputs: predicted, about rest at the goal, (B, count, n_outputs).

@@ -42,7 +42,7 @@ class Response:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """What moves."""
+        """Give what moves."""
         return self._records.coordinates
 
     @property

@@ -69,7 +69,7 @@ class Way:
 
     @property
     def straight(self) -> bool:
-        """Whether it passes no points."""
+        """Tell whether it passes no points."""
         return len(self.points) == 2
 
     def at(self, share: FloatArray) -> FloatArray:

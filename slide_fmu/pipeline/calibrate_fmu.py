@@ -27,7 +27,7 @@ from slide_fmu.systems.record.resampling import LONGER
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured, and where.
+    """This says what was measured, and where.
 
     Attributes:
         paths: files of records of the same columns.

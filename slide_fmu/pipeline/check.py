@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import FmuError, read_fmu
 
 @dataclass(frozen=True)
 class Checked:
-    """What came of checking an FMU.
+    """This says what came of checking an FMU.
 
     Attributes:
         problems: one sentence each, with its remedy where there is one; empty when it is fine.

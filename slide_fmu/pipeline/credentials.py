@@ -50,7 +50,7 @@ KNOWN = (
 
 @dataclass(frozen=True, eq=False)
 class Documents:
-    """What people read about an FMU.
+    """This says what people read about an FMU.
 
     Attributes:
         page: the report, as HTML.

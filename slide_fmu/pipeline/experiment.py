@@ -34,7 +34,7 @@ COMPARED = 300
 
 
 class _Truth(NamedTuple):
-    """What is known of a trajectory.
+    """This says what is known of a trajectory.
 
     Its inputs (N, n_inputs), of which a burn-in does not count, the outputs (N + 1, n_outputs) of
     the reference, and the values of physical parameters.
@@ -87,7 +87,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) 
 
 
 def forecasts(surrogate: Surrogate) -> bool:
-    """Whether the FMU, as it starts, forecasts how its inputs go on within a step."""
+    """Tell whether the FMU, as it starts, forecasts how its inputs go on within a step."""
     return surrogate.hold == "first_order" and not surrogate.inputs_at_step_end
 
 

@@ -121,7 +121,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
 
 
 def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
-    """Whether an FMU holds this surrogate, and says that it comes from there.
+    """Tell whether an FMU holds this surrogate, and says that it comes from there.
 
     Raises:
         FmuError: it is damaged, or none.

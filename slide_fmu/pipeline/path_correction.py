@@ -42,7 +42,7 @@ class Corrected:
 
     @property
     def margin(self) -> FloatArray:
-        """How far off the prediction on the corrected path may be, as a norm, (count,)."""
+        """Tell how far off the prediction on the corrected path may be, as a norm, (count,)."""
         return margins(self.surrogate, self._inputs)[self.found.records.lead :]
 
     @property

@@ -79,7 +79,7 @@ class Proposal:
 
 @dataclass(frozen=True, eq=False)
 class _Begun:
-    """What is known of a recipe before the model is simulated.
+    """This says what is known of a recipe before the model is simulated.
 
     Attributes:
         found: what the model declares.
@@ -102,7 +102,7 @@ class _Begun:
 
     @property
     def own(self) -> bool:
-        """Whether the model declares its signals with their ranges itself."""
+        """Tell whether the model declares its signals with their ranges itself."""
         return self.found.kind == "class"
 
 

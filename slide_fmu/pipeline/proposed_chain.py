@@ -64,7 +64,7 @@ def proposed_chain(
 
 
 def are_angles(inputs: Sequence[Signal]) -> bool:
-    """Whether all inputs are angles as such, none their cosines or sines."""
+    """Tell whether all inputs are angles as such, none their cosines or sines."""
     return all(signal.unit in ANGLES for signal in inputs)
 
 

@@ -52,7 +52,7 @@ class RecordProposal:
 
 
 def are_records(models: Sequence[str], kind: str | None) -> bool:
-    """Whether models are records, by the kind that the user names, or else by their names."""
+    """Tell whether models are records, by the kind that the user names, or else by their names."""
     return kind == KIND or (kind is None and all(recognises(model) for model in models))
 
 
@@ -117,7 +117,7 @@ def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
 
 
 class _Acts(NamedTuple):
-    """How inputs act: what they do between samples, which output answers them, and why so."""
+    """This says how inputs act: between samples, on which output, and how that is known."""
 
     hold: Hold
     pairing: Pairing

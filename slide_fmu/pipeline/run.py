@@ -91,16 +91,37 @@ def run_recipe(
         job = choose_numbers(job, Workplace(workers), overwrite)
         generate_data(job, Workplace(workers))
         train_surrogate(job, threads)
-        return _measured(job, sizing, tasks(job.recipe, seed, trajectories), workers)
+        trained = job.folder.load_surrogate(job.recipe)
+        origin = provenance(job, trained.versions)
+        wanted = tasks(job.recipe, seed, trajectories)
+        return measure_trained(job, trained, origin, sizing, wanted, workers)
 
 
-def _measured(
-    job: Job, sizing: AnySizing, wanted: Mapping[str, Task], workers: int | None
+def measure_trained(
+    job: Job,
+    trained: Trained,
+    origin: dict[str, Any],
+    sizing: AnySizing,
+    wanted: Mapping[str, Task],
+    workers: int | None,
 ) -> Finished:
-    """Write the FMU of a trained surrogate, measure it, and let it carry what was measured."""
+    """Write the FMU of a trained surrogate, measure it, and let it carry what was measured.
+
+    Args:
+        job: the recipe, and the run folder in which all is written.
+        trained: the surrogate; without histories the report says nothing of its training.
+        origin: its provenance, without measured figures.
+        sizing: how its window was sized.
+        wanted: what it is measured on, by name; one of them is ``IN_RANGE``.
+        workers: processes that simulate; one per core if None, none if 0.
+
+    Raises:
+        StageError: its records have changed since.
+        CoSimulationError: an FMU reports an error.
+        UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
+    """
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
-    trained = job.folder.load_surrogate(recipe)
-    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
     validations: dict[str, Validation] = {}
@@ -181,11 +202,10 @@ def _full_report(
     if tests:
         data["stability"] = stability_figures(tests)
         sections.append(learning_sections.stability_section(tests, surrogate.window.step))
-    sections += [
-        learning_sections.sizing_section(sizing),
-        learning_sections.training_section(trained.histories),
-    ]
-    sections += _search_sections(trained, recipe, kept_curve(recipe, job.folder), data)
+    sections.append(learning_sections.sizing_section(sizing))
+    if trained.histories:
+        sections.append(learning_sections.training_section(trained.histories))
+        sections += _search_sections(trained, recipe, kept_curve(recipe, job.folder), data)
     if recipe.system.is_record:
         source = recipe_source(recipe)
         assert isinstance(source, MeasuredRecords)

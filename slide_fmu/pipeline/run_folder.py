@@ -40,7 +40,7 @@ class Trained:
 
     Attributes:
         surrogate: with its error estimator, if it has one.
-        histories: course of the trainings, by stage.
+        histories: course of the trainings, by stage; none of one that was trained elsewhere.
         versions: versions of the packages that trained it.
     """
 
@@ -200,7 +200,7 @@ class RunFolder:
 
 
 def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
-    """Whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
+    """Tell whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
     try:
         recorded = Recipe.model_validate(record)
     except ValidationError:

@@ -38,7 +38,7 @@ def _line_in(names: dict[str, object], frame: FrameType | None) -> int | None:
 
 
 def _guards(node: ast.AST, line: int) -> bool:
-    """Whether a statement runs a line only in the script that Python was started with."""
+    """Tell whether a statement runs a line only in the script that Python was started with."""
     if not isinstance(node, ast.If) or not any(
         isinstance(name, ast.Name) and name.id == "__name__" for name in ast.walk(node.test)
     ):

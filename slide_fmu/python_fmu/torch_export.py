@@ -56,7 +56,7 @@ class ModuleError(ValueError):
 
 
 class WindowTable(Table):
-    """What the module sees: ``n_in`` samples, ``step`` seconds apart."""
+    """This says what the module sees: ``n_in`` samples, ``step`` seconds apart."""
 
     step: PositiveFloat
     n_in: int = Field(gt=0, le=MAX_WINDOW)
@@ -119,7 +119,7 @@ class SignalTable(Table):
 
 
 class ModuleTable(Table):
-    """What a file beside a torch module says about it.
+    """This says what a file beside a torch module says about it.
 
     Attributes:
         name: of the FMU and of its class: an identifier in C and in Python.

@@ -83,7 +83,7 @@ class EstimatorRecipe(Table):
         return {**DEFAULTS, **values}
 
     def draws_beyond(self, index: int) -> bool:
-        """Whether trajectory ``index`` is drawn with ``amplitude_factor``.
+        """Tell whether trajectory ``index`` is drawn with ``amplitude_factor``.
 
         Those in range and those beyond take turns, the first one in range if any is: more
         trajectories leave the first ones as they are.

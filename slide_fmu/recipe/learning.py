@@ -71,7 +71,7 @@ class FeedForwardRecipe(Table):
 
     @property
     def sees_whole_window(self) -> bool:
-        """Whether every output depends on all n_in inputs of the window, by its form alone."""
+        """Tell whether every output depends on all n_in inputs of the window, by form alone."""
         return not self.time_invariant
 
 
@@ -185,7 +185,7 @@ class StateSpaceRecipe(Table):
 
     @property
     def roles_are_named(self) -> bool:
-        """Whether the recipe names the features of any part of the network."""
+        """Tell whether the recipe names the features of any part of the network."""
         others = (self.static, self.gated, self.schedule, self.readout)
         return self.drive is not None or any(others)
 
@@ -195,7 +195,7 @@ class StateSpaceRecipe(Table):
 
     @property
     def sees_whole_window(self) -> bool:
-        """Whether every output depends on all n_in inputs of the window: only the newest does."""
+        """Tell whether every output depends on all n_in inputs: only the newest does."""
         return False
 
 

@@ -31,7 +31,7 @@ SHARES_WITH_ESTIMATOR: dict[Part, float] = {
 
 
 def is_measured(tables: Mapping[str, Any]) -> bool:
-    """Whether the tables of a recipe, which are not checked yet, are about records."""
+    """Tell whether the tables of a recipe, which are not checked yet, are about records."""
     system = tables.get("system")
     return isinstance(system, Mapping) and system.get("kind") == KIND
 

@@ -133,7 +133,7 @@ def read_recipe_text(path: Path) -> str:
 
 
 def _is_cause(item: Any) -> bool:
-    """Whether it is a mistake of its own; a list left empty by mistakes in its items is none."""
+    """Tell whether it is a mistake of its own; a list that its items' mistakes empty is none."""
     return not (item["type"] == "too_short" and item["input"])
 
 

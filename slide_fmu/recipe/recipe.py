@@ -290,7 +290,7 @@ class Recipe(Table):
         return (last - burn_in) * window.step
 
     def _is_guessed(self) -> bool:
-        """Whether lengths are first guesses, with which nothing that is given need agree."""
+        """Tell whether lengths are first guesses, with which nothing that is given need agree."""
         return any(key in LENGTHS for key in self.automatic)
 
     @model_validator(mode="after")

@@ -60,7 +60,7 @@ class Section:
     keys: tuple[Key, ...]
 
     def matches(self, place: tuple[str | int, ...]) -> bool:
-        """Whether the table at a place in a file, as pydantic names it, is of this section."""
+        """Tell whether the table at a place, as pydantic names it, is of this section."""
         return len(place) == len(self.place) and all(
             mine in (NAME, ITEM) or mine == str(given)
             for mine, given in zip(self.place, place, strict=True)

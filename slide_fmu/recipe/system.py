@@ -93,7 +93,7 @@ class SystemRecipe(Table):
 
     @property
     def is_record(self) -> bool:
-        """Whether there are measured records instead of a model that can be simulated."""
+        """Tell whether there are measured records instead of a model that can be simulated."""
         return self.kind == KIND
 
     @field_validator("chain", mode="before")

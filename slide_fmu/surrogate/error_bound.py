@@ -39,7 +39,7 @@ MOST_NOVELTY = 1e9
 
 @dataclass(frozen=True, eq=False)
 class Trust:
-    """What an error bound says along a record; N samples.
+    """This says what an error bound says along a record; N samples.
 
     Attributes:
         scales: local scale of the error, relative to the output's scale, shape (N, n_outputs).

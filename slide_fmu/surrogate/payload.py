@@ -212,7 +212,7 @@ def _section(tag: bytes, content: bytes) -> bytes:
 
 
 def _row(signal: Signal) -> dict[str, Any]:
-    """What META says of a signal."""
+    """Give what META says of a signal."""
     row = asdict(signal)
     del row["hold"], row["angle"]
     return row

@@ -66,7 +66,7 @@ class Stream:
 
     @property
     def inputs_in_range(self) -> bool:
-        """What ``Surrogate.inputs_in_range`` says of the last sample."""
+        """Give what ``Surrogate.inputs_in_range`` says of the last sample."""
         return self._inside >= self.surrogate.network.memory_length
 
     @property

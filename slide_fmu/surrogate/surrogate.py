@@ -393,7 +393,7 @@ class Surrogate:
 
 
 def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Whether the newest ``count`` samples are all inside, the first held before: (N,) to (N,)."""
+    """Tell whether the newest ``count`` samples are inside, the first held before; (N,) both."""
     samples = np.arange(len(inside))
     strayed = np.maximum.accumulate(np.where(inside, -count, samples))
     return np.asarray(samples - strayed >= count)

@@ -49,7 +49,7 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is an object of this session: none that somebody names by a path is."""
+    """Tell whether a model is an object of this session: none that somebody names by a path is."""
     return False
 
 
@@ -63,7 +63,7 @@ def describe(model: str) -> Found:
 
 
 def crosses(system: System) -> bool:
-    """Whether worker processes can be given a copy: not of what a session itself defines."""
+    """Tell whether worker processes can be given a copy: not of what a session itself defines."""
     try:
         return b"__main__" not in pickle.dumps(system)
     except Exception:  # a user's object may refuse in any way

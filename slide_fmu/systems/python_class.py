@@ -47,7 +47,7 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is a class, or a file or module that defines a class of systems.
+    """Tell whether a model is a class, or a file or module that defines a class of systems.
 
     Raises:
         LoadError: it cannot be run.
@@ -153,5 +153,5 @@ def _one_of(classes: list[str]) -> str:
 
 
 def _is_system(item: object) -> bool:
-    """Whether it is a class of systems that can be made."""
+    """Tell whether it is a class of systems that can be made."""
     return inspect.isclass(item) and issubclass(item, System) and not inspect.isabstract(item)

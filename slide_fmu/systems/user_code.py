@@ -52,7 +52,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
 
 
 def _is_module(name: str) -> bool:
-    """Whether a name is that of a Python file, or of a module that could be imported."""
+    """Tell whether a name is that of a Python file, or of a module that could be imported."""
     if name.endswith(".py"):
         return True
     another_file = "." in name and Path(name).is_file()
@@ -84,7 +84,7 @@ def told(error: BaseException) -> str:
 
 
 def _is_users(filename: str) -> bool:
-    """Whether a file is neither of this package, nor installed, nor of Python's own library."""
+    """Tell whether a file is the user's, not of this package, installed or of Python's own."""
     inner = (PACKAGE, "<frozen", str(Path(importlib.__file__).parents[1]))
     return not (filename.startswith(inner) or "site-packages" in filename)
 

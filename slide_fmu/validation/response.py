@@ -14,7 +14,7 @@ from slide_fmu.systems.simulation import simulate
 
 
 def is_affine(surrogate: Surrogate) -> bool:
-    """Whether the surrogate is one affine map from the input window to a block of outputs."""
+    """Tell whether the surrogate is one affine map from the input window to a block of outputs."""
     whole = surrogate.network.n_samples == surrogate.window.n_in
     return whole and surrogate.network.is_affine
 

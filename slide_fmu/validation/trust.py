@@ -32,7 +32,7 @@ OFTEN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Told:
-    """What an FMU with an error bound said along a trajectory; N samples.
+    """This says what an FMU with an error bound said along a trajectory; N samples.
 
     Attributes:
         bounds: of the errors, at the usual confidence, in the outputs' units, (N, n_outputs).

@@ -201,7 +201,7 @@ def _measure_draw(
 
 
 def _is_co_simulated(system: System) -> bool:
-    """Whether a reference system runs as an FMU, which is started in drawn states."""
+    """Tell whether a reference system runs as an FMU, which is started in drawn states."""
     return isinstance(system, RandomStates)
 
 

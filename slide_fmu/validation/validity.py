@@ -86,7 +86,7 @@ def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
 
 
 def is_ruled(found: Sequence[Judgement]) -> bool:
-    """Whether some verdicts follow from the rule."""
+    """Tell whether some verdicts follow from the rule."""
     return any(j.verdict in (VALID, FLAGGED, NOTICED, SILENT) for j in found)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmus.rebuild import rebuild
+from fmus.rebuild import measure, rebuild
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
@@ -17,6 +17,7 @@ from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.validation.model_card import variable_table
+from tests.progress import no_stages
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
@@ -136,3 +137,26 @@ def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
     with pytest.raises(StageError, match=r"toml says something else than the released"):
         rebuild(fmu)
     assert fmu.read_bytes() == before
+
+
+def test_fmu_that_is_measured_again_gets_figures_report_card_and_picture_of_now(
+    folder: Path,
+) -> None:
+    fmu = folder / "linear.fmu"
+    stale = {**PROVENANCE, "measured": {"name": "linear"}}
+    export_fmu(SURROGATE, fmu, provenance=stale, documentation=PAGES, extra=EXPERIMENT)
+    assert measure(fmu, no_stages, trajectories=2) == fmu
+    surrogate, found = read_fmu(fmu)
+    assert surrogate.to_bytes() == SURROGATE.to_bytes()
+    assert found is not None
+    assert {**found, "measured": None} == {**PROVENANCE, "measured": None}
+    (output,) = found["measured"]["validation"]["in range"]["outputs"]
+    assert output["relative_rmse"] < 1e-5
+    card = (folder / "README.md").read_text(encoding="utf-8")
+    assert "RMS of the reference about its mean" in card
+    assert "slide-fmu validate linear.fmu --trajectories 2 --seed 20260000" in card
+    page = read_member(fmu, "documentation/index.html")
+    assert page is not None
+    assert b"2 trajectories" in page
+    assert (folder / "side_by_side.png").stat().st_size > 10_000
+    assert credential_problems(fmu, surrogate) == []

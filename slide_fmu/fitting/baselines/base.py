@@ -78,7 +78,7 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """What a baseline's fit gives.
+    """This says what a baseline's fit gives.
 
     Attributes:
         baseline: the trained model.

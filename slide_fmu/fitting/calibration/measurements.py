@@ -89,7 +89,7 @@ class Measurements:
 
     @property
     def measured(self) -> NDArray[np.bool_]:
-        """Whether each output was measured at all, shape (n_outputs,)."""
+        """Tell whether each output was measured at all, shape (n_outputs,)."""
         return np.asarray(np.isfinite(self.scored).any(axis=0))
 
 

@@ -148,7 +148,7 @@ class MultiStart:
 
     @property
     def eigenvalues_known(self) -> bool:
-        """Whether the first order is that of known eigenvalues; else it is a guess from data."""
+        """Tell whether the first order is that of known eigenvalues, else a guess from data."""
         return self._objective.excited is not None
 
     def first_order(self) -> int:

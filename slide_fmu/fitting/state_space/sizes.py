@@ -199,12 +199,12 @@ class _Search:
         return without_noise(self._candidate(place).error, self._noise)
 
     def _is_good(self, place: Place) -> bool:
-        """Whether the network has units, and is accurate enough for the search."""
+        """Tell whether the network has units, and is accurate enough for the search."""
         samples = samples_of_part(self._multi_start)
         return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise, samples)
 
     def _linear_suffices(self, place: Place) -> bool:
-        """Whether the network is linear and good, and its residual cannot be predicted."""
+        """Tell whether the network is linear and good, and its residual cannot be predicted."""
         good = self._units[place[1]] == 0 and self._error(place) < GOOD
         return good and self._learnable_at(place) < NEGLIGIBLE
 
@@ -233,7 +233,7 @@ def samples_of_part(multi_start: MultiStart) -> int:
 
 
 def _good(candidate: Candidate, noise: float, samples: int) -> bool:
-    """Whether a network is accurate enough, and need not be larger; it learnt from samples."""
+    """Tell whether a network, which learnt from samples, is accurate enough to stay so small."""
     if not noise:
         return min(candidate.error, candidate.training_error) < GOOD
     own = without_noise(candidate.error, noise)
@@ -244,7 +244,7 @@ def _good(candidate: Candidate, noise: float, samples: int) -> bool:
 
 
 def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> bool:
-    """Whether a network leaves hardly more than noise of the samples that it learnt from.
+    """Tell whether a network leaves hardly more than noise of the samples that it learnt from.
 
     Its parameters have learnt some of the noise, which the training error lacks.
     """

@@ -191,7 +191,7 @@ def _error(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
 
 
 def _is_bounded(shape: CellShape, theta: torch.Tensor, segments: Segments) -> bool:
-    """Whether outputs stay within bounds far beyond the amplitudes of segments."""
+    """Tell whether outputs stay within bounds far beyond the amplitudes of segments."""
     near, far = (
         simulate(shape, theta, factor * segments.features, segments.phi)[0]
         for factor in (1.0, FAR)

@@ -184,7 +184,7 @@ def _variable(
 def _description(
     surrogate: Surrogate, fmi: FmiVersion, kind: Kind, signal: Signal | None, size: int | None
 ) -> str:
-    """What the table says; of inputs and outputs, what their signals say, if they do."""
+    """Give what the table says; of inputs and outputs, what their signals say, if they do."""
     if signal is not None and kind.name == "{signal}" and signal.description:
         return signal.description
     estimated = surrogate.estimator is not None

@@ -157,7 +157,7 @@ def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) 
 
 
 def include_flags() -> list[str]:
-    """What tells a compiler where the headers of the runtime and of the standards lie."""
+    """Give what tells a compiler where the headers of the runtime and of the standards lie."""
     own = [f"-I{RUNTIME / folder}" for folder in LIBRARY_FOLDERS]
     return [*own, "-isystem", str(standard_headers(2)[0].parent)]  # no warnings about those
 

@@ -28,7 +28,7 @@ CELL_ACTIVATIONS = ("tanh", "cubic", GATED, MIXED_UNITS)
 
 @dataclass(frozen=True)
 class Roles:
-    """Which signals a state-space network uses, and for what: indices of its features.
+    """This says which signals a state-space network uses, and for what: indices of its features.
 
     Attributes:
         drive: f, the state input, which moves the states.

@@ -50,7 +50,7 @@ class _CellTape:
             gradient[:, feature] += values[:, place]
 
     def _pull_back_values(self, k: int, weights: FloatArray, gradient: FloatArray) -> FloatArray:
-        """What weights (B, n_outputs) of the values after an input give to the state after it."""
+        """Pull weights (B, n_outputs) of the values after an input back to the state after it."""
         of, readout = self._cell, self._inputs.readout[k]
         factors = np.concatenate([np.ones((len(readout), 1)), readout], axis=1)
         parts = rows(of, self._after(k), self._inputs.static[k]).reshape(*weights.shape, -1)

@@ -57,7 +57,7 @@ def make(specification: Specification) -> ExudynSystem | LinearizableExudynSyste
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is a Python file or module that defines a function ``build``.
+    """Tell whether a model is a Python file or module that defines a function ``build``.
 
     Raises:
         LoadError: it cannot be run.

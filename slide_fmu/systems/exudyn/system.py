@@ -63,12 +63,12 @@ class _ExudynSystem(WiredSystem):
 
     @property
     def plant(self) -> Plant:
-        """What integrates the model; its ``mbs`` is the exudyn system."""
+        """Give what integrates the model; its ``mbs`` is the exudyn system."""
         return self._model().plant
 
     @property
     def acts(self) -> dict[str, str]:
-        """What every input acts on, by its name, as of ``Wires``."""
+        """Give what every input acts on, by its name, as of ``Wires``."""
         return self._model().wires.acts
 
     def _fill(self, mbs: Any) -> object:

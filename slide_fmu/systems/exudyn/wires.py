@@ -78,12 +78,12 @@ class Wires:
 
     @property
     def moves_parameters(self) -> bool:
-        """Whether parameters of items change within a step, which explicit integrators miss."""
+        """Tell whether items' parameters change within a step, which explicit integrators miss."""
         return self._moving and "parameter" in self.acts.values()
 
     @property
     def motion(self) -> Motion:
-        """How the inputs move in this step; set it to go back to another step's."""
+        """Tell how the inputs move in this step; set it to go back to another step's."""
         return self._variables.motion
 
     @motion.setter

@@ -66,12 +66,12 @@ class FmuFile:
 
     @property
     def fmi_3(self) -> bool:
-        """Whether it is of FMI 3.0, else of FMI 2.0."""
+        """Tell whether it is of FMI 3.0, else of FMI 2.0."""
         return str(self.description.fmiVersion).startswith("3.")
 
     @property
     def type(self) -> CoSimulation | ModelExchange:
-        """What the model description says about the interface that is used."""
+        """Give what the model description says about the interface that is used."""
         found = _interfaces(self.description)[self.interface]
         return cast("CoSimulation | ModelExchange", found)
 

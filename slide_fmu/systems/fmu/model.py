@@ -53,7 +53,7 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is an FMU, by its name."""
+    """Tell whether a model is an FMU, by its name."""
     return model.endswith(".fmu")
 
 

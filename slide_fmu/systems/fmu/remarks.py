@@ -15,7 +15,7 @@ def default_hold(file: FmuFile) -> Hold:
 
 
 def is_continuous(file: FmuFile) -> bool:
-    """Whether the continuous states are all states of an FMU, as far as its description says."""
+    """Tell whether an FMU has continuous states alone, as far as its description says."""
     found = file.description
     discrete = any(
         v.variability == "discrete" and v.causality in ("local", "output")

@@ -43,7 +43,7 @@ class Runs:
 
     @property
     def running(self) -> bool:
-        """Whether there is a run that can go on."""
+        """Tell whether there is a run that can go on."""
         return self._steps is not None
 
     @property

@@ -230,5 +230,5 @@ class SolverSteps(Steps):
 
 
 def tells_derivatives(file: FmuFile) -> bool:
-    """Whether a model exchange FMU tells directional derivatives; of FMI 3.0 fmpy does not say."""
+    """Tell whether a model exchange FMU has directional derivatives; fmpy hides it in FMI 3.0."""
     return not file.fmi_3 and bool(file.type.providesDirectionalDerivative)

@@ -36,7 +36,7 @@ class Plan:
 
     @property
     def ramped(self) -> bool:
-        """Whether inputs move linearly within a sample step."""
+        """Tell whether inputs move linearly within a sample step."""
         return hold_of(self.inputs) == "first_order"
 
     def instance(self) -> Instance:
@@ -109,5 +109,5 @@ class CoSimulationSteps(Steps):
 
 
 def interpolates(file: FmuFile) -> bool:
-    """Whether a co-simulation FMU takes the slopes of its inputs, which FMI 2.0 alone has."""
+    """Tell whether a co-simulation FMU takes the slopes of its inputs, which FMI 2.0 alone has."""
     return not file.fmi_3 and bool(getattr(file.type, "canInterpolateInputs", False))

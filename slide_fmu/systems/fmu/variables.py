@@ -154,7 +154,7 @@ def _is_settable(variable: ModelVariable) -> bool:
 
 
 def _fits(variable: ModelVariable, value: Parameter) -> bool:
-    """Whether a value from a recipe is one of the variable's type."""
+    """Tell whether a value from a recipe is one of the variable's type."""
     if not _is_scalar(variable):
         return isinstance(value, str)  # fmpy reads the elements of an array from a text
     if variable.type in REALS:

@@ -88,7 +88,7 @@ def make(specification: Specification) -> System:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is a Python file or module that defines f or simulate.
+    """Tell whether a model is a Python file or module that defines f or simulate.
 
     Raises:
         LoadError: it cannot be run.

@@ -116,7 +116,7 @@ class FunctionSystem(Linearizable):
 
     @cached_property
     def _sizes(self) -> FloatArray:
-        """How large the states become on a slow motion through the ranges of the inputs, (n,)."""
+        """Tell how large the states, (n,), become on a slow motion through the inputs' ranges."""
         corners = np.array([(s.start_value, s.high, s.low) for s in self.inputs])
         at = np.linspace(0, 2, 2 * PROBED_SAMPLES + 1)
         path = np.stack([np.interp(at, range(3), row) for row in corners], axis=1)

@@ -35,7 +35,7 @@ class Likeness:
     samples: int
 
     def together(self, lengths: Sequence[int]) -> bool:
-        """Whether both begin and end at the same place of the signal, but for little."""
+        """Tell whether both begin and end at the same place of the signal, but for little."""
         one, other = (lengths[number] for number in self.records)
         return abs(self.begin) + abs(other - one) <= TOGETHER * min(one, other)
 

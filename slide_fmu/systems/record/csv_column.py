@@ -30,7 +30,7 @@ class CsvColumn:
 
     @property
     def is_dates(self) -> bool:
-        """Whether the values were dates; they are seconds since the first of them."""
+        """Tell whether the values were dates; they are seconds since the first of them."""
         return self._first is not None
 
     def values(self) -> FloatArray:

@@ -66,7 +66,7 @@ class MeasuredRecords(Source):
 
     @property
     def lacks_outputs(self) -> bool:
-        """Whether an output is missing somewhere."""
+        """Tell whether an output is missing somewhere."""
         return not all(np.isfinite(piece.trajectory.outputs).all() for piece in self.pieces)
 
 
@@ -199,5 +199,5 @@ def _modified(what: str, path: str) -> int:
 
 
 def recognises(model: str) -> bool:
-    """Whether a model is a record, by its name."""
+    """Tell whether a model is a record, by its name."""
     return Path(model).suffix.lower() in READERS

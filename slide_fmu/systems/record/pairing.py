@@ -62,7 +62,7 @@ class Answer:
 
     @property
     def foresees(self) -> bool:
-        """Whether an output depends on an input that comes later."""
+        """Tell whether an output depends on an input that comes later."""
         return self.ahead > max(SURE, self._fair)
 
     @property

@@ -79,7 +79,7 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What was prepared: the pieces in the order of the records, and what was done to them.
+    """This says what was prepared: pieces in the order of the records, and what befell them.
 
     Attributes:
         pieces: at least one; all have the same step.

@@ -51,12 +51,12 @@ class Resampling:
 
     @property
     def needed(self) -> bool:
-        """Whether values change at all."""
+        """Tell whether values change at all."""
         return not self.even or self.step != self.own
 
     @property
     def edge(self) -> int:
-        """How many new samples are left out at either end."""
+        """Tell how many new samples are left out at either end."""
         return EDGE if self.down > 1 else 0
 
 

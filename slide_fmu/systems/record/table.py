@@ -55,7 +55,7 @@ class Choice:
 
     @property
     def all(self) -> bool:
-        """Whether all columns are wanted."""
+        """Tell whether all columns are wanted."""
         return self.names is None or self.others
 
     def kept(self, units: dict[str, str]) -> list[str]:

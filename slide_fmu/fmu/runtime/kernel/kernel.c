@@ -119,24 +119,40 @@ static void affine_rows(const float *weights, size_t n_in, size_t n_panels,
     }
 }
 
-/* exp(x) - 1 for x <= 0 (0 for others), error below 1.2e-7: x = n ln 2 + r, Taylor polynomial in
- * r, and 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
-static inline float expm1_of_negative(float x) {
+static inline uint32_t bits_of(float x) {
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static inline float of_bits(uint32_t bits) {
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* All bits if a > b, else none; both below 2^31. Unlike a comparison of numbers, this is no branch
+ * to any compiler, so that loops over it become vectors. */
+static inline uint32_t bits_if_above(uint32_t a, uint32_t b) { return 0u - ((b - a) >> 31); }
+
+/* exp(-x) - 1 for x >= 0, error below 1.2e-7; what is not a number stays so. -x = n ln 2 + r, Taylor
+ * polynomial in r, and 2^n (1 + p) - 1 = 2^n p + (2^n - 1), which keeps small results accurate. */
+static inline float expm1_of_minus(float x) {
+    const uint32_t largest = 0x41a00000u, infinite = 0x7f800000u, bits = bits_of(x); /* 20 */
+    const uint32_t clip = bits_if_above(bits, largest) & ~bits_if_above(bits, infinite);
     const float log2_e = 1.44269504f, ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
-    float z = x < 0.0f ? x : 0.0f;
-    z = z > -20.0f ? z : -20.0f;
-    int32_t nearest = (int32_t)(z * log2_e - 0.5f);
-    float n = (float)nearest;
-    float r = (z - n * ln2_high) - n * ln2_low;
+    const float round_to_integer = 12582912.0f; /* 1.5 * 2^23 */
+    const float z = -of_bits((bits & ~clip) | (largest & clip));
+    const float shifted = z * log2_e + round_to_integer;
+    const float n = shifted - round_to_integer;
+    const float r = (z - n * ln2_high) - n * ln2_low;
     float p = 1.0f / 720 + r * (1.0f / 5040);
     p = 1.0f / 120 + r * p;
     p = 1.0f / 24 + r * p;
     p = 1.0f / 6 + r * p;
     p = 0.5f + r * p;
     p = r + r * r * p;
-    int32_t bits = (nearest + 127) * (1 << 23);
-    float power;
-    memcpy(&power, &bits, sizeof power);
+    const float power = of_bits((bits_of(shifted) + 127) << 23);
     return power * p + (power - 1.0f);
 }
 
@@ -148,16 +164,17 @@ static void relu(float *values, size_t count) {
 
 static void elu(float *values, size_t count) {
     for (size_t i = 0; i < count; ++i) {
-        float negative = expm1_of_negative(values[i]);
-        values[i] = values[i] <= 0 ? negative : values[i];
+        const uint32_t bits = bits_of(values[i]), negative = 0u - (bits >> 31);
+        const uint32_t size = bits & negative & 0x7fffffffu;
+        const uint32_t below = bits_of(expm1_of_minus(of_bits(size)));
+        values[i] = of_bits((bits & ~negative) | (below & negative));
     }
 }
 
 /* tanh |x| = -t / (2 + t) with t = exp(-2 |x|) - 1 */
 static inline float tanh_of(float x) {
-    float t = expm1_of_negative(-2.0f * fabsf(x));
-    float size = -t / (2.0f + t);
-    return x > 0 ? size : (x <= 0 ? -size : x);
+    float t = expm1_of_minus(2.0f * fabsf(x));
+    return copysignf(t / (2.0f + t), x);
 }
 
 SLIDE_CALLED void tanh_each(float *values, size_t count) {

@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+import re
+import stat
+import unicodedata
 import zipfile
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from slide_fmu.fmu.export import LARGEST, read_member
+from slide_fmu.fmu.export import LARGEST, SURROGATE, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
+from slide_fmu.fmu.libraries.sources import FOLDER, source_members
+from slide_fmu.fmu.native_library import NativeError
 
 BINARIES = "binaries/"
 """The libraries of an FMU lie below this folder (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
 
+UNUSUAL = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
+"""Some systems know no names with these signs, and unpack such members to other ones."""
+
 
 def archive_problems(path: Path) -> list[str]:
     """Name members that leave the folder of the FMU, come twice, or unpack to very much.
+
+    Links are named too, and members that systems or importers unpack to different places: what was
+    checked would not be what is run.
 
     Raises:
         zipfile.BadZipFile, OSError: the file is no archive, or cannot be read.
@@ -33,6 +45,18 @@ def archive_problems(path: Path) -> list[str]:
         for name, count in names.items()
         if count > 1
     ]
+    problems += [
+        f"member {member.filename!r} is a link; expected files and folders: do not unpack it"
+        for member in members
+        if stat.S_ISLNK(member.external_attr >> 16)
+    ]
+    problems += _ambiguous(names)
+    begin = min((member.header_offset for member in members), default=0)
+    if begin > 0:
+        problems.append(
+            f"the archive begins with {begin} bytes that are no member; expected none, since "
+            "importers may find other members there: do not unpack it"
+        )
     size = sum(member.file_size for member in members)
     if size > LARGEST:
         problems.append(
@@ -70,7 +94,8 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
     if trusted:
         return problems
     with zipfile.ZipFile(path) as archive:
-        others = {n for n in archive.namelist() if n.startswith(BINARIES) and not n.endswith("/")}
+        names = [name for name in archive.namelist() if not name.endswith("/")]
+    others = {name for name in names if name.casefold().startswith(BINARIES)}
     problems += [
         f"binary {member} is none of slide-fmu; expected {', '.join(known)}: export again"
         for member in sorted(others - set(known))
@@ -78,9 +103,64 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
     return problems
 
 
+def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
+    """Say whether the C sources of an FMU, if it has some, are those of this version.
+
+    Importers compile and run them. Scalar ones can be compared only where there is a compiled
+    library for this computer, which tells how much memory they need.
+
+    Args:
+        path: the FMU.
+        name: its model identifier.
+        fmi: its version of the standard.
+
+    Raises:
+        FmuError, OSError: the file cannot be read.
+    """
+    with zipfile.ZipFile(path) as archive:
+        members = [member for member in archive.namelist() if not member.endswith("/")]
+    found = {member for member in members if member.casefold().startswith(f"{FOLDER}/")}
+    if not found:
+        return []
+    try:
+        scalar = any(member.endswith("CustomFMU.xml") for member in found)
+        known = source_members(name, read_member(path, SURROGATE) or b"", fmi, scalar)
+    except NativeError:
+        return []
+    others = [n for n in sorted(found | set(known)) if read_member(path, n) != known.get(n)]
+    if not others:
+        return []
+    return [
+        f"{len(others)} of {len(known)} files in {FOLDER}/ are not those of slide-fmu, "
+        f"{others[0]} first: they are damaged, foreign, or of another version of slide-fmu; "
+        "export again, or take them as they are (--run)"
+    ]
+
+
 def _leaves(name: str) -> bool:
     posix, windows = PurePosixPath(name), PureWindowsPath(name)
     return bool(posix.is_absolute() or windows.drive or windows.root or ".." in windows.parts)
+
+
+def _ambiguous(names: Iterable[str]) -> Iterator[str]:
+    """Name members that stay below the folder of the FMU, but not everywhere in the same place."""
+    places = defaultdict(list)
+    for name in names:
+        if _leaves(name):
+            continue
+        parts = name.removesuffix("/").split("/")
+        if any(part != part.rstrip(" .") or not part or UNUSUAL.search(part) for part in parts):
+            yield (
+                f"member {name!r} is unpacked to different places by different programs; expected "
+                "plain names with one / between folders: do not unpack it"
+            )
+        places[unicodedata.normalize("NFC", "/".join(parts)).casefold()].append(name)
+    for same in places.values():
+        if len(same) > 1:
+            yield (
+                f"members {same} are one file on systems that do not tell capital letters from "
+                "small ones; expected one of them: do not unpack it"
+            )
 
 
 def _hash(content: bytes) -> str:

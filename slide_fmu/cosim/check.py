@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.files import told_of_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
-from slide_fmu.cosim.archive import archive_problems, library_problems
+from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
@@ -66,6 +66,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
         description = fmpy.read_model_description(str(path))
         fmi: FmiVersion = 3 if description.fmiVersion.startswith("3.") else 2
         problems += library_problems(path, surrogate.name, fmi, run_unknown)
+        problems += [] if run_unknown else source_problems(path, surrogate.name, fmi)
         problems += _compare_description(path, surrogate, description, fmi)
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"{DESCRIPTION}: {error}")
@@ -79,16 +80,31 @@ def _unreadable(path: Path) -> list[str]:
     content = read_member(path, DESCRIPTION)
     if content is None:
         return [f"{DESCRIPTION} is missing; export again"]
+    builder = _Builder()
     try:
-        root = ElementTree.fromstring(content)
+        root = ElementTree.fromstring(content, ElementTree.XMLParser(target=builder))
     except (ElementTree.ParseError, LookupError, ValueError) as error:
         return [f"{DESCRIPTION} is no XML: {error}; export again"]
+    if builder.has_document_type:
+        return [
+            f"{DESCRIPTION} has a document type, by which importers may read other files; "
+            "expected none: export again"
+        ]
     if root.tag != "fmiModelDescription" or "fmiVersion" not in root.attrib:
         return [
             f"{DESCRIPTION} begins with <{root.tag}>; expected <fmiModelDescription> with the "
             "attribute fmiVersion, export again"
         ]
     return []
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """It notes whether a document has a type (``<!DOCTYPE``)."""
+
+    has_document_type = False
+
+    def doctype(self, name: str, public: str | None, system: str | None) -> None:
+        self.has_document_type = True
 
 
 def _compare_description(

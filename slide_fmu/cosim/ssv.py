@@ -45,7 +45,7 @@ def parameters_of(content: bytes, path: str) -> dict[str, float]:
     """
     try:
         root = ElementTree.fromstring(content)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # or of its encoding
         raise ValueError(
             f"{path} is no XML document ({error}); expected an SSV file, as slide-fmu calibrate "
             "-o FITTED.ssv writes one"

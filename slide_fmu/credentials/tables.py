@@ -36,17 +36,17 @@ def read_table(content: bytes, name: str) -> tuple[FloatArray, dict[str, FloatAr
     """Read times (N,) in s, and columns (N,) by name.
 
     Raises:
-        CredentialError: there is no column of time, or no rows, a row has another length, or a
-            value is no number; with the file's name and the line.
+        CredentialError: there is no column of time, no other one, or no rows, a row has another
+            length, or a value is no number; with the file's name and the line.
     """
     try:
         lines = list(csv.reader(io.StringIO(content.decode("utf-8"))))
     except (UnicodeDecodeError, csv.Error) as error:
         raise CredentialError(f"{name} is no CSV file: {error}; expected UTF-8 text") from error
-    if len(lines) < 2 or lines[0][:1] != [TIME]:
+    if len(lines) < 2 or lines[0][:1] != [TIME] or len(lines[0]) < 2:
         raise CredentialError(
-            f"{name} begins with {lines[:1]} and has {len(lines)} lines; expected names of "
-            f"columns, {TIME!r} first, and rows of numbers"
+            f"{name} begins with {lines[:1]} and has {len(lines)} lines; expected names of two "
+            f"or more columns, {TIME!r} first, and rows of numbers"
         )
     rows = [_numbers(line, name, number + 2) for number, line in enumerate(lines[1:])]
     for number, row in enumerate(rows):

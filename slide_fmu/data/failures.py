@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept
+from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
@@ -57,7 +57,7 @@ def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArr
     table = [",".join(["time", *(signal.name for signal in system.inputs)])]
     table += [",".join(map(repr, row)) for row in np.column_stack([time, inputs]).tolist()]
     write_whole(folder / f"{failure.name}.csv", "\n".join([*table, ""]).encode())
-    text = json.dumps(asdict(failure), indent=2)
+    text = json.dumps(sealed(asdict(failure)), indent=2)
     write_whole(folder / f"{failure.name}.json", text.encode())
 
 

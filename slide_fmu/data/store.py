@@ -316,7 +316,7 @@ def _damage_reported(path: Path, split: str) -> Iterator[None]:
     """Turn what Zarr raises on damaged files into a StoreError with the remedy."""
     try:
         yield
-    except (RuntimeError, ValueError, KeyError) as error:
+    except (RuntimeError, ValueError, KeyError, TypeError) as error:
         raise StoreError(
             f"{path}: a file of split {split!r} is damaged or missing ({error}); generate again "
             "(slide-fmu generate RECIPE --overwrite)"
@@ -327,8 +327,13 @@ def _read(array: Any, rows: Sequence[int]) -> NDArray[Any]:
     """Read some of an array's rows, one chunk each.
 
     Raises:
-        ValueError: a chunk is damaged; the message names its file.
+        ValueError: a chunk is damaged, or the description of the array; the message names its
+            file.
     """
+    if array.chunks != (1, *array.shape[1:]):  # descriptions have no checksums, as chunks have
+        raise ValueError(
+            f"{array.basename}/zarr.json: chunks of {array.chunks} in an array of {array.shape}"
+        )
     try:
         if isinstance(rows, range) and rows.step == 1:
             return np.asarray(array[rows.start : rows.stop])
@@ -348,12 +353,18 @@ def _group(path: Path, mode: Any) -> Any:
 
 
 def _attributes(path: Path) -> dict[str, Any]:
-    attributes: dict[str, Any] = {}
-    with contextlib.suppress(FileNotFoundError, ValueError):
-        attributes = dict(_group(path, "r").attrs.asdict())
-    if not (isinstance(attributes.get("fingerprint"), dict) and "probe" in attributes):
-        raise StoreError(f"{path} is not a trajectory store; remove it and generate again")
-    return attributes
+    try:
+        found: dict[str, Any] = dict(_group(path, "r").attrs.asdict())
+        np.array(found["probe"], dtype=np.float64)
+        tables = [found["fingerprint"][name] for name in ("data", "system")]
+        if not all(isinstance(table, dict) for table in tables):
+            raise TypeError("its recipe has no tables")
+    except (FileNotFoundError, LookupError, TypeError, ValueError) as error:
+        raise StoreError(
+            f"{path} is not a trajectory store, or a damaged one ({error}); remove it and "
+            "generate again"
+        ) from error
+    return found
 
 
 def _create_split(group: Any, count: int, shapes: Shapes) -> None:

@@ -33,6 +33,11 @@ and their names in the FMU."""
 LARGEST = 2_000_000_000
 """Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
 
+LARGEST_TEXT = 20_000_000
+"""Texts that are parsed have no more bytes: in memory they take up to a hundred times as many."""
+
+PARSED = {".csv", ".exp", ".json", ".srmd", ".ssv", ".xml"}
+"""Members with these endings are such texts."""
 
 REMEDY = "get the file again, or write it anew (slide-fmu export)"
 """What is to be done about a damaged FMU."""
@@ -206,8 +211,9 @@ def read_member(path: Path, name: str) -> bytes | None:
             if name not in archive.namelist():
                 return None
             size = archive.getinfo(name).file_size
-            if size > LARGEST:
-                raise FmuError(f"{path}: {name} has {size} bytes; expected at most {LARGEST}")
+            most = LARGEST_TEXT if PurePosixPath(name).suffix in PARSED else LARGEST
+            if size > most:
+                raise FmuError(f"{path}: {name} has {size} bytes; expected at most {most}")
             return archive.read(name)
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise _no_archive(path, error) from error

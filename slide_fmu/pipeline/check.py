@@ -45,12 +45,15 @@ def check(fmu: Path, run: bool) -> Checked:
         surrogate, _ = read_fmu(fmu)
         if archive_problems(fmu):
             return Checked(problems)
+    except (FmuError, OSError):  # check_fmu has said it
+        return Checked(problems)
+    try:
         problems += credential_problems(fmu, surrogate)
         if problems or not run:
             return Checked(problems)
         found = replay(fmu, surrogate)
-    except (FmuError, OSError):  # check_fmu has said it
-        return Checked(problems)
+    except (FmuError, OSError) as error:
+        return Checked([*problems, str(error)])
     except CoSimulationError as error:
         return Checked([f"the experiment cannot be repeated: {error}"])
     return Checked([] if found is None else found.problems(), found)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import damage_named, read_kept
+from slide_fmu.core.kept import damage_named, read_kept, sealed
 from slide_fmu.data.unseen import UnseenMotion
 
 
@@ -35,7 +35,7 @@ class KeptComparison:
             if record["key"] == key:
                 return dict(record["figures"])
         found = find()
-        text = json.dumps({"key": key, "figures": found}, indent=2, allow_nan=False)
+        text = json.dumps(sealed({"key": key, "figures": found}), indent=2, allow_nan=False)
         write_whole(place, (text + "\n").encode("utf-8"))
         return found
 

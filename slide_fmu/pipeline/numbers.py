@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept
+from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.fingerprint import same_motion
@@ -171,7 +171,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
         record = {"recipe": about, "probe": motion.tolist(), "curve": curve.figures()}
-        write_whole(folder.numbers, json.dumps(record, indent=1).encode("utf-8"))
+        write_whole(folder.numbers, json.dumps(sealed(record), indent=1).encode("utf-8"))
 
 
 def _end(points: list[CurvePoint], budget: float | None) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept
+from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.fingerprint import same_motion
@@ -63,7 +63,7 @@ def resolved_lengths(
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
     record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
-    write_whole(place, json.dumps(record, indent=1).encode("utf-8"))
+    write_whole(place, json.dumps(sealed(record), indent=1).encode("utf-8"))
     return found.values, found.sizing
 
 

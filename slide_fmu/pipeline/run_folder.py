@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept
+from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.data.claims import locked
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
@@ -171,7 +171,7 @@ class RunFolder:
             "histories": {stage: asdict(history) for stage, history in histories.items()},
         }
         write_whole(self.surrogate, data)
-        write_whole(self.training, json.dumps(record).encode("utf-8"))
+        write_whole(self.training, json.dumps(sealed(record)).encode("utf-8"))
 
     def load_surrogate(self, recipe: Recipe) -> Trained:
         """Return the trained surrogate of a recipe.

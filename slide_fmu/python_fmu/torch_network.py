@@ -10,6 +10,7 @@ import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -92,24 +93,32 @@ def _read_scripted(path: Path) -> Callable[[torch.Tensor], Any]:
 
 
 def _read_exported(path: Path) -> Callable[[torch.Tensor], Any]:
-    _require_data_alone(path)
+    content = _data_alone(path)
     with _only_tensors_unpickled():
-        return torch.export.load(path).module()
+        return torch.export.load(content).module()
 
 
-def _require_data_alone(path: Path) -> None:
-    """Reject a file with compiled code, or with objects other than tensors, which are pickles.
+def _data_alone(path: Path) -> BytesIO:
+    """Copy an archive, so that torch finds those members in it that were looked at, and no others.
+
+    Torch does not tell capital letters from small ones, and may look for the directory of an
+    archive elsewhere than Python does.
 
     Raises:
-        ValueError: it has some; the message names the member.
+        ValueError: it has compiled code, or objects other than tensors, which are pickles; the
+            message names the member.
     """
-    with zipfile.ZipFile(path) as archive:
+    content = BytesIO()
+    with zipfile.ZipFile(path) as archive, zipfile.ZipFile(content, "w") as copy:
         for name in archive.namelist():
-            if any(part.startswith(CODE) for part in PurePosixPath(name).parts):
+            if any(part.startswith(CODE) for part in PurePosixPath(name.casefold()).parts):
                 raise ValueError(
                     f"its member {name!r} may run any code; expected a module of tensors and "
                     "operators of torch: save one without custom objects and compiled parts"
                 )
+            copy.writestr(name, archive.read(name))
+    content.seek(0)
+    return content
 
 
 @contextmanager

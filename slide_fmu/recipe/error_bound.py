@@ -100,7 +100,19 @@ def bound_samples(recipe: Recipe) -> int:
     """
     if recipe.bound is None:
         return 0
+    return max(recipe.window.n_in, bound_filling(recipe)) + N_BLOCKS * _long_block(recipe)
+
+
+def bound_filling(recipe: Recipe) -> int:
+    """Return how many samples of the inputs a bound must know to count; none without one."""
+    if recipe.bound is None:
+        return 0
     window = recipe.window
-    _, block = block_lengths(window.step, (recipe.bound.short_span, recipe.bound.long_span))
-    filling = window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * block
-    return max(window.n_in, filling) + N_BLOCKS * block
+    return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * _long_block(recipe)
+
+
+def _long_block(recipe: Recipe) -> int:
+    """Return the samples in a long block."""
+    assert recipe.bound is not None
+    spans = recipe.bound.short_span, recipe.bound.long_span
+    return block_lengths(recipe.window.step, spans)[1]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from slide_fmu.core.files import told_of_system
+from slide_fmu.core.signals import UNUSABLE
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
@@ -31,11 +32,30 @@ def parse_recipe(text: str, source: str) -> Recipe:
                 f'{source}: automatic is not a known key; remove it, or write "auto" at the keys '
                 "that are to be found"
             )
+        for place, found in _texts(tables, ()):
+            if UNUSABLE.search(found):
+                raise RecipeError(
+                    f"{source}: {place} holds {found!r}; expected text without control "
+                    "characters, since the XML files of an FMU can hold none"
+                )
         return Recipe.model_validate(tables)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
     except ValidationError as error:
         raise RecipeError(mistakes(error, source, file=Recipe)) from error
+
+
+def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """Give all keys and texts of a TOML file, each with the place at which it stands."""
+    if isinstance(value, str):
+        yield ".".join(place), value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield ".".join(place) or "the file", key
+            yield from _texts(inner, (*place, key))
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _texts(inner, place)
 
 
 def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], source: str) -> Recipe:

@@ -11,7 +11,12 @@ from pydantic import Field, model_validator
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
-from slide_fmu.recipe.error_bound import BoundRecipe, bound_samples, require_bound
+from slide_fmu.recipe.error_bound import (
+    BoundRecipe,
+    bound_filling,
+    bound_samples,
+    require_bound,
+)
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
     METHODS,
@@ -273,15 +278,16 @@ class Recipe(Table):
     def shortest_validation(self) -> float:
         """Return the least duration in s of a trajectory on which an FMU can be measured.
 
-        Scored are samples after the burn-in whose inputs were all set, and error estimates whose
-        whole span is scored.
+        Scored are samples after the burn-in whose inputs were all set, error estimates whose
+        whole span is scored, and error bounds that know all inputs behind them.
         """
         window, burn_in = self.window, round(self.data.burn_in / self.window.step)
         whole = self.network.sees_whole_window
         seen = window.n_in if whole else window.n_in - window.n_out + 1
         first = max(burn_in + 1, seen)
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
-        return (first + scored - 1 - burn_in) * window.step
+        last = max(first + scored - 1, bound_filling(self))
+        return (last - burn_in) * window.step
 
     def _is_guessed(self) -> bool:
         """Tell whether lengths are first guesses, with which nothing that is given need agree."""

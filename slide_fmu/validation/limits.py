@@ -70,7 +70,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
         )
     if surrogate.bound is not None:
         in_range = None if measured is None else next(iter(ordered(measured).values()))
-        found += bound_sentences(recipe, in_range)
+        found += bound_sentences(recipe, surrogate.hold == "first_order", in_range)
     if measured is None:
         return [*found, "The error of this surrogate has not been measured."]
     return [*found, *_measured_limits(measured)]

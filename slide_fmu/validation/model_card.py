@@ -96,7 +96,9 @@ def _about_bound(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any])
         return {"bound_tables": []}
     named = _named(validations)
     return {
-        "bound_sentences": bound_sentences(recipe, next(iter(validations.values()))),
+        "bound_sentences": bound_sentences(
+            recipe, surrogate.hold == "first_order", next(iter(validations.values()))
+        ),
         "bound_tables": [bound_rows(named), kind_rows(named)],
         "bound_columns": COLUMNS,
         "harm_rows": harm_rows(named),

@@ -40,11 +40,12 @@ def search_sentence(figures: dict[str, Any]) -> str:
     )
 
 
-def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str]:
+def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | None) -> list[str]:
     """Say where bounds count, and what the FMU says where they do not.
 
     Args:
         recipe: what the FMU was made from; it has the table ``bound``.
+        moving: whether inputs move within a step, as those with a first-order hold do.
         measured: the figures in range of the FMU's validation; None where it was not measured.
     """
     assert recipe.bound is not None
@@ -60,6 +61,16 @@ def bound_sentences(recipe: Recipe, measured: dict[str, Any] | None) -> list[str
         "not calibrated there, and the error may be many times larger.",
         "That in_domain is true proves nothing of inputs of other kinds.",
     ]
+    if recipe.system.reference:
+        found.append(
+            "Error bounds were calibrated beside the model that made the data: what that errs "
+            "beside the finer reference is not in them."
+        )
+    if moving:
+        found.append(
+            "Error bounds were calibrated on inputs that are known to the end of each step: the "
+            "error of telling the FMU only what they are at its begin is not in them."
+        )
     wanted = percent(recipe.bound.false_alarms)
     if measured is None:
         return [*found, f"False alarms were {wanted} of the samples of the calibration."]

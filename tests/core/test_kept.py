@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError, read_kept
+from slide_fmu.core.kept import DamagedFileError, read_kept, sealed
 
 WHOLE = json.dumps({"a": 1, "b": [2.5], "more": None}).encode()
 
@@ -35,3 +35,19 @@ def test_damaged_file_is_named_with_what_was_expected_and_the_remedy(
 def test_file_that_cannot_be_read_is_not_called_damaged(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         read_kept(tmp_path, ("a",))
+
+
+def test_digit_that_a_flipped_bit_has_changed_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "kept.json"
+    record = {"values": {"n_in": 96}, "pair": (0.1, float("nan"))}
+    path.write_text(json.dumps(sealed(record), indent=1))
+    assert read_kept(path, ("values",)).keys() == record.keys()
+    path.write_text(path.read_text().replace("96", "97"))
+    with pytest.raises(DamagedFileError, match=r"kept.json is damaged .*does not have the hash"):
+        read_kept(path, ("values",))
+
+
+def test_object_of_a_former_version_without_a_hash_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "kept.json"
+    path.write_text('{"values": 3}')
+    assert read_kept(path, ("values",)) == {"values": 3}

@@ -93,7 +93,7 @@ def test_table_keeps_nine_digits_of_values_and_all_of_times() -> None:
     ("content", "message"),
     [
         (b"\xff\xfe", "is no CSV file"),
-        (b"t,u\n0,1\n", "expected names of columns, 'time' first"),
+        (b"t,u\n0,1\n", "expected names of two or more columns"),
         (b"time,u\n", "has 1 lines"),
         (b"time,u\n0,1,2\n", "line 2 has 3 values; expected 2"),
     ],

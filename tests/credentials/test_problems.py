@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.cosim.ssv import parameters_of
 from slide_fmu.credentials import members
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu, read_member
@@ -71,3 +72,19 @@ def test_identity_of_an_fmu_does_not_depend_on_its_credentials(
     description = read_member(plain, "modelDescription.xml")
     assert description == read_member(LINEAR, "modelDescription.xml")
     assert read_fmu(plain)[0].to_bytes() == read_fmu(LINEAR)[0].to_bytes()
+
+
+@pytest.mark.parametrize("name", ["INPUTS", "RESULTS", "REFERENCE_MODEL"])
+def test_table_of_times_alone_is_a_problem(
+    surrogate: Surrogate, changed: Changed, name: str
+) -> None:
+    place = getattr(members, name)
+    times = b"\n".join(line.split(b",")[0] for line in member(place).splitlines())
+    (problem,) = credential_problems(changed(place, times), surrogate)
+    assert problem.startswith(f"{place} begins with [['time']]")
+
+
+def test_parameters_in_an_unknown_encoding_are_a_problem() -> None:
+    content = b'<?xml version="1.0" encoding="nonsense"?><a/>'
+    with pytest.raises(ValueError, match=r"x.ssv is no XML document \(unknown encoding"):
+        parameters_of(content, "x.ssv")

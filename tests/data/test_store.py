@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import threading
@@ -161,7 +162,9 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
 def test_place_that_holds_something_else_is_refused(tmp_path: Path, make: Any) -> None:
     path = tmp_path / "data.zarr"
     make(path)
-    with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
+    with pytest.raises(
+        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
+    ):
         open_store(path, RECIPE, SHAPES, MOTION)
 
 
@@ -213,7 +216,9 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
     with pytest.raises(StoreError, match=r"split 'beyond' is damaged.*--overwrite"):
         open_store(store, RECIPE, SHAPES, MOTION)
     (store / "zarr.json").write_text("{", encoding="utf-8")
-    with pytest.raises(StoreError, match="is not a trajectory store; remove it"):
+    with pytest.raises(
+        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
+    ):
         open_store(store, RECIPE, SHAPES, MOTION)
 
 
@@ -331,3 +336,39 @@ def test_store_of_an_earlier_version_gets_room_for_a_bound(tmp_path: Path) -> No
     open_store(path, RECIPE, SHAPES, MOTION)
     assert missing_trajectories(path, "calibration") == []
     write_trajectory(path, "train", 0, trajectory(0), kind=0)
+
+
+@pytest.mark.parametrize(("name", "length"), [("inputs", 4), ("outputs", 4), ("inputs", 7)])
+def test_length_that_a_flipped_bit_has_changed_is_named(
+    store: Path, name: str, length: int
+) -> None:
+    for index in range(4):
+        write_trajectory(store, "train", index, trajectory(index), kind=0)
+    place = store / "train" / name / "zarr.json"
+    description = json.loads(place.read_text())
+    description["shape"][1] = length
+    place.write_text(json.dumps(description))
+    with pytest.raises(StoreError, match=rf"'train' is damaged .*{name}/zarr.json"):
+        read_split(store, "train", 4)
+
+
+@pytest.mark.parametrize(("old", "new"), [("separator", "separador"), ("chunk_shape", "chunk_3")])
+def test_key_of_an_array_that_a_flipped_bit_has_changed_is_reported(
+    store: Path, old: str, new: str
+) -> None:
+    place = store / "train" / "done" / "zarr.json"
+    place.write_text(place.read_text().replace(old, new))
+    with pytest.raises(StoreError, match="'train' is damaged"):
+        open_store(store, RECIPE, SHAPES, MOTION)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [('"data":', '"datc":'), ('"attributes"', '"atTributes"'), ("0.1", '"0.1x"')]
+)
+def test_key_of_a_store_that_a_flipped_bit_has_changed_is_reported(
+    store: Path, old: str, new: str
+) -> None:
+    place = store / "zarr.json"
+    place.write_text(place.read_text().replace(old, new, 1))
+    with pytest.raises(StoreError, match="not a trajectory store, or a damaged one"):
+        open_store(store, RECIPE, SHAPES, MOTION)

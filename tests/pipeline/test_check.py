@@ -63,3 +63,19 @@ def test_check_of_a_file_that_is_no_fmu_lists_a_problem(tmp_path: Path) -> None:
     path = tmp_path / "linear.fmu"
     path.write_bytes(b"no archive")
     assert len(check(path, run=True).problems) == 1
+
+
+def test_check_names_a_member_of_the_experiment_that_is_not_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("slide_fmu.fmu.export.LARGEST_TEXT", len(_text(members.INPUTS)) - 1)
+    monkeypatch.setattr("slide_fmu.pipeline.check.check_fmu", lambda *_: [])
+    monkeypatch.setattr("slide_fmu.pipeline.check.read_fmu", lambda path: (None, None))
+    (problem,) = check(LINEAR, run=False).problems
+    assert "expected at most" in problem
+
+
+def _text(name: str) -> bytes:
+    content = read_member(LINEAR, name)
+    assert content is not None
+    return content

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import json
 import pathlib
+import pickle
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -234,6 +237,51 @@ def test_pickle_in_an_exported_module_is_refused_and_does_not_run(tmp_path: Path
     assert "the file cannot be read" in refusal(path, tmp_path)
     assert not sprung.exists()
     torch.load(io.BytesIO(trap.getvalue()), weights_only=False)  # the trap works
+    assert sprung.exists()
+
+
+def with_trap(fine: Path, member: str, sprung: Path) -> bytes:
+    """An exported module whose constants name a pickle, which lies in a member."""
+    with zipfile.ZipFile(fine) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    (config,) = (name for name in members if name.endswith("constants_config.json"))
+    constants = json.loads(members[config])
+    constants["config"]["trap"] = {
+        **{"path_name": "opaque_obj_0", "use_pickle": True},
+        **{"is_param": False, "tensor_meta": None},
+    }
+    members[config] = json.dumps(constants).encode()
+    members[f"{config.split('/')[0]}/{member}"] = pickle.dumps(Trap(sprung))
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return content.getvalue()
+
+
+def test_pickle_under_a_name_in_capital_letters_is_refused_and_does_not_run(
+    tmp_path: Path,
+) -> None:
+    fine, path, sprung = tmp_path / "fine.pt2", tmp_path / "strange.pt2", tmp_path / "sprung"
+    save_exported(WithValues(2), fine)
+    path.write_bytes(with_trap(fine, "data/constants/OPAQUE_obj_0", sprung))
+    assert "OPAQUE_obj_0' may run any code" in refusal(path, tmp_path)
+    assert not sprung.exists()
+    with contextlib.suppress(Exception):  # the trap works
+        torch.export.load(path)
+    assert sprung.exists()
+
+
+def test_pickle_in_an_archive_with_two_directories_does_not_run(tmp_path: Path) -> None:
+    """Torch reads the directory that the archive's end tells, Python that which is before it."""
+    fine, path, sprung = tmp_path / "fine.pt2", tmp_path / "strange.pt2", tmp_path / "sprung"
+    save_exported(WithValues(2), fine)
+    trap = with_trap(fine, "data/constants/opaque_obj_0", sprung)
+    path.write_bytes(trap[:-22] + with_trap(fine, "data/constants/other_file_0", sprung))
+    assert "the file cannot be read" in refusal(path, tmp_path)
+    assert not sprung.exists()
+    with contextlib.suppress(Exception):  # the trap works
+        torch.export.load(path)
     assert sprung.exists()
 
 

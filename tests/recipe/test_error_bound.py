@@ -68,3 +68,13 @@ def test_bound_of_records_is_refused() -> None:
     }
     with pytest.raises(ValueError, match="that can be simulated"):
         Recipe.model_validate(tables)
+
+
+def test_shortest_validation_has_a_sample_at_which_the_bound_counts() -> None:
+    recipe = tiny_state_space_recipe(bound={}, data={"burn_in": 0.0, **LONG})
+    window, long_block = recipe.window, 8  # of 1 s, an eighth
+    assert window.step == 1 / 64
+    filling = window.n_in - window.n_out + 1 + 9 * long_block
+    assert recipe.shortest_validation() == filling * window.step
+    plain = tiny_state_space_recipe(data={"burn_in": 0.0, **LONG})
+    assert plain.shortest_validation() < filling * window.step

@@ -290,3 +290,19 @@ def test_empty_table_of_the_estimator_is_a_whole_one() -> None:
     assert recipe.estimator.pretraining is not None
     assert recipe.estimator.training.steps == 2000
     assert {"window.n_in", "data.estimator"} <= set(recipe.automatic)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('description = "a\\u0001b"', "description"),
+        ('[system]\nmodel = "m\\u0000"', "system.model"),
+        ('[[data.excitation]]\nkind = "k\\uFFFE"', "data.excitation.kind"),
+        ('"\\u0001" = 3', "the file"),
+    ],
+)
+def test_text_that_no_xml_can_hold_is_refused_before_anything_is_made(
+    text: str, place: str
+) -> None:
+    with pytest.raises(RecipeError, match=f"it: {place} holds .* expected text without control"):
+        parse_recipe(text, "it")

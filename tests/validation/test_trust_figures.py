@@ -121,12 +121,12 @@ def test_harm_stands_by_kind_in_tables_and_credentials_where_usual_errors_are_kn
 
 def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -> None:
     found = bounded(FIRST, SECOND)
-    text = " ".join(bound_sentences(found.recipe, found.figures()))
+    text = " ".join(bound_sentences(found.recipe, False, found.figures()))
     assert "that the surrogate was trained on: they were calibrated by 150 trajectories" in text
     assert "90 to 99 %" in text
     assert "Where in_domain is false" in text
     assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
-    unknown = " ".join(bound_sentences(found.recipe, None))
+    unknown = " ".join(bound_sentences(found.recipe, False, None))
     assert "False alarms were 0.25 % of the samples of the calibration." in unknown
 
 
@@ -151,7 +151,7 @@ def test_credentials_have_bound_domain_and_where_they_count() -> None:
     assert float(rows[3].get("lowest_coverage")) == 1 / 2
     measured = {"validation": {"in range": bounded(FIRST, SECOND, THIRD).figures()}}
     own = bounded(FIRST)
-    sentences = bound_sentences(own.recipe, measured["validation"]["in range"])
+    sentences = bound_sentences(own.recipe, False, measured["validation"]["in range"])
     assert set(sentences) < set(found["limits"])
     assert limits(own.surrogate, own.recipe, measured) == found["limits"]
 
@@ -184,3 +184,22 @@ def test_samples_before_the_bound_counts_are_left_out() -> None:
     assert len(cut.time) == len(SECOND.time) - 2
     assert bounded(cut).figures()["error_bound"] == part != whole
     assert replace(SECOND, first_told=99).where_told() is None
+
+
+def test_card_says_which_errors_bounds_do_not_hold() -> None:
+    plain = bounded(FIRST).recipe
+    system = plain.system.model_copy(update={"reference": {"substeps": 9}})
+    finer = plain.model_copy(update={"system": system})
+    forecast, model = "known to the end of each step", "errs beside the finer reference"
+    assert model in " ".join(bound_sentences(finer, False, None))
+    assert forecast in " ".join(bound_sentences(plain, True, None))
+    for text in (model, forecast):
+        assert text not in " ".join(bound_sentences(plain, False, None))
+
+
+@pytest.mark.parametrize("more", [{"amplitude": (1.0, 3.0)}, {"held_out": True}])
+def test_report_of_other_inputs_calls_no_flag_a_false_alarm(more: dict[str, Any]) -> None:
+    text = bound_sections({"validation": bounded(FIRST, SECOND, **more)})[0].text
+    assert "False alarms were 0.25 % of the samples of the calibration." in text
+    text = bound_sections({"validation": bounded(FIRST, SECOND)})[0].text
+    assert "of the samples in range, in_domain is false for 25 %" in text

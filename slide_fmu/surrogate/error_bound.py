@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.block_means import N_BLOCKS, block_means
 from slide_fmu.core.signals import FloatArray
@@ -173,16 +174,16 @@ class ErrorBound:
             )
         return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
 
-    def bounds(self, trust: Trust, confidence: float) -> FloatArray:
+    def bounds(self, trust: Trust, confidence: float, in_domain: NDArray[np.bool_]) -> FloatArray:
         """Give bounds, relative to the outputs' scales, (N, n_outputs).
 
-        Where the novelty is above 1 they are at least the disagreement.
+        Where a sample is not in the domain, (N,), they are at least the disagreement.
 
         Raises:
             ValueError: as for ``factors_at``.
         """
         bounds = self.factors_at(confidence) * trust.scales
-        outside = (trust.novelty > 1)[:, None]
+        outside = ~in_domain[:, None]
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
         return np.where(outside, np.maximum(bounds, known), bounds)

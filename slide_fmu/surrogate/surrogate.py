@@ -329,7 +329,8 @@ class Surrogate:
         """
         trust = self.trust(inputs)
         assert self.bound is not None
-        return self.bound.bounds(trust, confidence) * self.output_scaling.scale
+        inside = self._known(trust, inputs)
+        return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale
 
     def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Say at each sample whether the surrogate knows such inputs: (N, n_inputs) to (N,).
@@ -339,7 +340,10 @@ class Surrogate:
         Raises:
             ValueError: as for ``trust``.
         """
-        return np.asarray((self.trust(inputs).novelty <= 1) & self.inputs_in_range(inputs))
+        return self._known(self.trust(inputs), inputs)
+
+    def _known(self, trust: Trust, inputs: NDArray[Any]) -> NDArray[np.bool_]:
+        return np.asarray((trust.novelty <= 1) & self.inputs_in_range(inputs))
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Say at each sample whether inputs behind the outputs are known: (N, n_inputs) to (N,).

@@ -134,6 +134,30 @@ def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
     assert expected.any()
 
 
+def test_bound_at_inputs_out_of_range_is_at_least_the_disagreement(load: Load) -> None:
+    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    assert surrogate.bound is not None
+    tight = dataclasses.replace(
+        surrogate.bound,
+        limits=1e6 * surrogate.bound.limits,
+        factors=1e-6 * surrogate.bound.factors,
+    )
+    surrogate = dataclasses.replace(surrogate, bound=tight)
+    native, scaling, found = load(surrogate).instance().start(), surrogate.input_scaling, []
+    inputs = scaling.invert(np.random.default_rng(1).uniform(-0.9, 0.9, (60, 2)))
+    inputs[40] = scaling.invert(np.array([1.1, 0.0]))
+    for row in inputs:
+        native.step(*row)
+        found.append(native.get(*places(surrogate, "ERROR_BOUND")))
+    trust, strayed = surrogate.trust(inputs), ~surrogate.inputs_in_range(inputs)
+    assert trust.novelty.max() <= 1
+    assert strayed.any()
+    apart = trust.disagreement * surrogate.output_scaling.scale
+    within(np.array(found)[strayed], apart[strayed])
+    assert np.all(np.array(found)[~strayed] < apart[~strayed])
+    within(found, surrogate.error_bounds(inputs))
+
+
 def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -> None:
     """After a step that is no multiple of h, all samples are others; the predictor sees n_in."""
     surrogate = bounded_surrogate(PLAIN, BLOCKS)

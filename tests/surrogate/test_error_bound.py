@@ -90,8 +90,8 @@ def test_trust_is_that_of_plain_loops(blocks: tuple[int, int]) -> None:
 def test_bounds_are_factors_times_scales_and_outside_at_least_the_disagreement() -> None:
     bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
-    trust = Trust(np.full((2, 2), 0.5), np.array([[9.0, 0.0], [9.0, 0.0]]), np.array([1.0, 1.1]))
-    found = bound.bounds(trust, 0.95)
+    trust = Trust(np.full((2, 2), 0.5), np.array([[9.0, 0.0], [9.0, 0.0]]), np.array([1.0, 1.0]))
+    found = bound.bounds(trust, 0.95, np.array([True, False]))
     expected = 0.5 * bound.factors[1]
     np.testing.assert_allclose(found, [expected, [9.0, expected[1]]])
 
@@ -135,7 +135,7 @@ def test_what_is_not_finite_is_as_bad_as_can_be() -> None:
     scaled = np.full((5, 2), 1e30)
     trust = bound.along(scaled, np.full((5, 2), np.inf))
     assert np.all(trust.novelty == 1e9)
-    assert np.all(bound.bounds(trust, 0.95) >= 2.0**MOST_EXPONENT)
+    assert np.all(bound.bounds(trust, 0.95, trust.novelty <= 1) >= 2.0**MOST_EXPONENT)
 
 
 def test_file_keeps_the_bound() -> None:

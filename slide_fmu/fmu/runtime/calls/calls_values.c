@@ -10,6 +10,11 @@ static double part_filled(const SlideState *state, double n_samples) {
     return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
+/* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
+static bool in_domain(const SlideModel *model, const SlideState *state) {
+    return slide_bound_knows(&state->bound) && slide_stream_in_range(model, state);
+}
+
 /* Of an output, oldest first; block: all outputs, of slide_stream_block. Are they finite? */
 static bool write_outputs(const SlideModel *model, const float *block, size_t output,
                           double values[]) {
@@ -88,12 +93,13 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         break;
     case SLIDE_ERROR_BOUND:
         slide_stream_bound(model, state);
-        values[0] = slide_bound_of(&model->bound, &state->bound, i, state->head->confidence) *
+        values[0] = slide_bound_of(&model->bound, &state->bound, i, state->head->confidence,
+                                   in_domain(model, state)) *
                     model->output_scaling[i].scale;
         break;
     case SLIDE_IN_DOMAIN:
         slide_stream_bound(model, state);
-        values[0] = *state->bound.novelty <= 1 && slide_stream_in_range(model, state);
+        values[0] = in_domain(model, state);
         break;
     case SLIDE_NOVELTY:
         slide_stream_bound(model, state);

@@ -73,9 +73,12 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bo
 #define SLIDE_USUAL_CONFIDENCE 0.95
 #define SLIDE_LARGEST_CONFIDENCE 0.99
 
+/* The novelty is that of the calibration. */
+bool slide_bound_knows(const SlideBoundState *state);
+
 /* The bound of an output, relative to its scale, for a confidence between these. Outside of the
- * domain it is at least the disagreement. */
+ * domain, be it for novelty or for a range that was left, it is at least the disagreement. */
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence);
+                      double confidence, bool in_domain);
 
 #endif

@@ -68,12 +68,14 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bo
     }
 }
 
+bool slide_bound_knows(const SlideBoundState *state) { return *state->novelty <= 1; }
+
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence) {
+                      double confidence, bool in_domain) {
     const size_t row = confidence <= SLIDE_LEAST_CONFIDENCE   ? 0
                        : confidence <= SLIDE_USUAL_CONFIDENCE ? 1
                                                               : 2;
     const double value = bound->factors[row * bound->n_outputs + output] * state->scales[output];
     const double apart = state->apart[output];
-    return *state->novelty > 1 && apart > value ? apart : value;
+    return !in_domain && apart > value ? apart : value;
 }

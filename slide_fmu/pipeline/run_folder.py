@@ -173,6 +173,13 @@ class RunFolder:
         write_whole(self.surrogate, data)
         write_whole(self.training, json.dumps(sealed(record)).encode("utf-8"))
 
+    def require_surrogate(self) -> None:
+        """Raise a StageError where nothing was trained."""
+        if not (self.surrogate.exists() and self.training.exists()):
+            raise StageError(
+                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
+            )
+
     def load_surrogate(self, recipe: Recipe) -> Trained:
         """Return the trained surrogate of a recipe.
 
@@ -180,10 +187,7 @@ class RunFolder:
             DamagedFileError: how it was trained cannot be read.
             StageError: nothing was trained here, or it was trained from another recipe.
         """
-        if not (self.surrogate.exists() and self.training.exists()):
-            raise StageError(
-                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
-            )
+        self.require_surrogate()
         record = read_kept(self.training, KEPT, "train again (slide-fmu train RECIPE)")
         if not _same_learning(record["recipe"], recipe):
             raise StageError(

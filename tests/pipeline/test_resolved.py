@@ -12,6 +12,7 @@ from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.data.generation import generate
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
+from slide_fmu.pipeline.export import Request, export
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
@@ -150,3 +151,15 @@ def test_run_folder_that_is_a_file_is_refused_before_any_work(tmp_path: Path) ->
     (tmp_path / "runs" / "lag").write_text("no folder", encoding="utf-8")
     with pytest.raises(StageError, match=r"lag is a file; expected a folder"):
         opened(tmp_path)
+
+
+def test_export_of_an_untrained_recipe_is_refused_before_lengths_are_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = note_searches(monkeypatch)
+    place = tmp_path / "lag.toml"
+    place.write_text(OPEN, encoding="utf-8")
+    request = Request(place, None, 2, False, False, None, None, None, tmp_path / "runs")
+    with pytest.raises(StageError, match=r"no trained surrogate in .*lag; train it first"):
+        export(request, no_stages)
+    assert searches == []

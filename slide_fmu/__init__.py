@@ -19,20 +19,28 @@ if TYPE_CHECKING:
     from slide_fmu.core.window import Window
     from slide_fmu.cosim.run import CoSimulationError
     from slide_fmu.cosim.simulate import simulate
+    from slide_fmu.data.errors import StoreError
     from slide_fmu.fitting.calibration.result import Calibration
+    from slide_fmu.fitting.errors import TrainingError
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
+    from slide_fmu.fmu.native_library import NativeError
+    from slide_fmu.memory.sizing import ShortWindowError
+    from slide_fmu.memory.stability import UnstableSurrogateError
     from slide_fmu.motion.autodiff.functions import (
         casadi_function,
         device_surrogate,
         torch_module,
     )
     from slide_fmu.pipeline.calibrate import calibrate
+    from slide_fmu.pipeline.errors import QualityError
     from slide_fmu.pipeline.learning import Learnt, learn
     from slide_fmu.pipeline.python_calls import export, run, validate
+    from slide_fmu.pipeline.run_folder import StageError
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
+    from slide_fmu.surrogate.payload import PayloadError
     from slide_fmu.surrogate.surrogate import Surrogate
     from slide_fmu.systems.base import (
         Linearizable,
@@ -44,7 +52,7 @@ if TYPE_CHECKING:
         Stepping,
         System,
     )
-    from slide_fmu.systems.errors import SimulationError
+    from slide_fmu.systems.errors import LoadError, SimulationError
     from slide_fmu.systems.function.integration import Solver
     from slide_fmu.systems.function.record import RecordSystem
     from slide_fmu.systems.function.system import FunctionSystem
@@ -59,21 +67,30 @@ __all__ = [
     "Learnt",
     "Linearizable",
     "Linearization",
+    "LoadError",
+    "NativeError",
     "NativeSurrogate",
     "Parameter",
+    "PayloadError",
+    "QualityError",
     "RandomStates",
     "Recipe",
     "RecipeError",
     "RecordSystem",
     "Restorable",
+    "ShortWindowError",
     "Signal",
     "SimulationError",
     "Solver",
+    "StageError",
     "State",
     "StateMatrix",
     "Stepping",
+    "StoreError",
     "Surrogate",
     "System",
+    "TrainingError",
+    "UnstableSurrogateError",
     "Window",
     "__version__",
     "calibrate",
@@ -110,7 +127,7 @@ _HOMES = {
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
-    "slide_fmu.systems.errors": ("SimulationError",),
+    "slide_fmu.systems.errors": ("LoadError", "SimulationError"),
     "slide_fmu.systems.base": (
         "Linearizable",
         "Linearization",
@@ -121,6 +138,14 @@ _HOMES = {
         "Stepping",
         "System",
     ),
+    "slide_fmu.fmu.native_library": ("NativeError",),
+    "slide_fmu.surrogate.payload": ("PayloadError",),
+    "slide_fmu.pipeline.errors": ("QualityError",),
+    "slide_fmu.memory.sizing": ("ShortWindowError",),
+    "slide_fmu.pipeline.run_folder": ("StageError",),
+    "slide_fmu.data.errors": ("StoreError",),
+    "slide_fmu.fitting.errors": ("TrainingError",),
+    "slide_fmu.memory.stability": ("UnstableSurrogateError",),
     "slide_fmu.systems.function.system": ("FunctionSystem",),
     "slide_fmu.systems.function.integration": ("Solver",),
     "slide_fmu.systems.function.record": ("RecordSystem",),

@@ -26,6 +26,7 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.claims import locked
+from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import data_fingerprint, first_difference, same_motion
 from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
@@ -33,10 +34,6 @@ from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
 
 ROOM_PATIENCE = 60.0
 """Time in s in which other programs make room in a store, one after the other."""
-
-
-class StoreError(ValueError):
-    """The store on disk does not belong to the recipe, or is incomplete."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,11 +15,12 @@ from pathlib import Path
 
 from slide_fmu.data.claims import claimed
 from slide_fmu.data.draws import draw, simulate_draw, split_stream
+from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import Failure, allowed_failures, keep_failure
 from slide_fmu.data.identity import identity
 from slide_fmu.data.own_files import use_own_files
 from slide_fmu.data.parameter_draws import as_row, drawn_parameters
-from slide_fmu.data.store import StoreError, is_done, require_motion, write_trajectory
+from slide_fmu.data.store import is_done, require_motion, write_trajectory
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System

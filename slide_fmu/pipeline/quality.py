@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
@@ -19,10 +20,6 @@ REMEDY = (
     "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "
     "a longer training"
 )
-
-
-class QualityError(ValueError):
-    """A surrogate is less accurate than its recipe requires."""
 
 
 def require_quality(recipe: Recipe, figures: Mapping[str, Any]) -> None:

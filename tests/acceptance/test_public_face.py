@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import importlib
 import inspect
 import pkgutil
@@ -149,3 +150,12 @@ def test_predict_refuses_what_are_no_real_numbers(inputs: object) -> None:
     surrogate = slide.load(ROOT / "fmus" / "linear" / "linear.fmu")
     with pytest.raises(ValueError, match=r"inputs of type .*; expected real numbers"):
         surrogate.predict(inputs)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", [name for name in slide.__all__ if name != "__version__"])
+def test_errors_that_a_public_name_speaks_of_are_public(name: str) -> None:
+    public = getattr(slide, name)
+    own = vars(public).values() if inspect.isclass(public) else ()
+    texts = [inspect.getdoc(one) or "" for one in (public, *own)]
+    named = set(re.findall(r"\b[A-Z]\w+Error\b", " ".join(texts)))
+    assert named <= {*slide.__all__, *dir(builtins)}

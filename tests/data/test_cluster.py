@@ -19,9 +19,10 @@ import pytest
 from slide_fmu.data import cluster as cluster_module
 from slide_fmu.data import worker
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
+from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import recipe_json
 from slide_fmu.data.own_files import keep_own_files
-from slide_fmu.data.store import StoreError, missing_trajectories, open_store
+from slide_fmu.data.store import missing_trajectories, open_store
 from slide_fmu.data.worker import Order, make_trajectories
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.systems.errors import SimulationError

@@ -17,9 +17,9 @@ import zarr
 
 from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.signals import Trajectory
+from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.data.store import (
-    StoreError,
     missing_trajectories,
     open_store,
     read_split,

@@ -13,7 +13,7 @@ import pytest
 
 from slide_fmu import Learnt, learn
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.data.store import StoreError
+from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
 from slide_fmu.pipeline.learning import _recipe_tables
 from slide_fmu.recipe.default_excitation import default_excitation

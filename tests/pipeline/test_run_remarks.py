@@ -7,13 +7,9 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.history import Curve
+from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.pipeline.quality import (
-    QualityError,
-    remark_on_error,
-    remark_on_training,
-    require_quality,
-)
+from slide_fmu.pipeline.quality import remark_on_error, remark_on_training, require_quality
 from slide_fmu.pipeline.run import _search_sections
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.recipe.recipe import Recipe

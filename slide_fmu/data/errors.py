@@ -1,0 +1,7 @@
+"""What stored trajectories raise; it needs none of the packages that read them."""
+
+from __future__ import annotations
+
+
+class StoreError(ValueError):
+    """The store on disk does not belong to the recipe, or is incomplete."""

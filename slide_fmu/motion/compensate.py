@@ -18,7 +18,7 @@ from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.motion.corrections import PROBE, gauss_newton, slopes, splines
 from slide_fmu.motion.limits import Limits
-from slide_fmu.motion.margin import margins
+from slide_fmu.motion.margin import judge
 from slide_fmu.motion.records import MotionError, Records
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -186,7 +186,8 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
         )
-    off = margins(surrogate, found.records.inputs(found.motion))[found.records.lead :]
+    judged = judge(surrogate, found.records.inputs(found.motion))
+    off = judged.margins[found.records.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(
             f"the path's error of {before:.3g} {unit} RMS would become {after:.3g} {unit}, but "

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -11,22 +14,39 @@ ESTIMATES = 2.0
 """An estimate is an RMS error; so many of them stand for a bound of 95 % where there is none."""
 
 
-def margins(surrogate: Surrogate, inputs: FloatArray) -> FloatArray:
-    """Give how far off predictions may be, as a norm over the outputs, (N,).
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What is known of predictions along a record of N samples.
 
-    It is the error bound of 95 %; without one, twice the error estimate; without both, zero.
-    (``what_margins_are`` says which.)
+    Attributes:
+        margins: how far off they may be, as a norm over the outputs, (N,): the error bound of
+            95 %; without one, twice the error estimate; without both, zero
+            (``what_margins_are`` says which).
+        known: whether each sample is in the surrogate's domain, or, where it has no error bound,
+            its inputs in their ranges, (N,).
+    """
+
+    margins: FloatArray
+    known: NDArray[np.bool_]
+
+
+def judge(surrogate: Surrogate, inputs: FloatArray) -> Judged:
+    """Say how far off predictions may be, and where the surrogate knows the inputs.
 
     Args:
         surrogate: what predicts.
-        inputs: of a record, (N, n_inputs).
+        inputs: of a whole record, (N, n_inputs).
     """
     if surrogate.bound is not None:
-        each = surrogate.error_bounds(inputs)
-    elif surrogate.estimator is not None:
-        each = ESTIMATES * surrogate.estimate_error(inputs)
-    else:
-        return np.zeros(len(inputs))
+        each, known = surrogate.error_bounds_and_domain(inputs)
+        return Judged(_norms(each), known)
+    known = surrogate.inputs_in_range(inputs)
+    if surrogate.estimator is not None:
+        return Judged(_norms(ESTIMATES * surrogate.estimate_error(inputs)), known)
+    return Judged(np.zeros(len(inputs)), known)
+
+
+def _norms(each: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(each, axis=1))
 
 
@@ -37,17 +57,3 @@ def what_margins_are(surrogate: Surrogate) -> str:
     if surrogate.estimator is not None:
         return "twice the error estimate, since the FMU has no error bound"
     return "nothing, since the FMU tells no error"
-
-
-def known(surrogate: Surrogate, inputs: FloatArray, first: int, last: int) -> float:
-    """Give the share of the samples first .. last - 1 that are in the domain, or in range.
-
-    Without an error bound the FMU knows of ranges only. Inputs are those of the whole record,
-    (N, n_inputs).
-    """
-    inside = (
-        surrogate.inputs_in_range(inputs)
-        if surrogate.bound is None
-        else surrogate.in_domain(inputs)
-    )
-    return float(np.mean(inside[first:last]))

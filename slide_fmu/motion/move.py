@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.motion.costs import Answers, Cost, largest, residual, settled
 from slide_fmu.motion.limits import Limits
-from slide_fmu.motion.margin import known, margins
+from slide_fmu.motion.margin import judge
 from slide_fmu.motion.response import Response
 
 
@@ -86,12 +86,12 @@ def _finite(cost: float) -> float | None:
 
 def described(response: Response, name: str, motion: FloatArray, end: int) -> Move:
     """Evaluate a motion, (count, n_coordinates), that ends at a sample."""
-    inputs, lead = response.record(motion), response.lead
+    lead, judged = response.lead, judge(response.surrogate, response.record(motion))
     return Move(
         name,
         motion,
         end,
         response.outputs(motion[None])[0],
-        margins(response.surrogate, inputs)[lead:],
-        known(response.surrogate, inputs, lead, lead + end + 1),
+        judged.margins[lead:],
+        float(np.mean(judged.known[lead : lead + end + 1])),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.motion.compensate import Compensated, compensate
 from slide_fmu.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.motion.limits import Limits
-from slide_fmu.motion.margin import known, margins, what_margins_are
+from slide_fmu.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.motion.path import read_path
 from slide_fmu.motion.task import PathTask, at_parameters, limits_of
 from slide_fmu.pipeline.motion import reference_at, write_inputs
@@ -43,11 +44,11 @@ class Corrected:
     @property
     def margin(self) -> FloatArray:
         """Tell how far off the prediction on the corrected path may be, as a norm, (count,)."""
-        return margins(self.surrogate, self._inputs)[self.found.records.lead :]
+        return self._judged.margins[self.found.records.lead :]
 
-    @property
-    def _inputs(self) -> FloatArray:
-        return self.found.records.inputs(self.found.motion)
+    @cached_property
+    def _judged(self) -> Judged:
+        return judge(self.surrogate, self.found.records.inputs(self.found.motion))
 
     def figures(self) -> dict[str, Any]:
         """Return everything as plain values; errors are distances, in the outputs' unit."""
@@ -60,7 +61,7 @@ class Corrected:
             "margin_is": what_margins_are(self.surrogate),
             "predicted": _compared(found.before, found.after),
             "largest_margin": float(self.margin.max()),
-            "known": known(self.surrogate, self._inputs, found.records.lead, len(self._inputs)),
+            "known": float(np.mean(self._judged.known[found.records.lead :])),
             "largest_condition": float(found.condition.max()),
             "largest_correction": np.abs(found.motion - found.path).max(axis=0).tolist(),
             "limits_used": self.limits.used(found.motion[0], found.motion, step),

@@ -327,10 +327,20 @@ class Surrogate:
         Raises:
             ValueError: as for ``trust``, or a confidence that is not calibrated.
         """
+        return self.error_bounds_and_domain(inputs, confidence)[0]
+
+    def error_bounds_and_domain(
+        self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Give what ``error_bounds`` and ``in_domain`` give, for the price of one of them.
+
+        Raises:
+            ValueError: as for ``error_bounds``.
+        """
         trust = self.trust(inputs)
         assert self.bound is not None
         inside = self._known(trust, inputs)
-        return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale
+        return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale, inside
 
     def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Say at each sample whether the surrogate knows such inputs: (N, n_inputs) to (N,).

@@ -186,7 +186,7 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
         )
-    judged = judge(surrogate, found.records.inputs(found.motion))
+    (judged,) = judge(surrogate, found.records.inputs(found.motion)[None])
     off = judged.margins[found.records.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.motion.costs import residual, settled
-from slide_fmu.motion.move import Move, described
+from slide_fmu.motion.move import Move, described, described_all
 from slide_fmu.motion.moves import arrivals, shaped_shares
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.profile import Profiles
@@ -99,8 +99,8 @@ def shaped_moves(
         end = int(arrivals(response, np.array([time]), row.delays[None])[0])
         motion = problem.way.at(shaped_shares(response, profile, time, row))
         if row is NONE or problem.way.straight or problem.admits(response, motion):
-            found.append(described(response, row.name, motion, end))
-    return found
+            found.append((row.name, motion, end))
+    return described_all(response, found) if found else []
 
 
 def earliest(problem: Problem, progress: Progress = quiet) -> Found:

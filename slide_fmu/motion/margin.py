@@ -30,16 +30,21 @@ class Judged:
     known: NDArray[np.bool_]
 
 
-def judge(surrogate: Surrogate, inputs: FloatArray) -> Judged:
+def judge(surrogate: Surrogate, records: FloatArray) -> list[Judged]:
     """Say how far off predictions may be, and where the surrogate knows the inputs.
 
     Args:
         surrogate: what predicts.
-        inputs: of a whole record, (N, n_inputs).
+        records: inputs of whole records, (B, N, n_inputs).
     """
     if surrogate.bound is not None:
-        each, known = surrogate.error_bounds_and_domain(inputs)
-        return Judged(_norms(each), known)
+        found = surrogate.error_bounds_and_domain(records)
+        return [Judged(_norms(each), known) for each, known in found]
+    return [_estimated(surrogate, inputs) for inputs in records]
+
+
+def _estimated(surrogate: Surrogate, inputs: FloatArray) -> Judged:
+    """Judge a record, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
     if surrogate.estimator is not None:
         return Judged(_norms(ESTIMATES * surrogate.estimate_error(inputs)), known)

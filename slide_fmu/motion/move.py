@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,12 +87,22 @@ def _finite(cost: float) -> float | None:
 
 def described(response: Response, name: str, motion: FloatArray, end: int) -> Move:
     """Evaluate a motion, (count, n_coordinates), that ends at a sample."""
-    lead, judged = response.lead, judge(response.surrogate, response.record(motion))
-    return Move(
-        name,
-        motion,
-        end,
-        response.outputs(motion[None])[0],
-        judged.margins[lead:],
-        float(np.mean(judged.known[lead : lead + end + 1])),
-    )
+    return described_all(response, [(name, motion, end)])[0]
+
+
+def described_all(response: Response, named: Sequence[tuple[str, FloatArray, int]]) -> list[Move]:
+    """Evaluate motions, each with a name before and the sample behind at which it ends."""
+    motions, lead = np.stack([motion for _, motion, _ in named]), response.lead
+    outputs = response.outputs(motions)
+    judged = judge(response.surrogate, response.record(motions))
+    return [
+        Move(
+            name,
+            motion,
+            end,
+            outputs[i],
+            judged[i].margins[lead:],
+            float(np.mean(judged[i].known[lead : lead + end + 1])),
+        )
+        for i, (name, motion, end) in enumerate(named)
+    ]

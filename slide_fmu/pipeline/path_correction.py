@@ -48,7 +48,7 @@ class Corrected:
 
     @cached_property
     def _judged(self) -> Judged:
-        return judge(self.surrogate, self.found.records.inputs(self.found.motion))
+        return judge(self.surrogate, self.found.records.inputs(self.found.motion)[None])[0]
 
     def figures(self) -> dict[str, Any]:
         """Return everything as plain values; errors are distances, in the outputs' unit."""

@@ -134,22 +134,21 @@ class ErrorBound:
         """
         return self.companion.memory_length + (N_BLOCKS + 1) * self.blocks[1]
 
-    def along(self, scaled: FloatArray, predicted: FloatArray) -> Trust:
-        """Evaluate along a record, of which the first input counts as held for ever before.
+    def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
+        """Evaluate along B records, in each of which the first input counts as held before it.
 
         Args:
-            scaled: scaled inputs, shape (N, n_inputs).
-            predicted: the surrogate's scaled outputs after each of them, shape (N, n_outputs).
+            scaled: scaled inputs, shape (B, N, n_inputs).
+            predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
         """
         with np.errstate(all="ignore"):  # what is not finite shows in the result
-            statistics, watched, disagreement = self.statistics(scaled[None], predicted[None])
-            exponents = self.head.evaluate(statistics[0][:, None]).astype(np.float64)
-            novelty = np.sqrt((watched[0] / self.limits).max(axis=1))
-        return Trust(
-            local_scales(exponents),
-            disagreement[0],
-            np.where(novelty <= MOST_NOVELTY, novelty, MOST_NOVELTY),
-        )
+            statistics, watched, disagreement = self.statistics(scaled, predicted)
+            samples = statistics.reshape(-1, 1, statistics.shape[-1])
+            exponents = self.head.evaluate(samples).astype(np.float64)
+            scales = local_scales(exponents).reshape(predicted.shape)
+            novelty = np.sqrt((watched / self.limits).max(axis=-1))
+        novelty = np.where(novelty <= MOST_NOVELTY, novelty, MOST_NOVELTY)
+        return [Trust(*parts) for parts in zip(scales, disagreement, novelty, strict=True)]
 
     def statistics(
         self, scaled: FloatArray, predicted: FloatArray

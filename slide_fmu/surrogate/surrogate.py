@@ -303,13 +303,20 @@ class Surrogate:
         Raises:
             ValueError: there is no error bound, or bad inputs as in ``predict``.
         """
+        self._require_bound()
+        return self._trusts(checked_inputs(inputs, self.inputs)[None])[0]
+
+    def _require_bound(self) -> None:
         if self.bound is None:
             raise ValueError(
                 f"surrogate {self.name!r} has no error bound; train one: the recipe's table "
                 "[bound]"
             )
-        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
-        return self.bound.along(scaled, self.network.stream(scaled[None])[0].astype(np.float64))
+
+    def _trusts(self, records: FloatArray) -> list[Trust]:
+        assert self.bound is not None
+        scaled = self.input_scaling.apply(records)
+        return self.bound.along(scaled, self.network.stream(scaled).astype(np.float64))
 
     def error_bounds(
         self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
@@ -327,17 +334,32 @@ class Surrogate:
         Raises:
             ValueError: as for ``trust``, or a confidence that is not calibrated.
         """
-        return self.error_bounds_and_domain(inputs, confidence)[0]
+        return self._bounds(self.trust(inputs), inputs, confidence)[0]
 
     def error_bounds_and_domain(
-        self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Give what ``error_bounds`` and ``in_domain`` give, for the price of one of them.
+        self, records: NDArray[Any], confidence: float = USUAL_CONFIDENCE
+    ) -> list[tuple[FloatArray, NDArray[np.bool_]]]:
+        """Give what ``error_bounds`` and ``in_domain`` give of B records, for the price of one.
+
+        Args:
+            records: inputs as for ``trust``, with an axis of the records before: shape
+                (B, N, n_inputs).
+            confidence: as for ``error_bounds``.
+
+        Returns:
+            Bounds (N, n_outputs), and the samples that are in the domain, (N,), of each record.
 
         Raises:
             ValueError: as for ``error_bounds``.
         """
-        trust = self.trust(inputs)
+        self._require_bound()
+        checked = checked_inputs(records, self.inputs, "records, ")
+        trusts = zip(self._trusts(checked), checked, strict=True)
+        return [self._bounds(trust, one, confidence) for trust, one in trusts]
+
+    def _bounds(
+        self, trust: Trust, inputs: NDArray[Any], confidence: float
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
         assert self.bound is not None
         inside = self._known(trust, inputs)
         return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale, inside

@@ -133,7 +133,7 @@ def test_what_is_not_finite_is_as_bad_as_can_be() -> None:
     bound = surrogate.bound
     assert bound is not None
     scaled = np.full((5, 2), 1e30)
-    trust = bound.along(scaled, np.full((5, 2), np.inf))
+    (trust,) = bound.along(scaled[None], np.full((1, 5, 2), np.inf))
     assert np.all(trust.novelty == 1e9)
     assert np.all(bound.bounds(trust, 0.95, trust.novelty <= 1) >= 2.0**MOST_EXPONENT)
 
@@ -229,3 +229,15 @@ def test_states_of_the_ping_pong_are_those_behind_its_values() -> None:
 def test_confidences_rise() -> None:
     assert list(CONFIDENCES) == sorted(set(CONFIDENCES))
     assert isinstance(bounded_surrogate(SHAPE).bound, ErrorBound)
+
+
+def test_bounds_and_domain_of_many_records_are_those_of_each() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    one = record(surrogate)
+    records = np.stack([one, 1.7 * one, one[::-1]])
+    found = surrogate.error_bounds_and_domain(records)
+    assert len(found) == 3
+    for inputs, (bounds, inside) in zip(records, found, strict=True):
+        np.testing.assert_allclose(bounds, surrogate.error_bounds(inputs), rtol=1e-5)
+        assert np.array_equal(inside, surrogate.in_domain(inputs))
+    assert not np.allclose(found[0][0], found[2][0])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import ParametricStepper, Stepper
 from slide_fmu.surrogate.checks import checked_inputs
+from slide_fmu.surrogate.ranges import in_ranges
 
 if TYPE_CHECKING:
     from slide_fmu.surrogate.surrogate import Surrogate
@@ -46,7 +47,7 @@ class Stream:
         row = checked_inputs(np.asarray(inputs)[None, :], surrogate.inputs)[0]
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
-        self._inside = self._inside + 1 if surrogate.covers(scaled[None])[0] else 0
+        self._inside = self._inside + 1 if in_ranges(surrogate.inputs, scaled[None])[0] else 0
         estimates = self._estimate(scaled)
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
 

@@ -24,13 +24,8 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
+from slide_fmu.surrogate.ranges import in_ranges, inside_throughout
 from slide_fmu.surrogate.stream import Stream
-
-RANGE_SLACK = 1e-6
-"""Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
-
-LENGTH_SLACK = 0.01
-"""How far the length of an angle's cosine and sine, 1 in the training, may be from that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,20 +298,20 @@ class Surrogate:
         Raises:
             ValueError: there is no error bound, or bad inputs as in ``predict``.
         """
-        self._require_bound()
-        return self._trusts(checked_inputs(inputs, self.inputs)[None])[0]
+        bound = self._required_bound()
+        return self._trusts(bound, checked_inputs(inputs, self.inputs)[None])[0]
 
-    def _require_bound(self) -> None:
+    def _required_bound(self) -> ErrorBound:
         if self.bound is None:
             raise ValueError(
                 f"surrogate {self.name!r} has no error bound; train one: the recipe's table "
                 "[bound]"
             )
+        return self.bound
 
-    def _trusts(self, records: FloatArray) -> list[Trust]:
-        assert self.bound is not None
+    def _trusts(self, bound: ErrorBound, records: FloatArray) -> list[Trust]:
         scaled = self.input_scaling.apply(records)
-        return self.bound.along(scaled, self.network.stream(scaled).astype(np.float64))
+        return bound.along(scaled, self.network.stream(scaled).astype(np.float64))
 
     def error_bounds(
         self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
@@ -352,9 +347,9 @@ class Surrogate:
         Raises:
             ValueError: as for ``error_bounds``.
         """
-        self._require_bound()
+        bound = self._required_bound()
         checked = checked_inputs(records, self.inputs, "records, ")
-        trusts = zip(self._trusts(checked), checked, strict=True)
+        trusts = zip(self._trusts(bound, checked), checked, strict=True)
         return [self._bounds(trust, one, confidence) for trust, one in trusts]
 
     def _bounds(
@@ -387,15 +382,7 @@ class Surrogate:
             ValueError: as for ``predict``.
         """
         scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
-        return _inside_throughout(self.covers(scaled), self.network.memory_length)
-
-    def covers(self, scaled: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say whether single scaled inputs lie in their ranges: (N, n_inputs) to (N,)."""
-        inside = np.abs(scaled) <= 1 + RANGE_SLACK
-        for cosine in cosines_of(self.inputs):
-            lengths = np.hypot(scaled[:, cosine], scaled[:, cosine + 1])
-            inside[:, cosine : cosine + 2] = (np.abs(lengths - 1) <= LENGTH_SLACK)[:, None]
-        return np.asarray(inside.all(axis=1))
+        return inside_throughout(in_ranges(self.inputs, scaled), self.network.memory_length)
 
     def stream(self) -> Stream:
         """Start a step-by-step evaluation, as in a co-simulation."""
@@ -426,10 +413,3 @@ class Surrogate:
     def save(self, path: Path) -> None:
         """Write the surrogate file; an old one stays as it is where that fails."""
         write_whole(path, self.to_bytes())
-
-
-def _inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Tell whether the newest ``count`` samples are inside, the first held before; (N,) both."""
-    samples = np.arange(len(inside))
-    strayed = np.maximum.accumulate(np.where(inside, -count, samples))
-    return np.asarray(samples - strayed >= count)

@@ -15,6 +15,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import Part, fit_network
+from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
@@ -47,11 +48,9 @@ def fit_companion(
     assert recipe.bound is not None
     found: list[tuple[float, Surrogate, History]] = []
     for attempt in range(recipe.bound.attempts):
-        seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
-        training = recipe.training.model_copy(update={"seed": seed})
         stage = STAGE if attempt == 0 else f"{STAGE}, attempt {attempt + 1}"
         part = Part(stage, "companion", surrogate.output_scaling)
-        other = recipe.model_copy(update={"training": training})
+        other = companion_recipe(recipe, attempt)
         fitted, histories = fit_network(other, machine, places, device, progress, part)
         history = histories[stage]
         found.append((min(history.validation_error), fitted, history))

@@ -17,10 +17,27 @@ LEAST_CALIBRATION = 100
 (``slide_fmu.fitting.conformal``)."""
 
 
+class CompanionRecipe(Table):
+    """The table ``bound.companion`` says in what a companion differs from the surrogate.
+
+    A companion that errs less than the surrogate shows its errors themselves, and not only their
+    scale: then bounds are narrower. It costs more time where the bound is read.
+
+    Attributes:
+        hidden: its number of units; as ``network.hidden`` if not given.
+        iterations: as ``training.iterations`` if not given.
+        stretches: as ``training.stretches`` if not given.
+    """
+
+    hidden: PositiveInt | None = None
+    iterations: PositiveInt | None = None
+    stretches: PositiveInt | None = None
+
+
 class BoundRecipe(Table):
     """The table ``bound`` describes the error bound of a state-space network.
 
-    A companion, a second network of the same kind, learns from trajectories of its own; a small
+    A companion, a second network of the same family, learns from trajectories of its own; a small
     head learns the local scale of the error from further ones; and others calibrate both. The
     numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
 
@@ -33,6 +50,7 @@ class BoundRecipe(Table):
             this.
         attempts: the companion is trained so many times at most, from starts of its own, until it
             is about as accurate as the surrogate.
+        companion: its size and its training, where they are not the surrogate's.
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
@@ -43,6 +61,7 @@ class BoundRecipe(Table):
     batch: PositiveInt = 1024
     learning_rate: PositiveFloat = 1e-2
     attempts: PositiveInt = 3
+    companion: CompanionRecipe = CompanionRecipe()
     seed: int = Field(default=0, ge=0, lt=2**30)
     short_span: PositiveFloat = 0.1
     long_span: PositiveFloat = 1.0
@@ -90,6 +109,20 @@ def require_bound(recipe: Recipe) -> None:
             f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
             f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
         )
+
+
+def companion_recipe(recipe: Recipe, attempt: int) -> Recipe:
+    """Return the recipe by which an attempt, counted from 0, fits the companion's network."""
+    assert recipe.bound is not None
+    own = recipe.bound.companion.model_dump(exclude_none=True)
+    seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
+    size = {name: own.pop(name) for name in ("hidden",) if name in own}
+    return recipe.model_copy(
+        update={
+            "network": recipe.network.model_copy(update=size),
+            "training": recipe.training.model_copy(update={"seed": seed, **own}),
+        }
+    )
 
 
 def bound_samples(recipe: Recipe) -> int:

@@ -44,8 +44,13 @@ def random_bound(
 
 
 def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surrogate:
-    """A random state-space surrogate of a shape with a random bound beside it."""
+    """A random state-space surrogate of a shape with a random bound beside it.
+
+    Its companion has more units than the surrogate, as a recipe may ask for.
+    """
     surrogate = random_surrogate(shape)
-    other = random_surrogate(replace(shape, seed=shape.seed + 77)).network
+    assert shape.cell is not None
+    larger = replace(shape.cell, units=shape.cell.units + 10)
+    other = random_surrogate(replace(shape, cell=larger, seed=shape.seed + 77)).network
     assert isinstance(other, StateSpace)
     return replace(surrogate, bound=random_bound(other, shape.seed, blocks))

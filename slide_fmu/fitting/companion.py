@@ -1,8 +1,9 @@
-"""The companion of a surrogate: the same network again, from other trajectories and starts.
+"""The companion of a surrogate: the same network again, or a larger one, from other trajectories.
 
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
-of both is its own error. A training may end in a worse minimum, so there are several attempts
-(``bound.attempts``).
+of both is its own error. Where it errs less, the difference is the surrogate's error itself. So a
+recipe may give it more units and a longer training (``bound.companion``). A training may end in a
+worse minimum, so there are several attempts (``bound.attempts``).
 """
 
 from __future__ import annotations

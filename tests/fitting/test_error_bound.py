@@ -33,7 +33,7 @@ RECIPE = tiny_state_space_recipe(
     data={"train": 6, "duration": 4.0, "bound": 60},
     network={"order": 2, "hidden": 6},
     training={"starts": 1, "kept": 1, "iterations": 12},
-    bound={"hidden": [8], "steps": 1500},
+    bound={"hidden": [8], "steps": 1500, "companion": {"hidden": 9, "iterations": 20}},
 )
 CALIBRATED = RECIPE.count("calibration")
 FRESH = 60
@@ -124,6 +124,13 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
         inside = np.array([bounded.trust(one).novelty[-1] <= 1 for one in others])
         assert inside.sum() > 0.9 * FRESH
         np.testing.assert_allclose(np.array(bounds)[inside], intervals[inside, 1], rtol=1e-6)
+
+
+def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) -> None:
+    assert isinstance(fit.surrogate.bound, ErrorBound)
+    networks = fit.surrogate.network, fit.surrogate.bound.companion
+    assert [network.cell.e.shape[1] for network in networks] == [6, 9]
+    assert [len(fit.histories[name].step) for name in ("surrogate", COMPANION)] == [12, 20]
 
 
 @pytest.mark.parametrize("confidence", CONFIDENCES)

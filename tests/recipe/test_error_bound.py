@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import OF_BOUND, Recipe
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
@@ -25,11 +26,31 @@ def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
     assert [recipe.count(split) for split in OF_BOUND] == [0, 0, 0]
 
 
+def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:
+    recipe = tiny_state_space_recipe(bound={"seed": 5}, data=LONG)
+    other = companion_recipe(recipe, attempt=2)
+    assert other.training.seed == recipe.training.seed + 5 + 1 + 2
+    seed = {"seed": recipe.training.seed}
+    same = other.model_copy(update={"training": other.training.model_copy(update=seed)})
+    assert same == recipe
+
+
+def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> None:
+    own = {"hidden": 9, "iterations": 7, "stretches": 3}
+    recipe = tiny_state_space_recipe(bound={"companion": own}, data=LONG)
+    other = companion_recipe(recipe, attempt=0)
+    found = other.network, other.training, other.training
+    assert [getattr(of, name) for of, name in zip(found, own, strict=True)] == [9, 7, 3]
+    assert recipe.network.hidden != 9
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"data": {"calibration": 99}}, "calibration"),
         ({"bound": {"hidden": []}}, "hidden"),
+        ({"bound": {"companion": {"hidden": 0}}}, r"bound.companion.hidden|companion.hidden"),
+        ({"bound": {"companion": {"units": "tanh"}}}, "units"),
         (
             {"bound": {"long_span": 100.0}},
             r"data.duration = 4 s; expected at least .* and bound.long_span = 100 s",

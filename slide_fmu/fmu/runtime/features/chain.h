@@ -32,7 +32,6 @@ typedef struct {
     const double *gravity; /* [3] */
     const double *tool;    /* [3], in the last link's frame */
     Link *links;
-    double (*sectors)[2]; /* of chain_angle.h */
     struct Joint *joints; /* scratch for the motions of any register */
 } Chain;
 
@@ -48,7 +47,7 @@ SLIDE_INLINE void set_joint(const Chain *chain, size_t i, Motions after, Motions
     joint->rate = each(link->rate) * (rate * newer + rest * older);
     joint->acceleration = each(link->acceleration) * (curvature * (newer - older));
     joint->slide = each(link->slide_middle) + each(link->slide_half_range) * at;
-    joint->turned = turn_by(chain->sectors, each(link->middle) + each(link->half_range) * at);
+    joint->turned = turn_by(each(link->middle) + each(link->half_range) * at);
 }
 
 /* The whole chain, seen from axes that turn with its first joint, and the turn of these axes. */
@@ -71,9 +70,9 @@ SLIDE_INLINE Turn gather_body(const Chain *chain, Joint *joints, Body *body) {
 SLIDE_INLINE void weigh(const Chain *chain, Body *body, Turn turn, Motions *wrench) {
     const double *g = chain->gravity;
     Motions *force = body->force, *moment = body->moment, *first = body->first;
-    turn_vector(force, Z, turn);
-    turn_vector(moment, Z, turn);
-    turn_vector(first, Z, turn);
+    turn_vector(force, Z, turn, ANY_TURN);
+    turn_vector(moment, Z, turn, ANY_TURN);
+    turn_vector(first, Z, turn, ANY_TURN);
     for (int i = X; i <= Z; ++i) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
         wrench[i] = each(chain->mass * g[i]) - force[i];

@@ -14,6 +14,10 @@
 #pragma STDC FP_CONTRACT ON
 #endif
 
+/* Axes of joints are mostly parallel or cross at a right angle: then most products of a turn would
+ * be with 0 or 1. */
+typedef enum { ANY_TURN, NO_TURN, QUARTER_TURN } TurnKind;
+
 /* One joint and the link that it moves: slide_fmu/features/serial_chain.py. */
 typedef struct {
     bool prismatic;
@@ -21,7 +25,8 @@ typedef struct {
     double slide_middle, slide_half_range; /* m; of the way along z; prismatic joints only */
     double rate, acceleration;             /* by s, s^2; of changes of the scaled input */
     double step[3];                        /* m; the way of a prismatic joint apart */
-    double cos_alpha, sin_alpha;
+    double cos_alpha, sin_alpha; /* of the turn about x from the axes before */
+    TurnKind twist;              /* what this turn is */
     double all; /* kg; the link and all further out */
     /* Of the link, and of the masses further out as if they were in the origin of its frame; seen
      * from the frame before it, turned and moved with the joint. */
@@ -50,44 +55,55 @@ typedef struct {
 enum { X, Y, Z };
 
 /* Two components of a vector, the axis being across them. */
-SLIDE_INLINE void turn_pair(Motions *x, Motions *y, Turn turn) {
+SLIDE_INLINE void turn_pair(Motions *x, Motions *y, Turn turn, TurnKind kind) {
     const Motions u = *x, v = *y;
+    if (kind == QUARTER_TURN) {
+        *x = -turn.s * v, *y = turn.s * u;
+        return;
+    }
     *x = turn.c * u - turn.s * v;
     *y = turn.s * u + turn.c * v;
 }
 
 /* A two by two block of a matrix, from both sides. With e = s (xx - yy) + c (xy + yx), all that
  * changes follows from s e and c e. */
-SLIDE_INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn turn) {
+SLIDE_INLINE void turn_block(Motions *xx, Motions *xy, Motions *yx, Motions *yy, Turn turn,
+                             TurnKind kind) {
     const Motions before[2] = {*xy, *yx};
+    if (kind == QUARTER_TURN) {
+        const Motions other = *xx;
+        *xx = *yy, *yy = other;
+        *xy = -before[1], *yx = -before[0];
+        return;
+    }
     const Motions e = turn.s * (*xx - *yy) + turn.c * (*xy + *yx);
     const Motions moved = turn.s * e, mixed = turn.c * e;
     *xx -= moved, *yy += moved;
     *xy = mixed - before[1], *yx = mixed - before[0];
 }
 
-SLIDE_INLINE void turn_vector(Motions *v, int axis, Turn turn) {
-    turn_pair(&v[(axis + 1) % 3], &v[(axis + 2) % 3], turn);
+SLIDE_INLINE void turn_vector(Motions *v, int axis, Turn turn, TurnKind kind) {
+    turn_pair(&v[(axis + 1) % 3], &v[(axis + 2) % 3], turn, kind);
 }
 
 /* What does not depend on motion. */
-SLIDE_INLINE void turn_masses(Body *body, int axis, Turn turn) {
+SLIDE_INLINE void turn_masses(Body *body, int axis, Turn turn, TurnKind kind) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
     Motions other = body->mixed[axis];
-    turn_vector(body->first, axis, turn);
-    turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn);
-    turn_pair(&body->mixed[q], &body->mixed[p], turn);
-    turn_vector(body->tool, axis, turn);
+    turn_vector(body->first, axis, turn, kind);
+    turn_block(&body->square[p], &body->mixed[axis], &other, &body->square[q], turn, kind);
+    turn_pair(&body->mixed[q], &body->mixed[p], turn, kind);
+    turn_vector(body->tool, axis, turn, kind);
 }
 
-SLIDE_INLINE void turn_motion(Body *body, int axis, Turn turn) {
+SLIDE_INLINE void turn_motion(Body *body, int axis, Turn turn, TurnKind kind) {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
-    turn_vector(body->momentum, axis, turn);
-    turn_vector(body->force, axis, turn);
-    turn_block(&body->flow[p][p], &body->flow[p][q], &body->flow[q][p], &body->flow[q][q], turn);
-    turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn);
-    turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn);
-    turn_vector(body->moment, axis, turn);
+    turn_vector(body->momentum, axis, turn, kind);
+    turn_vector(body->force, axis, turn, kind);
+    turn_block(&body->flow[p][p], &body->flow[p][q], &body->flow[q][p], &body->flow[q][q], turn, kind);
+    turn_pair(&body->flow[p][axis], &body->flow[q][axis], turn, kind);
+    turn_pair(&body->flow[axis][p], &body->flow[axis][q], turn, kind);
+    turn_vector(body->moment, axis, turn, kind);
 }
 
 /* Seen from a point that lies back by the link's step; but for its mass in the present origin. */
@@ -168,16 +184,23 @@ SLIDE_INLINE void slide(Body *body, const Link *link, const Joint *joint) {
     force[Z] += mass * joint->acceleration;
 }
 
+SLIDE_INLINE void turn_body(Body *body, int axis, Turn turn, TurnKind kind) {
+    turn_masses(body, axis, turn, kind);
+    turn_motion(body, axis, turn, kind);
+}
+
 /* One link and the joint that moves it. */
 SLIDE_INLINE void pass(const Link *link, const Joint *joint, Body *body) {
     const Turn twist = {each(link->cos_alpha), each(link->sin_alpha)};
-    turn_masses(body, X, twist);
-    turn_motion(body, X, twist);
+    if (link->twist == QUARTER_TURN) {
+        turn_body(body, X, twist, QUARTER_TURN);
+    } else if (link->twist == ANY_TURN) {
+        turn_body(body, X, twist, ANY_TURN);
+    }
     shift_motion(body, link);
     shift_masses(body, link);
     add_link(body, link);
-    turn_masses(body, Z, joint->turned);
-    turn_motion(body, Z, joint->turned);
+    turn_body(body, Z, joint->turned, ANY_TURN);
     if (link->prismatic) {
         slide(body, link, joint);
     } else {

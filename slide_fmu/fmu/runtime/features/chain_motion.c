@@ -2,8 +2,10 @@
 #include "chain.h"
 #include "kernel.h"
 
+#include <math.h>
 #include <string.h>
 
+#define ROUNDING 1e-15 /* of an angle, in rad */
 #define SYMMETRY 1e-9 /* largest difference of an inertia and its transpose, over its diagonal */
 enum { MOST_MOTIONS = 8 }; /* in a register */
 #define EXACT 1e-9 /* by which weights of a drive law may miss what they must sum up to */
@@ -68,8 +70,8 @@ SLIDE_INLINE void store_wrench(const Chain *chain, const double *const *points, 
     }
     store(wrench, 6, signals + WRENCH);
     store(change, 6, signals + WRENCH_CHANGE);
-    turn_vector(change, Z, back);
-    turn_vector(change + 3, Z, back);
+    turn_vector(change, Z, back, ANY_TURN);
+    turn_vector(change + 3, Z, back, ANY_TURN);
     store(change, 6, turned_change);
 }
 
@@ -95,7 +97,7 @@ SLIDE_INLINE void write_signals(const SlideFeatures *features, const double *inp
     set_joints(chain, points);
     store_joints(chain, signals);
     const Turn first = gather_body(chain, chain->joints, &body);
-    turn_vector(body.tool, Z, first);
+    turn_vector(body.tool, Z, first, ANY_TURN);
     store(body.tool, 3, signals + POSITION);
     store_loads(&body, inertia, momentum);
     store(inertia, 9, after_rates + TURNED_INERTIA);
@@ -195,6 +197,15 @@ static void read_chain(SlideFeaturesView *view, SlideCursor *cursor) {
     }
 }
 
+/* The cosine of a quarter in a file is its rounding, 6e-17, and so is the sine of a half. */
+static void fill_twist(Link *link, double alpha) {
+    const double c = cos(alpha), s = sin(alpha);
+    const bool quarter = fabs(c) < ROUNDING, none = fabs(s) < ROUNDING && c > 0;
+    link->cos_alpha = quarter ? 0 : c;
+    link->sin_alpha = quarter ? copysign(1, s) : s;
+    link->twist = quarter ? QUARTER_TURN : none ? NO_TURN : ANY_TURN;
+}
+
 /* The axes of the first joint turn with it alone: its constant turn is the chain's. */
 static void fill_joint(Link *link, const Numbers *chain, size_t i) {
     const double half_range = chain->half_range[i], theta = i == 0 ? 0 : chain->theta[i];
@@ -207,8 +218,7 @@ static void fill_joint(Link *link, const Numbers *chain, size_t i) {
     link->rate = half_range / chain->step;
     link->acceleration = link->rate / chain->step;
     memcpy(link->step, chain->steps + 3 * i, sizeof link->step);
-    link->cos_alpha = cos(chain->alpha[i]);
-    link->sin_alpha = sin(chain->alpha[i]);
+    fill_twist(link, chain->alpha[i]);
 }
 
 /* A link alone in its frame. With S the sums of m r r', its inertia is trace(S) 1 - S. */
@@ -228,7 +238,7 @@ static Body body_of(double mass, const double *centre, const double *inertia) {
 static void fill_masses(Link *link, const Numbers *chain, size_t i, double further) {
     const double all = chain->masses[i] + further, *step = link->step;
     Body alone = body_of(chain->masses[i], chain->centres + 3 * i, chain->inertias + 9 * i);
-    turn_masses(&alone, X, (Turn){each(link->cos_alpha), each(link->sin_alpha)});
+    turn_masses(&alone, X, (Turn){each(link->cos_alpha), each(link->sin_alpha)}, link->twist);
     shift_masses(&alone, link);
     store(alone.first, 3, link->first);
     store(alone.square, 3, link->square);
@@ -242,7 +252,6 @@ static void fill_masses(Link *link, const Numbers *chain, size_t i, double furth
 }
 
 static void fill_chain(Chain *chain, const Numbers *numbers) {
-    fill_sectors(chain->sectors);
     chain->first[0] = cos(numbers->theta[0]), chain->first[1] = sin(numbers->theta[0]);
     for (size_t i = chain->n_joints; i-- > 0;) {
         fill_joint(&chain->links[i], numbers, i);
@@ -256,7 +265,6 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
     Chain *chain = slide_place(arena, 1, sizeof *chain);
     double *numbers = slide_place(arena, n_numbers, sizeof *numbers);
     Link *links = slide_place(arena, n, sizeof *links);
-    double(*sectors)[2] = slide_place(arena, SECTORS, sizeof *sectors);
     Joint *joints = slide_place(arena, n, sizeof *joints / SLIDE_MOTIONS * MOST_MOTIONS);
     if (chain != NULL) {
         for (size_t i = 0; i < n_numbers; ++i) {
@@ -269,7 +277,6 @@ static void *place_chain(const SlideFeaturesView *view, SlideArena *arena) {
                          .gravity = of.gravity,
                          .tool = of.tool,
                          .links = links,
-                         .sectors = sectors,
                          .joints = joints};
 #if !defined(SLIDE_ONE_KERNEL)
         const SlideKernel *kernel = slide_kernel(0);

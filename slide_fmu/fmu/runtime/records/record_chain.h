@@ -46,7 +46,7 @@ SLIDE_CALLED void write_loads(const Chain *chain, Joint *joints,
     Motions inertia[9], momentum[6], wrench[6];
     Body body;
     const Turn first = gather_body(chain, joints, &body);
-    turn_vector(body.tool, Z, first);
+    turn_vector(body.tool, Z, first, ANY_TURN);
     write_rows(body.tool, 3, signals + POSITION * stride, stride);
     store_loads(&body, inertia, momentum);
     write_rows(inertia, 9, after_rates + TURNED_INERTIA * stride, stride);

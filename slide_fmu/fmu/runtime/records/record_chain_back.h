@@ -6,6 +6,8 @@
 
 #include "record_chain.h"
 
+#include <math.h>
+
 /* Weights of the changes of the wrench become weights of the wrench, in a sample and in the one
  * before, and of the frame in which they are seen. */
 SLIDE_CALLED void pull_wrench_changes(const Chain *chain, const SlidePoints *points) {

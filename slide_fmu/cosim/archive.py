@@ -125,8 +125,11 @@ def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
     try:
         scalar = any(member.endswith("CustomFMU.xml") for member in found)
         known = source_members(name, read_member(path, SURROGATE) or b"", fmi, scalar)
-    except NativeError:
-        return []
+    except NativeError as error:
+        return [
+            f"the {len(found)} files in {FOLDER}/ cannot be compared with those of slide-fmu: "
+            f"{error}; check the FMU on another computer, or take them as they are (--run)"
+        ]
     others = [n for n in sorted(found | set(known)) if read_member(path, n) != known.get(n)]
     if not others:
         return []

@@ -9,11 +9,13 @@ from pathlib import Path
 import fmpy
 import pytest
 
+from slide_fmu.cosim import archive
 from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import DESCRIPTION, FmuError, export_fmu, read_json, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
+from slide_fmu.fmu.native_library import NativeError
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import TWO_MASSES, random_surrogate
 from tests.libraries import build_libraries
@@ -74,6 +76,21 @@ def test_names_that_differ_by_how_letters_are_composed_are_named(fmu: Path) -> N
 def test_library_below_a_folder_with_capital_letters_is_none_of_ours(fmu: Path) -> None:
     found = library_problems(_with(fmu, "Binaries/win32/a.dll"), "two_masses", 2, trusted=False)
     assert "binary Binaries/win32/a.dll is none of slide-fmu" in found[0]
+
+
+def test_scalar_sources_that_cannot_be_compared_are_a_problem(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surrogate = random_surrogate(TWO_MASSES)
+    path = export_fmu(surrogate, tmp_path / "m.fmu", sources="scalar")
+
+    def missing(*_: object) -> None:
+        raise NativeError("no compiled runtime for this computer")
+
+    monkeypatch.setattr(archive, "source_members", missing)
+    (problem,) = archive.source_problems(path, surrogate.name, 2)
+    assert "cannot be compared" in problem
+    assert "no compiled runtime for this computer; check the FMU on another" in problem
 
 
 @pytest.mark.parametrize("sources", [True, "scalar"])

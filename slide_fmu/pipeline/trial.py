@@ -19,6 +19,7 @@ from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.sampling_remarks import remarks_on_sampling
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.base import OFFERS, Source, System
 from slide_fmu.systems.errors import SimulationError
@@ -109,13 +110,14 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     sizing = known or size_recipe(job, seed, PATIENCE)
     progress(2, STEPS)
     system, seconds, failed = recipe_source(job.recipe), None, None
-    said = system.remarks
+    said: tuple[str | None, ...] = system.remarks
     if isinstance(system, MeasuredRecords):
         said = (*remarks_on_division(job.recipe, system), *said)
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
     progress(3, STEPS)
-    remarks = sizing.problem, sizing.remark, failed, remark_on_step(job.recipe), *said
+    said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
+    remarks = sizing.problem, sizing.remark, failed, *said
     progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.recipe, system, sizing, seconds, told)

@@ -12,18 +12,27 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import ErrorBound
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate
 
 
 def random_bound(
-    companion: StateSpace, seed: int, blocks: tuple[int, int] = (2, 5), units: int = 5
+    companion: StateSpace,
+    seed: int,
+    blocks: tuple[int, int] = (2, 5),
+    units: int = 5,
+    estimator: ErrorEstimator | None = None,
 ) -> ErrorBound:
-    """A bound beside some companion, whose head has one layer of tanh units."""
+    """A bound beside some companion, whose head has one layer of tanh units.
+
+    The head sees what the estimator expects, if there is one.
+    """
     rng = np.random.default_rng(seed)
     n_outputs = companion.n_values
     n_seen = len(companion.cell.a) + len(companion.roles.drive)
-    n_statistics = 2 * n_seen + 3 * n_outputs
+    n_statistics = 2 * n_seen + (3 if estimator is None else 4) * n_outputs
     features = FeatureMap(
         Differences(n_statistics),
         scaling=Affine(rng.normal(size=n_statistics), rng.uniform(2, 6, n_statistics)),
@@ -40,17 +49,31 @@ def random_bound(
         blocks,
         np.cumsum(rng.uniform(0.5, 1, (3, n_outputs)), axis=0),
         rng.uniform(0.05, 0.5, n_seen + 2 * n_outputs),
+        estimator,
     )
 
 
-def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surrogate:
+def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
+    """The surrogate with an error estimate of its companion, and without an error estimator."""
+    bound = surrogate.bound
+    assert bound is not None
+    assert bound.estimator is None
+    span = SpanEstimate(block, np.linspace(0.7, 1.3, bound.companion.n_values))
+    return replace(surrogate, estimator=None, bound=replace(bound, span=span))
+
+
+def bounded_surrogate(
+    shape: Shape, blocks: tuple[int, int] = (2, 5), sees_estimates: bool = False
+) -> Surrogate:
     """A random state-space surrogate of a shape with a random bound beside it.
 
-    Its companion has more units than the surrogate, as a recipe may ask for.
+    Its companion has more units than the surrogate, as a recipe may ask for. The head may see what
+    the surrogate's error estimator expects.
     """
     surrogate = random_surrogate(shape)
     assert shape.cell is not None
     larger = replace(shape.cell, units=shape.cell.units + 10)
     other = random_surrogate(replace(shape, cell=larger, seed=shape.seed + 77)).network
     assert isinstance(other, StateSpace)
-    return replace(surrogate, bound=random_bound(other, shape.seed, blocks))
+    seen = surrogate.estimator if sees_estimates else None
+    return replace(surrogate, bound=random_bound(other, shape.seed, blocks, estimator=seen))

@@ -78,7 +78,7 @@ def fmu_times(
     """
     signals = [signal.name for signal in surrogate.outputs]
     names = list(signals)
-    if estimates and surrogate.estimator is not None:
+    if estimates and surrogate.estimates_errors:
         names += [ERROR_ESTIMATE.format(signal=name) for name in signals]
     if bounds and surrogate.bound is not None:
         names += [*(ERROR_BOUND.format(signal=name) for name in signals), NOVELTY]

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from slide_fmu.core.block_means import N_BLOCKS, block_lengths
+from slide_fmu.core.block_means import block_lengths, block_means
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
@@ -28,7 +28,7 @@ from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.error_bound import BoundRecipe
+from slide_fmu.recipe.error_bound import BoundRecipe, span_block
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
@@ -36,9 +36,12 @@ from slide_fmu.surrogate.error_bound import (
     SMALLEST,
     USUAL_CONFIDENCE,
     ErrorBound,
+    filling_length,
     local_scales,
+    squared_difference,
     statistics_of,
 )
+from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
 
 VALIDATION_SHARE = 0.1
@@ -57,11 +60,16 @@ class _Seen:
         watched: shape (n_trajectories, N, n_watched).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
+        span_errors, span_disagreements: RMS of errors and of the disagreement over the span of an
+            error estimate, as soon as it knows its inputs, (n_trajectories, M, n_outputs);
+            without one, M = 0.
     """
 
     statistics: FloatArray
     watched: FloatArray
     errors: FloatArray
+    span_errors: FloatArray
+    span_disagreements: FloatArray
 
 
 def fit_bound(
@@ -75,15 +83,18 @@ def fit_bound(
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is that of the head.
 
-    The splits are trajectories to learn from and to calibrate by; neither network has learnt from
-    them. The checkpoint is the file for the state of an interrupted training.
+    The head sees what the surrogate's error estimator expects, if there is one. The splits are
+    trajectories to learn from and to calibrate by; no network has learnt from them. The
+    checkpoint is the file for the state
+    of an interrupted training.
 
     Raises:
         TrainingError: the training diverged, or the checkpoint cannot be read.
         ValueError: the surrogate makes no error at all, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
-    learnt, calibration = (_seen(surrogate, companion, blocks, split) for split in splits)
+    span = span_block(recipe, surrogate.window.step)
+    learnt, calibration = (_seen(surrogate, companion, blocks, split, span) for split in splits)
     head, history = _fit_head(learnt, recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
     # errors of zero count as the least that the head knows: factors are positive
@@ -91,20 +102,46 @@ def fit_bound(
     ratios = np.maximum(calibration.errors / scales, 2.0**-MOST_EXPONENT)
     factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
-    return ErrorBound(companion, head, blocks, factors, limits), history
+    estimate = None if span is None else SpanEstimate(span, _span_factors(calibration))
+    parts = companion, head, blocks, factors, limits
+    return ErrorBound(*parts, surrogate.estimator, estimate), history
+
+
+def _span_factors(calibration: _Seen) -> FloatArray:
+    """Return what the disagreement over a span is to be multiplied by, (n_outputs,).
+
+    Relative deviations are as often too large as too small then, on the scale of logarithms.
+    """
+    ratios = np.log(calibration.span_errors / calibration.span_disagreements)
+    return np.asarray(np.exp(ratios.reshape(-1, ratios.shape[2]).mean(axis=0)))
 
 
 def _seen(
-    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
+    surrogate: Surrogate,
+    companion: StateSpace,
+    blocks: tuple[int, int],
+    split: Split,
+    span: int | None,
 ) -> _Seen:
     """Run both networks along trajectories."""
     scaled = surrogate.input_scaling.apply(split.inputs)
     predicted = surrogate.network.stream(scaled).astype(np.float64)
     errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
-    statistics, watched, _ = statistics_of(companion, blocks, scaled, predicted)
-    filling = companion.memory_length + (N_BLOCKS + 1) * blocks[1]
-    filled = slice(max(surrogate.window.n_in, filling), None)
-    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])
+    networks = companion, surrogate.estimator
+    statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
+    filling = max(surrogate.window.n_in, filling_length(companion, blocks[1], networks[1]))
+    filled = slice(filling, None)
+    spans = [np.zeros((len(errors), 0, errors.shape[2]))] * 2
+    if span is not None:
+        known = max(surrogate.window.n_in, filling_length(companion, span, None))
+        apart = squared_difference(predicted, companion.ping_pong_states(scaled)[0])
+        spans = [_span_rms(squares, span)[:, known:] for squares in (errors**2, apart)]
+    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled], *spans)
+
+
+def _span_rms(squares: FloatArray, block: int) -> FloatArray:
+    """Give the root of the mean squares (B, N, n_outputs) over a span; never quite zero."""
+    return np.asarray(np.maximum(np.sqrt(block_means(squares, block)), 2.0**-MOST_EXPONENT))
 
 
 def _fit_head(

@@ -72,18 +72,16 @@ def fit_surrogate(
         recipe, (system, offered, known), (store, checkpoints), device, progress
     )
     machine, places = (system, offered, known), (store, checkpoints)
+    if recipe.estimator is not None:
+        estimator, more = _fit_estimator(recipe, surrogate, offered, places, device, progress)
+        surrogate = dataclasses.replace(surrogate, estimator=estimator)
+        histories |= more
     if recipe.bound is not None:
         error = min(histories["surrogate"].validation_error)
         bound, more = _fit_bound(recipe, surrogate, error, machine, places, device, progress)
+        surrogate = dataclasses.replace(surrogate, bound=bound)
         histories |= more
-    else:
-        bound = None
-    if recipe.estimator is not None:
-        estimator, more = _fit_estimator(recipe, surrogate, offered, places, device, progress)
-        histories |= more
-    else:
-        estimator = None
-    return Fit(dataclasses.replace(surrogate, estimator=estimator, bound=bound), histories)
+    return Fit(surrogate, histories)
 
 
 def _fit_estimator(
@@ -142,6 +140,12 @@ def _fit_bound(
     )
     place, splits = checkpoints / f"bound-{key}.pt", (learnt, calibration)
     bound, history = fit_bound(
-        surrogate, companion, splits, recipe.bound, place, device, progress(BOUND)
+        surrogate,
+        companion,
+        splits,
+        recipe.bound,
+        place,
+        device,
+        progress(BOUND),
     )
     return bound, {COMPANION: course, BOUND: history}

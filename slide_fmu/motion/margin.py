@@ -46,7 +46,7 @@ def judge(surrogate: Surrogate, records: FloatArray) -> list[Judged]:
 def _estimated(surrogate: Surrogate, inputs: FloatArray) -> Judged:
     """Judge a record, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
-    if surrogate.estimator is not None:
+    if surrogate.estimates_errors:
         return Judged(_norms(ESTIMATES * surrogate.estimate_error(inputs)), known)
     return Judged(np.zeros(len(inputs)), known)
 
@@ -59,6 +59,6 @@ def what_margins_are(surrogate: Surrogate) -> str:
     """Say in words what ``margins`` gives for a surrogate."""
     if surrogate.bound is not None:
         return "the error bound of 95 % confidence"
-    if surrogate.estimator is not None:
+    if surrogate.estimates_errors:
         return "twice the error estimate, since the FMU has no error bound"
     return "nothing, since the FMU tells no error"

@@ -21,7 +21,7 @@ def facts_of(surrogate: Surrogate) -> dict[str, Any]:
     where the surrogate has none. Times are in s.
     """
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
-    window, estimated = surrogate.window, surrogate.estimator is not None
+    window, estimated = surrogate.window, surrogate.estimates_errors
     errors = {"estimate": BY_KEY["ERROR_ESTIMATE"], "bound": BY_KEY["ERROR_BOUND"]}
     outputs = _signals(surrogate.outputs, references)
     for output in outputs:

@@ -52,5 +52,6 @@ def _of_bound(bound: ErrorBound | None, step: float) -> dict[str, Any]:
             "head_parameters": bound.head.count_parameters(),
             "confidences": list(CONFIDENCES),
             "blocks_s": [length * step for length in bound.blocks],
+            **({} if bound.span is None else {"estimate_span_s": bound.span.samples * step}),
         }
     }

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from slide_fmu.core.block_means import N_BLOCKS, block_lengths
+from slide_fmu.core.block_means import N_BLOCKS, block_lengths, span_samples
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceRecipe, Table
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ class BoundRecipe(Table):
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
+        estimate_span: time in s over about which the error estimate is, where the companion gives
+            it too; without the key it is the error estimator's, of the table ``estimator``.
     """
 
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
@@ -66,6 +68,7 @@ class BoundRecipe(Table):
     short_span: PositiveFloat = 0.1
     long_span: PositiveFloat = 1.0
     false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
+    estimate_span: PositiveFloat | None = None
 
 
 def require_bound(recipe: Recipe) -> None:
@@ -104,6 +107,11 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with training.start = {start!r}; expected none: the companion would begin "
             f"with the same network, and share its errors: {remedy}, or the key"
         )
+    if recipe.bound.estimate_span is not None and recipe.estimator is not None:
+        raise ValueError(
+            f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
+            "expected one error estimate: remove the key, or the table"
+        )
     if recipe.bound.short_span > recipe.bound.long_span:
         raise ValueError(
             f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
@@ -133,7 +141,8 @@ def bound_samples(recipe: Recipe) -> int:
     """
     if recipe.bound is None:
         return 0
-    return max(recipe.window.n_in, bound_filling(recipe)) + N_BLOCKS * _long_block(recipe)
+    longest = max(_long_block(recipe), span_block(recipe.bound, recipe.window.step) or 0)
+    return max(recipe.window.n_in, bound_filling(recipe)) + N_BLOCKS * longest
 
 
 def bound_filling(recipe: Recipe) -> int:
@@ -141,7 +150,28 @@ def bound_filling(recipe: Recipe) -> int:
     if recipe.bound is None:
         return 0
     window = recipe.window
-    return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * _long_block(recipe)
+    longest = max(_long_block(recipe), span_block(recipe.bound, recipe.window.step) or 0)
+    return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
+
+
+def longest_span(bound: BoundRecipe) -> str:
+    """Name the longest of the times over which a bound averages, with its value."""
+    estimate = bound.estimate_span or 0.0
+    name = "estimate_span" if estimate > bound.long_span else "long_span"
+    return f"bound.{name} = {getattr(bound, name):g} s"
+
+
+def span_block(bound: BoundRecipe | None, step: float) -> int | None:
+    """Return the samples, of a step in s, in a block of ``estimate_span``; None without it."""
+    if bound is None or bound.estimate_span is None:
+        return None
+    return max(1, round(bound.estimate_span / step / (N_BLOCKS + 0.5)))
+
+
+def span_length(recipe: Recipe) -> int:
+    """Return over how many samples the companion's error estimate is; none without one."""
+    block = span_block(recipe.bound, recipe.window.step)
+    return 0 if block is None else span_samples(block)
 
 
 def _long_block(recipe: Recipe) -> int:

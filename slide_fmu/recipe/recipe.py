@@ -15,7 +15,9 @@ from slide_fmu.recipe.error_bound import (
     BoundRecipe,
     bound_filling,
     bound_samples,
+    longest_span,
     require_bound,
+    span_length,
 )
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
@@ -286,6 +288,7 @@ class Recipe(Table):
         seen = window.n_in if whole else window.n_in - window.n_out + 1
         first = max(burn_in + 1, seen)
         scored = 1 if self.estimator is None else self.estimator.span or window.n_out
+        scored = max(scored, span_length(self))
         last = max(first + scored - 1, bound_filling(self))
         return (last - burn_in) * window.step
 
@@ -326,7 +329,7 @@ class Recipe(Table):
             if duration < needed - 0.5 * window.step:
                 also = f" and estimator.span = {span}" if span else ""
                 if self.bound is not None:
-                    also += f" and bound.long_span = {self.bound.long_span:g} s"
+                    also += f" and {longest_span(self.bound)}"
                 raise ValueError(
                     f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"

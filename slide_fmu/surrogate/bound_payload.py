@@ -11,7 +11,9 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound, statistics_count
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.span_estimate import SpanEstimate
 
 
 def encode_bound(bound: ErrorBound) -> bytes:
@@ -21,8 +23,29 @@ def encode_bound(bound: ErrorBound) -> bytes:
     return struct.pack("<III", *bound.blocks, len(bound.limits)) + b"".join(numbers + networks)
 
 
-def decode_bound(section: Reader, n_inputs: int, n_outputs: int) -> ErrorBound:
+def encode_span(span: SpanEstimate) -> bytes:
+    """Write the content of the section SPAN."""
+    return struct.pack("<I", span.block) + span.factors.astype("<f8").tobytes()
+
+
+def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
+    """Read the content of the section SPAN.
+
+    Raises:
+        ValueError: the bytes are no error estimate.
+    """
+    block = section.u32()
+    factors = section.f64(n_outputs)
+    section.done()
+    return SpanEstimate(block, factors)
+
+
+def decode_bound(
+    section: Reader, n_inputs: int, n_outputs: int, estimator: ErrorEstimator | None
+) -> ErrorBound:
     """Read the content of the section BOUN of a surrogate with so many inputs and outputs.
+
+    The estimator is the one whose estimates the head sees, if it sees any.
 
     Raises:
         ValueError: the bytes are no error bound.
@@ -34,8 +57,8 @@ def decode_bound(section: Reader, n_inputs: int, n_outputs: int) -> ErrorBound:
     if not isinstance(companion, StateSpace):
         raise ValueError("error bound whose companion is no state-space network; expected one")
     n_seen = len(companion.cell.a) + len(companion.roles.drive)
-    head = decode_network(section, 2 * n_seen + 3 * n_outputs)
+    head = decode_network(section, statistics_count(n_seen, n_outputs, estimator is not None))
     if not isinstance(head, FeedForward):
         raise ValueError("error bound whose head is no feed-forward network; expected one")
     section.done()
-    return ErrorBound(companion, head, (short, long), factors, limits)
+    return ErrorBound(companion, head, (short, long), factors, limits, estimator)

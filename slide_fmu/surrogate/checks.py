@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
+from slide_fmu.surrogate.error_bound import ErrorBound
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 
 START_TOLERANCE = 1e-12
@@ -41,6 +43,38 @@ def check_signals(
                 f"inputs {index} and {index + 1} are cosine and sine of an angle with offsets "
                 f"{offset} and scales {scale}; expected offsets of 0 and one scale for both"
             )
+
+
+def check_bound(
+    name: str, bound: ErrorBound, fits: bool, estimator: ErrorEstimator | None
+) -> None:
+    """Reject an error bound that does not belong to a surrogate with a name and an estimator.
+
+    Args:
+        name: of the surrogate.
+        bound: its error bound.
+        fits: its network is a state-space one without physical parameters.
+        estimator: its error estimator.
+
+    Raises:
+        ValueError: the network does not fit, or the bound sees another estimator, or gives an
+            error estimate beside an estimator.
+    """
+    if not fits:
+        raise ValueError(
+            f"surrogate {name!r} with an error bound; expected one only of state-space "
+            "networks without physical parameters"
+        )
+    if bound.estimator is not None and bound.estimator is not estimator:
+        raise ValueError(
+            f"surrogate {name!r} with an error bound that sees another error estimator; expected "
+            "its own: fit the bound again"
+        )
+    if bound.span is not None and estimator is not None:
+        raise ValueError(
+            f"surrogate {name!r} with an error estimator and an error estimate of its companion; "
+            "expected one of them"
+        )
 
 
 def check_forecast(forecast: InputForecast | None, inputs: tuple[Signal, ...]) -> None:

@@ -5,6 +5,9 @@ surrogate. How far both are apart, the companion's states and what it sees are s
 sample, from which a small network, the head, gives a local scale of the error. One factor for each
 confidence, calibrated on trajectories that nothing has learnt from, makes a bound of it. Samples
 whose mean squares are larger than those of the calibration are none of the domain.
+
+A surrogate with an error estimator has its estimates among the statistics. Without one, the
+disagreement over a longer span may give an error estimate.
 """
 
 from __future__ import annotations
@@ -20,6 +23,8 @@ from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from slide_fmu.surrogate.span_estimate import SpanEstimate
 
 CONFIDENCES = (0.9, 0.95, 0.99)
 """The confidences for which bounds are calibrated, rising."""
@@ -61,9 +66,11 @@ class ErrorBound:
     Statistics of a sample are, in this order: states of the companion's older state after it
     (n_states), features that drive the companion (n_drive), then logarithms (``logarithms``) of
     the squared disagreement (n_outputs), of its means over the short and over the long blocks
-    (twice n_outputs), and of the means of the squared states and features over the long blocks
-    (n_states + n_drive). Watched are the means of the squared disagreement over the short and over
-    the long blocks, and of the squared states and features over the long ones.
+    (twice n_outputs), of the means of the squared states and features over the long blocks
+    (n_states + n_drive), then of the squared error that the estimator expects of this sample
+    (n_outputs with an estimator, else none). Watched are the means of the squared disagreement
+    over the short and over the long blocks, and of the squared states and features over the long
+    ones.
 
     Attributes:
         companion: network of the same window, inputs and outputs as the surrogate's.
@@ -73,6 +80,8 @@ class ErrorBound:
         factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape
             (3, n_outputs).
         limits: of the watched means at the edge of the domain, shape (n_watched,).
+        estimator: the surrogate's, if the head sees what it expects.
+        span: makes an error estimate of the disagreement, if the surrogate has no estimator.
     """
 
     companion: StateSpace
@@ -80,6 +89,8 @@ class ErrorBound:
     blocks: tuple[int, int]
     factors: FloatArray
     limits: FloatArray
+    estimator: ErrorEstimator | None = None
+    span: SpanEstimate | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -90,7 +101,8 @@ class ErrorBound:
                 "the shorter ones first"
             )
         n_outputs = self.companion.n_values
-        n_statistics, n_watched = 2 * self._n_seen + 3 * n_outputs, self._n_seen + 2 * n_outputs
+        n_watched = self._n_seen + 2 * n_outputs
+        n_statistics = statistics_count(self._n_seen, n_outputs, self.estimator is not None)
         head = self.head
         found = (head.n_channels, head.n_samples, head.features.n_signals, head.n_values)
         expected = (n_statistics, 1, n_statistics, n_outputs)
@@ -106,6 +118,13 @@ class ErrorBound:
                 f"factors of an error bound that fall: {self.factors.tolist()}; expected them to "
                 "rise with the confidence"
             )
+        if self.span is not None and self.estimator is not None:
+            raise ValueError(
+                "error bound with an error estimate of its own beside an error estimator; "
+                "expected one of them"
+            )
+        if self.span is not None:
+            self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
 
     @staticmethod
     def _check_numbers(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
@@ -123,16 +142,25 @@ class ErrorBound:
     @property
     def memory_length(self) -> int:
         """The number of samples of the inputs that a bound depends on."""
-        return 2 * self.companion.n_samples + (N_BLOCKS + 1) * self.blocks[1]
+        block = max(self.blocks[1], 0 if self.span is None else self.span.block)
+        estimated = 0 if self.estimator is None else self.estimator.memory_length
+        return max(estimated, 2 * self.companion.n_samples + (N_BLOCKS + 1) * block)
 
     @property
     def filling_length(self) -> int:
         """The number of samples of the inputs that a bound must know to count.
 
         They are those that the companion must have seen, at each sample that the means are over.
-        What it depends on further back has faded.
+        What it depends on further back has faded. They are also those that the estimator sees at
+        the newest sample.
         """
-        return self.companion.memory_length + (N_BLOCKS + 1) * self.blocks[1]
+        return filling_length(self.companion, self.blocks[1], self.estimator)
+
+    @property
+    def estimate_length(self) -> int:
+        """The number of samples of the inputs that the error estimate of ``span`` must know."""
+        assert self.span is not None
+        return filling_length(self.companion, self.span.block, None)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
         """Evaluate along B records, in each of which the first input counts as held before it.
@@ -158,7 +186,19 @@ class ErrorBound:
         Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give the shapes
         (B, N, n_statistics), (B, N, n_watched) and (B, N, n_outputs).
         """
-        return statistics_of(self.companion, self.blocks, scaled, predicted)
+        networks = self.companion, self.estimator
+        return statistics_of(networks, self.blocks, scaled, predicted)
+
+    def estimates(self, scaled: FloatArray, predicted: FloatArray) -> FloatArray:
+        """Estimate the RMSE over the samples of ``span``, relative to the outputs' scales.
+
+        Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give (B, N, n_outputs).
+        """
+        assert self.span is not None
+        values, _ = self.companion.ping_pong_states(scaled)
+        with np.errstate(all="ignore"):  # what is not finite shows in the result
+            found = self.span.along(squared_difference(predicted, values))
+        return np.where(np.isfinite(found), found, 2.0**MOST_EXPONENT)
 
     def factors_at(self, confidence: float) -> FloatArray:
         """Give the factors of the least calibrated confidence that is not smaller: (n_outputs,).
@@ -204,13 +244,32 @@ def logarithms(squares: FloatArray) -> Float32Array:
     return np.asarray(bits * np.float32(2.0**-23) - np.float32(127.0))
 
 
+def statistics_count(n_seen: int, n_outputs: int, with_estimates: bool) -> int:
+    """Return the number of statistics of a sample; seen are states and features."""
+    return 2 * n_seen + (4 if with_estimates else 3) * n_outputs
+
+
+def filling_length(companion: StateSpace, block: int, estimator: ErrorEstimator | None) -> int:
+    """Return how many samples of the inputs means over blocks, and an estimator, must know."""
+    seen = 0 if estimator is None else estimator.network.memory_length
+    return max(seen, companion.memory_length + (N_BLOCKS + 1) * block)
+
+
+def squared_difference(predicted: FloatArray, values: Float32Array) -> FloatArray:
+    """Give the squared disagreement of scaled outputs with a companion's, of the same shape."""
+    return np.asarray((predicted.astype(np.float64) - values.astype(np.float64)) ** 2)
+
+
 def statistics_of(
-    companion: StateSpace, blocks: tuple[int, int], scaled: FloatArray, predicted: FloatArray
+    networks: tuple[StateSpace, ErrorEstimator | None],
+    blocks: tuple[int, int],
+    scaled: FloatArray,
+    predicted: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Give what an error bound looks at along records.
 
     Args:
-        companion: the second network.
+        networks: the companion; and the error estimator, if the head sees what it expects.
         blocks: samples in a short and in a long block.
         scaled: scaled inputs, shape (B, N, n_inputs); the first counts as held for ever before.
         predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
@@ -219,11 +278,16 @@ def statistics_of(
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
         ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``Trust``.
     """
+    companion, estimator = networks
     values, states = companion.ping_pong_states(scaled)
     drive = companion.features.along(scaled)[:, :, list(companion.roles.drive)]
-    squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
+    squares = squared_difference(predicted, values)
     seen = np.concatenate([states, drive], axis=2).astype(np.float64)
     short, long = (block_means(squares, block) for block in blocks)
     watched = np.concatenate([short, long, block_means(seen**2, blocks[1])], axis=2)
-    statistics = np.concatenate([seen, logarithms(squares), logarithms(watched)], axis=2)
+    parts = [seen, logarithms(squares), logarithms(watched)]
+    if estimator is not None:
+        expected = [estimator.along(record, squares.shape[2]) for record in scaled]
+        parts.append(logarithms(np.stack(expected)))
+    statistics = np.concatenate(parts, axis=2)
     return statistics, watched, np.sqrt(np.maximum(squares, short))

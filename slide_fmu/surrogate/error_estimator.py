@@ -82,6 +82,16 @@ class ErrorEstimator:
         values = self.network.stream(scaled[None])[0].astype(np.float64)
         return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
 
+    def estimates(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
+        """Estimate the RMSE over the last positions, relative to the outputs' scales.
+
+        Shapes are as of ``along``.
+        """
+        squares = self.along(scaled, n_outputs)
+        squares = np.concatenate([np.repeat(squares[:1], self.positions - 1, 0), squares])
+        views = np.lib.stride_tricks.sliding_window_view(squares, self.positions, axis=0)
+        return np.asarray(np.sqrt(views.mean(axis=-1)))
+
     def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
         """Form squared errors, (N, n_outputs), relative to the outputs' scales.
 

@@ -5,7 +5,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
 
     file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; PARA, ESTI, BOUN and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI, BOUN, SPAN and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -19,6 +19,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
                 f32 least[count]  f32 largest[count]             of its features
     BOUN     := u32 short  u32 long  u32 n_watched               the error bound
                 f64 factor[3][n_outputs]  f64 limit[n_watched]  network  network
+    SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
     MOVE     := u32 at_step_end  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
@@ -37,8 +38,11 @@ t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 but with 0. At most 63 terms,
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
 0.99, the limits, the companion and the head (``error_bound.py``). It stands in no file with PARA.
+SPAN stands in files with BOUN and without ESTI alone (``span_estimate.py``).
 
-Files with BOUN have version 8, with PARA version 7, all others are written with version 6.
+Files with SPAN, or with BOUN and ESTI, have version 9; others with BOUN have version 8, files with
+PARA version 7, and all others are written with version 6. In files of version 8, the head of BOUN
+does not see what the estimator of ESTI expects.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
 held while they are not known, and at_step_end is 1.
@@ -61,11 +65,11 @@ root of the mean square of e, times the scale of SCOU, is the estimate.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import struct
 import zlib
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import Any, TypeVar
 
 import numpy as np
@@ -79,7 +83,7 @@ from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.bound_payload import decode_bound, encode_bound
+from slide_fmu.surrogate.bound_payload import decode_bound, decode_span, encode_bound, encode_span
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
@@ -92,8 +96,8 @@ from slide_fmu.surrogate.parameter_payload import (
 Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
-VERSION, WITH_PARAMETERS, WITH_BOUND = 6, 7, 8
-READABLE = (4, 5, VERSION, WITH_PARAMETERS, WITH_BOUND)
+VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
+READABLE = (4, 5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
@@ -129,7 +133,9 @@ def encode(
     rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
     polynomial = network.polynomial if isinstance(network, StateSpace) else None
     version = VERSION if polynomial is None else WITH_PARAMETERS
-    version = version if bound is None else WITH_BOUND
+    if bound is not None:
+        estimates = bound.estimator is not None or bound.span is not None
+        version = WITH_ESTIMATES if estimates else WITH_BOUND
     body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, input_scaling))
@@ -141,6 +147,8 @@ def encode(
         body += _section(b"ESTI", _encode_estimator(estimator))
     if bound is not None:
         body += _section(b"BOUN", encode_bound(bound))
+    if bound is not None and bound.span is not None:
+        body += _section(b"SPAN", encode_span(bound.span))
     if forecast is not None:
         body += _section(b"MOVE", _encode_forecast(forecast))
     metadata = {
@@ -179,7 +187,7 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
     try:
         if version == 4:
             reader = Reader(_sections_of_version_4(reader), 0)
-        parts = _decode_sections(reader)
+        parts = _decode_sections(reader, version)
         if reader.position != len(reader.data):
             raise ValueError("unexpected bytes after the last section")
         return make(*parts)
@@ -213,7 +221,7 @@ def _section(tag: bytes, content: bytes) -> bytes:
 
 def _row(signal: Signal) -> dict[str, Any]:
     """Give what META says of a signal."""
-    row = asdict(signal)
+    row = dataclasses.asdict(signal)
     del row["hold"], row["angle"]
     return row
 
@@ -226,7 +234,7 @@ def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     return np.array(rows, INPUT_ROW).tobytes()
 
 
-def _decode_sections(reader: Reader) -> tuple[Any, ...]:
+def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
     """The fields of ``Surrogate``, in their order."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
@@ -254,7 +262,11 @@ def _decode_sections(reader: Reader) -> tuple[Any, ...]:
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
     bound = None
     if _is_next(reader, b"BOUN"):
-        bound = decode_bound(reader.section(b"BOUN"), n_inputs, n_outputs)
+        seen = estimator if version == WITH_ESTIMATES else None
+        bound = decode_bound(reader.section(b"BOUN"), n_inputs, n_outputs, seen)
+    if bound is not None and _is_next(reader, b"SPAN"):
+        span = decode_span(reader.section(b"SPAN"), n_outputs)
+        bound = dataclasses.replace(bound, span=span)
     forecast = None
     if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)

@@ -19,7 +19,13 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import BATCH, Network, Parametric, batches
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.checks import check_forecast, check_signals, check_starts, checked_inputs
+from slide_fmu.surrogate.checks import (
+    check_bound,
+    check_forecast,
+    check_signals,
+    check_starts,
+    checked_inputs,
+)
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
@@ -75,16 +81,10 @@ class Surrogate:
         if self.estimator is not None:
             self.estimator.require_outputs(len(self.outputs))
         if self.bound is not None:
-            self._check_bound(self.bound)
+            fits = isinstance(self.network, StateSpace) and not self.parameters
+            check_bound(self.name, self.bound, fits, self.estimator)
+            self.bound.companion.require_window(self.window, len(self.outputs))
         check_forecast(self.forecast, self.inputs)
-
-    def _check_bound(self, bound: ErrorBound) -> None:
-        if not isinstance(self.network, StateSpace) or self.parameters:
-            raise ValueError(
-                f"surrogate {self.name!r} with an error bound; expected one only of state-space "
-                "networks without physical parameters"
-            )
-        bound.companion.require_window(self.window, len(self.outputs))
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -163,9 +163,18 @@ class Surrogate:
         return max(self.window.n_in, *others, 0) + BEFORE
 
     @property
+    def estimates_errors(self) -> bool:
+        """Say whether ``estimate_error`` gives something: by an estimator, or by a companion."""
+        return self.estimator is not None or (
+            self.bound is not None and self.bound.span is not None
+        )
+
+    @property
     def estimated_samples(self) -> int:
         """Return over how many samples the error is estimated; else the output window's."""
         estimator, window = self.estimator, self.window
+        if self.bound is not None and self.bound.span is not None:
+            return self.bound.span.samples
         if estimator is None or (estimator.network.n_samples, estimator.positions) == (
             window.n_in,
             1,
@@ -281,13 +290,19 @@ class Surrogate:
         Raises:
             ValueError: there is no estimator, or bad inputs as in ``predict``.
         """
-        if self.estimator is None:
-            raise ValueError(f"surrogate {self.name!r} has no error estimator; train one")
-        estimator, checked = self.estimator, checked_inputs(inputs, self.inputs)
-        squares = estimator.along(self.input_scaling.apply(checked), len(self.outputs))
-        squares = np.concatenate([np.repeat(squares[:1], estimator.positions - 1, 0), squares])
-        views = np.lib.stride_tricks.sliding_window_view(squares, estimator.positions, axis=0)
-        return np.asarray(np.sqrt(views.mean(axis=-1)) * self.output_scaling.scale)
+        if not self.estimates_errors:
+            raise ValueError(
+                f"surrogate {self.name!r} has no error estimator; train one, by the recipe's "
+                "table [estimator], or by bound.estimate_span"
+            )
+        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
+        if self.estimator is not None:
+            relative = self.estimator.estimates(scaled, len(self.outputs))
+        else:
+            assert self.bound is not None
+            predicted = self.network.stream(scaled[None]).astype(np.float64)
+            relative = self.bound.estimates(scaled[None], predicted)[0]
+        return np.asarray(relative * self.output_scaling.scale)
 
     def trust(self, inputs: NDArray[Any]) -> Trust:
         """Give the local scale of the error, the disagreement and the novelty of every sample.

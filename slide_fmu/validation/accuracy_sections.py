@@ -58,7 +58,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         text = about_parameters(main.recipe.system.is_record)
         rows = parameter_rows(main.figures()["parameters"])
         sections.append(Section("Physical parameters", text, rows))
-    if main.surrogate.estimator is not None:
+    if main.surrogate.estimates_errors:
         sections.append(estimate_section(validations))
     if main.surrogate.bound is not None:
         sections += bound_sections(validations)

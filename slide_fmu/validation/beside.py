@@ -38,7 +38,7 @@ def beside(
     names = [signal.name for signal in surrogate.outputs]
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(surrogate.inputs)}
     step, span = surrogate.window.step, surrogate.estimated_samples
-    estimates = [] if surrogate.estimator is None else [f"{n}_error_estimate" for n in names]
+    estimates = [f"{n}_error_estimate" for n in names] if surrogate.estimates_errors else []
     bounds = [] if surrogate.bound is None else [f"{n}_error_bound" for n in names]
     domain = [NOVELTY, IN_DOMAIN] if bounds else []
     filling = 0 if surrogate.bound is None else surrogate.bound.filling_length

@@ -208,8 +208,9 @@ class Validation:
 
         With ``euclidean`` they are those of the norm over all outputs, in their common unit.
         """
-        assert self.recipe.estimator is not None
-        resolution = self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
+        table = self.recipe.estimator
+        told_apart = sys.float_info.min if table is None else table.resolution
+        resolution = told_apart * self.surrogate.output_scaling.scale
         parts = []
         for c in self.comparisons:
             if c.estimate is not None:
@@ -275,7 +276,7 @@ class Validation:
         return rows
 
     def _estimate(self) -> dict[str, Any] | None:
-        if self.surrogate.estimator is None:
+        if not self.surrogate.estimates_errors:
             return None
         units = {signal.unit for signal in self.surrogate.outputs}
         found: dict[str, Any] = {

@@ -68,6 +68,11 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
             "An error estimate never exceeds the largest error that its training knew; read one "
             "beyond the range as a lower bound."
         )
+    if surrogate.bound is not None and surrogate.bound.span is not None:
+        found.append(
+            "An error estimate says how far the surrogate is usually off where a second network "
+            "disagrees with it so much; of errors that both share it says nothing."
+        )
     if surrogate.bound is not None:
         in_range = None if measured is None else next(iter(ordered(measured).values()))
         found += bound_sentences(recipe, surrogate.hold == "first_order", in_range)

@@ -60,7 +60,7 @@ def model_card(
         now_text=meaning_of(surrogate),
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
-        estimate_rows=estimate_rows(_named(validations)) if surrogate.estimator else [],
+        estimate_rows=estimate_rows(_named(validations)) if surrogate.estimates_errors else [],
         judgements=[
             plain(sentence)
             for sentence in judgement_sentences(judgements(surrogate, recipe, validations))

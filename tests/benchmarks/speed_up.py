@@ -75,7 +75,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             times.setdefault("runtime_step", []).extend(
                 part_times(inside, Part.STEP, WINDOWS, LOOP)
             )
-            if surrogate.estimator is not None:
+            if surrogate.estimates_errors:
                 read = part_times(inside, Part.STEP_AND_READ, WINDOWS, LOOP)
                 times.setdefault("runtime_step_and_estimate", []).extend(read)
             windows = window_times(surrogate, drawn)

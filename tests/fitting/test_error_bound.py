@@ -189,3 +189,29 @@ def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:
     assert alone.bound is None
     inputs = np.random.default_rng(0).uniform(-1, 1, (80, 1))
     assert np.array_equal(alone.predict(inputs), fit.surrogate.predict(inputs))
+
+
+def test_estimate_of_the_companion_is_about_the_error_of_its_span(
+    fit: Fit, folder: Path, unseen: Unseen
+) -> None:
+    recipe = RECIPE.model_copy(
+        update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4})}
+    )
+    other = fit_surrogate(
+        recipe, recipe_system(recipe), folder / "store", folder / "checkpoints", no_stages
+    ).surrogate
+    assert not fit.surrogate.estimates_errors
+    assert np.array_equal(
+        other.predict_newest_batch(unseen.inputs),
+        fit.surrogate.predict_newest_batch(unseen.inputs),
+    )
+    span = other.estimated_samples
+    found, true = [], []
+    for inputs, errors in zip(unseen.inputs, unseen.errors, strict=True):
+        means = np.lib.stride_tricks.sliding_window_view(errors**2, span, axis=0).mean(axis=-1)
+        true.append(np.sqrt(means))
+        found.append(other.estimate_error(inputs)[-len(means) :])
+    ratios = np.log(np.concatenate(found) / np.concatenate(true))
+    constant = np.log(np.concatenate(true))
+    assert abs(np.median(ratios)) < 0.2
+    assert np.abs(ratios).mean() < 0.8 * np.abs(constant - np.median(constant)).mean()

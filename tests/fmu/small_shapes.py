@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
@@ -51,6 +51,8 @@ BOUNDED = Shape(n_in=3, n_out=2, n_inputs=2, n_outputs=2, differences=1, cell=Ce
 BOUNDED_MOVING = replace(
     MOVING, n_in=3, positions=0, features="director", cell=CellShape(2, 3, "gated", turned=1)
 )
+SEEN = replace(BOUNDED, positions=3)
+SPANNED = replace(BOUNDED_MOVING, n_in=4)
 
 FUZZED = (
     SMALL,
@@ -71,6 +73,8 @@ FUZZED = (
     SUBSTEPS,
     BOUNDED,
     BOUNDED_MOVING,
+    SEEN,
+    SPANNED,
 )
 """All families, sets of features, kinds of units and of error estimators.
 
@@ -79,6 +83,11 @@ Inputs of the fuzz target name them by their number: add at the end only.
 
 
 def small_surrogate(shape: Shape) -> Surrogate:
-    """A surrogate of one of these shapes; beside bounded ones is an error bound."""
-    bounded = shape in (BOUNDED, BOUNDED_MOVING)
-    return bounded_surrogate(shape, (1, 2)) if bounded else random_surrogate(shape)
+    """A surrogate of one of these shapes; beside bounded ones is an error bound.
+
+    One of them sees what the error estimator expects, another gives the error estimate.
+    """
+    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED):
+        return random_surrogate(shape)
+    surrogate = bounded_surrogate(shape, (1, 2), sees_estimates=shape == SEEN)
+    return with_span(surrogate, 2) if shape == SPANNED else surrogate

@@ -14,7 +14,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
@@ -36,12 +36,33 @@ SHAPES = {
     ),
     "substeps": dataclasses.replace(PLAIN, cell=CellShape(2, 3, "mixed", substeps=3)),
 }
+OF_NETWORKS = {
+    "seen": "estimated",
+    "seen_forecast": "forecast",
+    "span": "plain",
+    "span_forecast": "forecast",
+    "span_gated": "gated",
+}
+"""Shapes of surrogates whose head sees what their error estimator expects, and of others whose
+companion gives the error estimate."""
+
+NAMES = (*SHAPES, *OF_NETWORKS)
 BLOCKS = (2, 5)
 TOLERANCE = 1e-4
 """Of bounds and novelty, relative to themselves: logarithms magnify rounding where surrogate and
 companion nearly agree."""
 
 KINDS = ("ERROR_BOUND", "NOVELTY", "IN_DOMAIN", "BOUND_FILLED")
+
+
+def surrogate_of(name: str, blocks: tuple[int, int] = BLOCKS) -> Surrogate:
+    """A random surrogate with an error bound, by one of the ``NAMES``."""
+    shape = SHAPES[OF_NETWORKS.get(name, name)]
+    if name.startswith("seen"):
+        shape = dataclasses.replace(shape, positions=3)
+        return bounded_surrogate(shape, blocks, sees_estimates=True)
+    surrogate = bounded_surrogate(shape, blocks)
+    return with_span(surrogate) if name.startswith("span") else surrogate
 
 
 def places(surrogate: Surrogate, key: str, fmi: FmiVersion = 2) -> tuple[int, int]:
@@ -51,8 +72,10 @@ def places(surrogate: Surrogate, key: str, fmi: FmiVersion = 2) -> tuple[int, in
 
 
 def read(native: Native, surrogate: Surrogate) -> list[float]:
-    """Bounds of all outputs, novelty, and whether it is in the domain."""
-    return [value for key in KINDS[:3] for value in native.get(*places(surrogate, key))]
+    """Bounds of all outputs, novelty, whether it is in the domain, and error estimates, if any."""
+    estimates = ["ERROR_ESTIMATE"] if surrogate.estimates_errors else []
+    keys = [*KINDS[:3], *estimates]
+    return [value for key in keys for value in native.get(*places(surrogate, key))]
 
 
 def go(
@@ -75,11 +98,9 @@ def within(found: object, expected: object) -> None:
 
 
 @pytest.mark.parametrize("pattern", essential(PATTERNS, "odd"))
-@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
-def test_bounds_are_the_same_whenever_they_are_read(
-    load: Load, shape: Shape, pattern: str
-) -> None:
-    surrogate, lengths = bounded_surrogate(shape, BLOCKS), PATTERNS[pattern]
+@pytest.mark.parametrize("name", NAMES)
+def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, pattern: str) -> None:
+    surrogate, lengths = surrogate_of(name), PATTERNS[pattern]
     loaded, last = load(surrogate), len(lengths) - 1
     expected, eager = go(loaded.instance().start(), surrogate, lengths, lambda k: True)
     assert len({tuple(row) for row in eager.values()}) > 1
@@ -96,22 +117,52 @@ def test_bounds_are_the_same_whenever_they_are_read(
 
 
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 4), (4, 5), (3, 7)])
-@pytest.mark.parametrize("name", ["plain", "estimated", "gated", "roles", "substeps"])
+@pytest.mark.parametrize(
+    "name", ["plain", "estimated", "gated", "roles", "substeps", "seen", "span", "span_gated"]
+)
 def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int]) -> None:
-    surrogate = bounded_surrogate(SHAPES[name], blocks)
+    surrogate = surrogate_of(name, blocks)
     native = load(surrogate).instance().start()
     inputs = np.random.default_rng(5).uniform(-1, 2, (150, 2))
     found = []
     for row in inputs:
         native.step(*row)
-        found.append([*read(native, surrogate), *native.get(*places(surrogate, "BOUND_FILLED"))])
-    bounds, novelty, inside, filled = np.split(np.array(found), [2, 3, 4], axis=1)
+        results = read(native, surrogate)
+        filled = native.get(*places(surrogate, "BOUND_FILLED"))
+        found.append([*results[:4], *filled, *results[4:]])
+    bounds, novelty, inside, filled, estimates = np.split(np.array(found), [2, 3, 4, 5], axis=1)
     within(bounds, surrogate.error_bounds(inputs))
     within(novelty[:, 0], surrogate.trust(inputs).novelty)
     assert np.array_equal(inside[:, 0], surrogate.in_domain(inputs))
     assert surrogate.bound is not None
     share = np.minimum(1, np.arange(1, 151) / surrogate.bound.filling_length)
     np.testing.assert_allclose(filled[:, 0], share, rtol=1e-12)
+    if surrogate.estimates_errors:
+        within(estimates, surrogate.estimate_error(inputs))
+
+
+def test_estimate_of_a_companion_counts_once_it_knows_its_inputs(load: Load) -> None:
+    surrogate = surrogate_of("span")
+    native, found = load(surrogate).instance().start(), []
+    for _ in range(150):
+        native.step(0.5, 0.5)
+        found += native.get(*places(surrogate, "ESTIMATE_FILLED"))
+    assert surrogate.bound is not None
+    share = np.minimum(1, np.arange(1, 151) / surrogate.bound.estimate_length)
+    np.testing.assert_allclose(found, share, rtol=1e-12)
+    assert share[0] < share[-1] == 1
+
+
+def test_estimate_of_a_companion_without_end_is_the_largest(load: Load) -> None:
+    surrogate = with_span(bounded_surrogate(dataclasses.replace(PLAIN, features="chain"), BLOCKS))
+    native = load(surrogate).instance().start()
+    for value in (1.0, 3e38, -3e38):
+        native.set(value, value)
+        if native.do_step(native.time(), STEP) != OK:
+            break
+    else:
+        pytest.fail("the surrogate bears everything")
+    assert np.all(np.isfinite(native.get(*places(surrogate, "ERROR_ESTIMATE"))))
 
 
 def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
@@ -179,18 +230,18 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     of_companion = bound.companion.stream(scaled)[0, -window.n_out :].astype(float)
     squares = (of_surrogate - of_companion) ** 2
     _, watched, _ = statistics_of(
-        bound.companion, bound.blocks, scaled, np.zeros((1, count + 1, 2))
+        (bound.companion, None), bound.blocks, scaled, np.zeros((1, count + 1, 2))
     )
     means = np.concatenate([squares.mean(axis=0), squares.mean(axis=0), watched[0, -1, 4:]])
     within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("read_before", [False, True])
 def test_bounds_due_when_a_state_is_saved_are_due_after_it_is_restored(
     load: Load, name: str, read_before: bool
 ) -> None:
-    surrogate = bounded_surrogate(SHAPES[name], BLOCKS)
+    surrogate = surrogate_of(name)
     loaded = load(surrogate)
     one, other = loaded.instance().start(), loaded.instance().start()
     go(other, surrogate, [1, 0.3, 7, 1], lambda k: k == 2)  # what it remembers must not matter
@@ -210,8 +261,9 @@ def test_bounds_due_when_a_state_is_saved_are_due_after_it_is_restored(
         assert ahead[0][1] == ahead[1][1]
 
 
-def test_reset_forgets_bounds_and_the_confidence(load: Load) -> None:
-    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+@pytest.mark.parametrize("name", ["plain", "seen", "span"])
+def test_reset_forgets_bounds_and_the_confidence(load: Load, name: str) -> None:
+    surrogate = surrogate_of(name)
     loaded = load(surrogate)
     native, fresh = loaded.instance().start(), loaded.instance().start()
     native.set(0.99, first=places(surrogate, "CONFIDENCE")[0])
@@ -223,9 +275,9 @@ def test_reset_forgets_bounds_and_the_confidence(load: Load) -> None:
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("name", ["plain", "forecast"])
+@pytest.mark.parametrize("name", ["plain", "forecast", "seen", "span"])
 def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name: str) -> None:
-    surrogate = bounded_surrogate(SHAPES[name], BLOCKS)
+    surrogate = surrogate_of(name)
     native = load(surrogate).instance().start()
     for inputs in ([0.5, 1.0], [-1.0, 2.0]):
         native.set(*inputs)
@@ -310,13 +362,14 @@ def test_bounds_of_both_standards_are_the_same(load: Load) -> None:
 
 
 def test_derivative_of_an_error_bound_is_refused(load: Load) -> None:
-    surrogate = bounded_surrogate(PLAIN, BLOCKS)
+    surrogate = surrogate_of("span")
     loaded = load(surrogate)
     three = instance_of(loaded).start()
-    for key in ("ERROR_BOUND", "NOVELTY"):
+    for key in ("ERROR_BOUND", "NOVELTY", "ERROR_ESTIMATE"):
         first = places(surrogate, key, 3)[0]
         unknowns = range(first, first + 1)
-        with pytest.raises(AssertionError, match="an error bound or the novelty; expected"):
+        message = "an error bound, the novelty or an error estimate of the companion; expected"
+        with pytest.raises(AssertionError, match=message):
             three.derivative("fmi3GetDirectionalDerivative", unknowns, range(1), np.ones(1))
 
 

@@ -16,7 +16,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate, random_bound
+from tests.bounds import bounded_surrogate, random_bound, with_span
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_refused_payloads import refused
@@ -33,6 +33,13 @@ def edited(surrogate: Surrogate, place: int, kind: str, value: float) -> bytes:
     """The surrogate's file with another number at a place in the section of the bound."""
     body = bytearray(surrogate.to_bytes()[:-4])
     struct.pack_into(kind, body, body.index(b"BOUN") + 8 + place, value)
+    return with_checksum(bytes(body))
+
+
+def edited_span(surrogate: Surrogate, place: int, kind: str, value: float) -> bytes:
+    """The surrogate's file with another number at a place in the section of its estimate."""
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into(kind, body, body.index(b"SPAN") + 8 + place, value)
     return with_checksum(bytes(body))
 
 
@@ -183,3 +190,40 @@ def test_bound_that_is_cut_off_is_refused(load: Load, part: float) -> None:
     content = body[: begin + 4] + struct.pack("<I", kept) + body[begin + 8 : begin + 8 + kept]
     message = refused(load(surrogate), with_checksum(content + body[end:]))
     assert "surrogate file" in message
+
+
+@pytest.mark.parametrize("block", [0, LONGEST + 1, 0xFFFFFFFF])
+def test_estimate_over_blocks_of_impossible_lengths_is_refused(load: Load, block: int) -> None:
+    surrogate = with_span(bounded_surrogate(SHAPE))
+    message = refused(load(surrogate), edited_span(surrogate, 0, "<I", block))
+    assert f"an error estimate with blocks of {block} samples; expected 1 to" in message
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_factors_of_an_estimate_that_are_not_positive_are_refused(
+    load: Load, value: float
+) -> None:
+    surrogate = with_span(bounded_surrogate(SHAPE))
+    message = refused(load(surrogate), edited_span(surrogate, 4 + 8, "<d", value))
+    assert "factor " in message or "error estimate number" in message
+
+
+def test_estimate_of_a_companion_beside_an_estimator_is_refused(load: Load) -> None:
+    spanned = with_span(bounded_surrogate(SHAPE))
+    seeing = bounded_surrogate(dataclasses.replace(SHAPE, positions=3), sees_estimates=True)
+    body, other = seeing.to_bytes()[:-4], spanned.to_bytes()[:-4]
+    section = other[other.index(b"SPAN") : other.index(b"META")]
+    place = body.index(b"META")
+    message = refused(load(seeing), with_checksum(body[:place] + section + body[place:]))
+    assert "estimate of the companion beside an error estimator; expected one" in message
+
+
+@pytest.mark.parametrize(("sees_estimates", "version"), [(False, 9), (True, 8)])
+def test_head_that_sees_estimates_in_a_file_of_the_other_version_is_refused(
+    load: Load, sees_estimates: bool, version: int
+) -> None:
+    shape = dataclasses.replace(SHAPE, positions=3)
+    surrogate = bounded_surrogate(shape, sees_estimates=sees_estimates)
+    body = bytearray(surrogate.to_bytes()[:-4])
+    struct.pack_into("<I", body, 8, version)
+    assert "surrogate file" in refused(load(surrogate), with_checksum(bytes(body)))

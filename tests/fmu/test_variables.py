@@ -12,7 +12,7 @@ from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variable
 from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KIND
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -48,7 +48,8 @@ SHAPES = {
     "parameters": Shape(n_inputs=2, n_outputs=2, cell=CellShape(parameters=3)),
 }
 SURROGATES = {name: random_surrogate(shape) for name, shape in SHAPES.items()} | {
-    "bound": bounded_surrogate(SHAPES["cell"])
+    "bound": bounded_surrogate(SHAPES["cell"]),
+    "bound with estimate": with_span(bounded_surrogate(SHAPES["cell"])),
 }
 
 

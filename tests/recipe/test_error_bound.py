@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.recipe.error_bound import companion_recipe
+from slide_fmu.recipe.error_bound import companion_recipe, span_block, span_length
 from slide_fmu.recipe.recipe import OF_BOUND, Recipe
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
@@ -44,6 +44,14 @@ def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> N
     assert recipe.network.hidden != 9
 
 
+@pytest.mark.parametrize(("seconds", "block", "samples"), [(0.5, 4, 34), (1e-9, 1, 9)])
+def test_estimate_is_over_about_its_span(seconds: float, block: int, samples: int) -> None:
+    recipe = tiny_state_space_recipe(bound={"estimate_span": seconds}, data=LONG)
+    assert (span_block(recipe.bound, recipe.window.step), span_length(recipe)) == (block, samples)
+    assert abs(samples * recipe.window.step - seconds) <= 9 * recipe.window.step
+    assert span_length(tiny_state_space_recipe(bound={}, data=LONG)) == 0
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -57,6 +65,15 @@ def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> N
         ),
         ({"data": {"duration": 2.0}}, "data.duration = 2 s; expected at least 2.76562 s"),
         ({"training": {"start": "old.fmu"}}, "training.start = 'old.fmu'; expected none: the"),
+        (
+            {"bound": {"estimate_span": 100.0}},
+            r"data.duration = 4 s; expected at least .* and bound.estimate_span = 100 s",
+        ),
+        (
+            {"bound": {"estimate_span": 1.0}, "estimator": {}},
+            r"bound.estimate_span = 1 s beside a table \[estimator\]; expected one error estim",
+        ),
+        ({"bound": {"estimate_span": 0.0}}, "estimate_span"),
         ({"bound": {"short_span": 2.0}}, "bound.short_span = 2 s, bound.long_span = 1 s"),
         (
             {"parameters": {"mass": {"range": [1.0, 2.0]}}},

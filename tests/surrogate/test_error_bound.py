@@ -19,8 +19,9 @@ from slide_fmu.surrogate.error_bound import (
     logarithms,
 )
 from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SHAPE = Shape(
@@ -31,6 +32,10 @@ SHAPE = Shape(
 def record(surrogate: Surrogate, count: int = 60, seed: int = 0) -> FloatArray:
     rng = np.random.default_rng(seed)
     return rng.uniform(-2, 3, (count, len(surrogate.inputs)))
+
+
+SEEING = replace(SHAPE, positions=3)
+"""Of a surrogate with an error estimator."""
 
 
 def plain_mean(values: list[float], k: int, block: int) -> float:
@@ -66,19 +71,22 @@ def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
         )
         columns = [[row[i] ** 2 for row in seen] for i in range(len(seen[0]))]
         levels = [plain_mean(column, k, bound.blocks[1]) for column in columns]
-        logs = [float(logarithms(np.array(v))) for v in (*squares[k], *short, *long, *levels)]
+        watched = [*short, *long, *levels]
+        expected = [] if bound.estimator is None else bound.estimator.along(scaled[: k + 1], 2)[k]
+        logs = [float(logarithms(np.array(v))) for v in (*squares[k], *watched, *expected)]
         values = bound.head.evaluate(np.array([*seen[k], *logs])[None, None])[0]
         scales.append([2.0 ** float(v) for v in values])
         disagreement.append([math.sqrt(max(*p)) for p in zip(squares[k], short, strict=True)])
-        watched = [*short, *long, *levels]
         pairs = zip(watched, bound.limits, strict=True)
         novelty.append(math.sqrt(max(mean / limit for mean, limit in pairs)))
     return Trust(np.array(scales), np.array(disagreement), np.array(novelty))
 
 
+@pytest.mark.parametrize("sees_estimates", [False, True])
 @pytest.mark.parametrize("blocks", [(1, 1), (1, 4), (3, 7)])
-def test_trust_is_that_of_plain_loops(blocks: tuple[int, int]) -> None:
-    surrogate = bounded_surrogate(SHAPE, blocks)
+def test_trust_is_that_of_plain_loops(blocks: tuple[int, int], sees_estimates: bool) -> None:
+    shape = SEEING if sees_estimates else SHAPE
+    surrogate = bounded_surrogate(shape, blocks, sees_estimates)
     inputs = record(surrogate)
     found, expected = surrogate.trust(inputs), plain_trust(surrogate, inputs)
     np.testing.assert_allclose(found.scales, expected.scales, rtol=2e-4)
@@ -138,9 +146,80 @@ def test_what_is_not_finite_is_as_bad_as_can_be() -> None:
     assert np.all(bound.bounds(trust, 0.95, trust.novelty <= 1) >= 2.0**MOST_EXPONENT)
 
 
-def test_file_keeps_the_bound() -> None:
+@pytest.mark.parametrize("block", [1, 4])
+def test_estimate_of_a_companion_is_that_of_plain_loops(block: int) -> None:
+    surrogate = with_span(bounded_surrogate(SHAPE), block)
+    bound, inputs = surrogate.bound, record(surrogate)
+    assert bound is not None
+    assert bound.span is not None
+    scaled = surrogate.input_scaling.apply(inputs)[None]
+    apart = (surrogate.network.stream(scaled) - bound.companion.stream(scaled))[0].astype(float)
+    expected = [
+        [math.sqrt(plain_mean((apart[:, i] ** 2).tolist(), k, block)) for i in range(2)]
+        for k in range(len(inputs))
+    ]
+    factors = bound.span.factors * surrogate.output_scaling.scale
+    found = surrogate.estimate_error(inputs)
+    np.testing.assert_allclose(found, factors * np.array(expected), rtol=1e-4)
+    stream = surrogate.stream()
+    steps = np.array([stream.step(row)[1] for row in inputs])
+    np.testing.assert_allclose(steps, found, rtol=1e-4)
+    assert surrogate.estimated_samples == {1: 9, 4: 34}[block]
+
+
+def test_estimate_needs_an_estimator_or_a_companion() -> None:
     surrogate = bounded_surrogate(SHAPE)
+    assert not surrogate.estimates_errors
+    with pytest.raises(ValueError, match=r"no error estimator; .* or by bound.estimate_span"):
+        surrogate.estimate_error(record(surrogate))
+
+
+def test_estimator_of_another_surrogate_is_refused() -> None:
+    surrogate = bounded_surrogate(SEEING, sees_estimates=True)
+    other = random_surrogate(replace(SEEING, seed=5)).estimator
+    with pytest.raises(ValueError, match="sees another error estimator; expected its own"):
+        replace(surrogate, estimator=other)
+
+
+def test_estimates_of_companion_and_estimator_at_once_are_refused() -> None:
+    surrogate = with_span(bounded_surrogate(SHAPE))
+    with pytest.raises(ValueError, match="an error estimator and an error estimate of its comp"):
+        replace(surrogate, estimator=random_surrogate(SEEING).estimator)
+    bound = bounded_surrogate(SEEING, sees_estimates=True).bound
+    assert bound is not None
+    assert surrogate.bound is not None
+    with pytest.raises(ValueError, match="of its own beside an error estimator; expected one"):
+        replace(bound, span=surrogate.bound.span)
+
+
+@pytest.mark.parametrize(
+    ("block", "factors", "message"),
+    [
+        (0, [1.0, 1.0], "blocks of 0 samples; expected 1 to"),
+        (3, [1.0, 0.0], "expected them finite and positive"),
+        (3, [1.0, math.nan], "expected them finite and positive"),
+    ],
+)
+def test_bad_estimate_of_a_companion_is_refused(
+    block: int, factors: list[float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        SpanEstimate(block, np.array(factors))
+
+
+def test_estimate_for_other_outputs_is_refused() -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with pytest.raises(ValueError, match=r"factors of the estimate .* of shape \(3,\)"):
+        replace(bound, span=SpanEstimate(3, np.ones(3)))
+
+
+@pytest.mark.parametrize(("kind", "version"), [("plain", 8), ("seen", 9), ("span", 9)])
+def test_file_keeps_the_bound(kind: str, version: int) -> None:
+    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE, (2, 5), kind == "seen")
+    surrogate = with_span(surrogate) if kind == "span" else surrogate
     data = surrogate.to_bytes()
+    assert int.from_bytes(data[8:12], "little") == version
     again = Surrogate.from_bytes(data)
     assert again.to_bytes() == data
     inputs = record(surrogate)

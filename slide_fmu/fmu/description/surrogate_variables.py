@@ -62,7 +62,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
     """
     there = {
         "always": True,
-        "estimator": surrogate.estimator is not None,
+        "estimator": surrogate.estimates_errors,
         "state_space": surrogate.network.measures_truncation,
         "several_samples": block_size(surrogate) > 1,
         "first_order": surrogate.hold == "first_order",
@@ -118,12 +118,14 @@ def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     """Give, by the variable for the filled part of its inputs, each memory length in samples.
 
     Those behind the outputs are what the network needs; those behind the error estimates are what
-    the estimator needs at all its positions; those behind the error bounds are what the companion
-    and the means need.
+    the estimator needs at all its positions, or else what the companion and the means of the
+    estimates need; those behind the error bounds are what the companion and their means need.
     """
     samples = {WINDOW_FILLED: surrogate.network.memory_length}
     if surrogate.estimator is not None:
         samples[ESTIMATE_FILLED] = surrogate.estimator.memory_length
+    if surrogate.bound is not None and surrogate.bound.span is not None:
+        samples[ESTIMATE_FILLED] = surrogate.bound.estimate_length
     if surrogate.bound is not None:
         samples[BOUND_FILLED] = surrogate.bound.filling_length
     return samples
@@ -187,7 +189,7 @@ def _description(
     """Give what the table says; of inputs and outputs, what their signals say, if they do."""
     if signal is not None and kind.name == "{signal}" and signal.description:
         return signal.description
-    estimated = surrogate.estimator is not None
+    estimated = surrogate.estimates_errors
     text = f"{kind.text} {kind.text_fmi_3}" if fmi == 3 and kind.text_fmi_3 else kind.text
     return text.format(
         signal="" if signal is None else signal.name,

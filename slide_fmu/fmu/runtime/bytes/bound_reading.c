@@ -94,7 +94,27 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
         slide_check(file, n_watched == view->n_seen + 2 * n_outputs,
                     "surrogate file: %u limits of an error bound; expected %u", (unsigned)n_watched,
                     (unsigned)(view->n_seen + 2 * n_outputs));
-        read_head(payload, 2 * view->n_seen + 3 * n_outputs, file);
+        const uint32_t per_output = view->sees_estimates ? 4 : 3;
+        read_head(payload, 2 * view->n_seen + per_output * n_outputs, file);
     }
     slide_close_section(file, "BOUN");
+}
+
+void slide_span_read(SlidePayload *payload, SlideCursor *file) {
+    SlideBoundView *view = &payload->bound;
+    slide_check(file, !payload->has_estimator,
+                "surrogate file: an error estimate of the companion beside an error estimator; "
+                "expected one of them");
+    slide_open_section(file, "SPAN");
+    view->span_block = slide_take_u32(file, "SPAN");
+    view->span_factors = slide_take_f64s(file, payload->n_outputs, 1, "error estimate");
+    slide_check(file, view->span_block >= 1 && view->span_block <= MOST_BLOCK,
+                "surrogate file: an error estimate with blocks of %u samples; expected 1 to %d",
+                (unsigned)view->span_block, (int)MOST_BLOCK);
+    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const double factor = slide_f64(view->span_factors + 8 * i);
+        slide_check(file, factor > 0,
+                    "surrogate file: factor %g of an error estimate; expected it positive", factor);
+    }
+    slide_close_section(file, "SPAN");
 }

@@ -8,4 +8,7 @@
 /* Take the section of a surrogate whose predictor, window and outputs have been read. */
 void slide_bound_read(SlidePayload *payload, SlideCursor *file);
 
+/* Take the section SPAN after it, the error estimate of a surrogate without an estimator. */
+void slide_span_read(SlidePayload *payload, SlideCursor *file);
+
 #endif

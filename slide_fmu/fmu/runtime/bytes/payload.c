@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, WITH_BOUND = 8 };
+enum { VERSION = 6, OLDEST = 5, WITH_BOUND = 8, WITH_ESTIMATES = 9 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -217,7 +217,7 @@ static void read_parameters(SlidePayload *payload, SlideCursor *file) {
     }
 }
 
-static void read_sections(SlidePayload *payload, SlideCursor *file) {
+static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *file) {
     read_window(payload, file);
     payload->input_scaling = read_scaling(payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file);
     if (file->good) {
@@ -234,7 +234,11 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     }
     payload->has_bound = file->good && is_next(file, "BOUN");
     if (payload->has_bound) {
+        payload->bound.sees_estimates = version == WITH_ESTIMATES && payload->has_estimator;
         slide_bound_read(payload, file);
+    }
+    if (payload->has_bound && file->good && is_next(file, "SPAN")) {
+        slide_span_read(payload, file);
     }
     payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
@@ -253,7 +257,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= WITH_BOUND,
+    slide_check(&file, version >= OLDEST && version <= WITH_ESTIMATES,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);
@@ -262,6 +266,6 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     *payload = (SlidePayload){0};
     snprintf(payload->guid, sizeof payload->guid, "slide-%08x-%08x-%llx", (unsigned)checksum,
              (unsigned)slide_adler32(data, size), (unsigned long long)size);
-    read_sections(payload, &file);
+    read_sections(payload, version, &file);
     return file.good;
 }

@@ -26,7 +26,11 @@ typedef struct {
     const unsigned char *factors; /* f64 [SLIDE_CONFIDENCES][n_outputs] */
     const unsigned char *limits;  /* f64 [2 * n_outputs + n_seen] */
     SlideNetworkView companion;   /* state space */
-    SlideNetworkView head;        /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics */
+    SlideNetworkView head;        /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics, and
+                                     [n_outputs] more where it sees what the estimator expects */
+    bool sees_estimates;
+    uint32_t span_block;          /* samples in a block of its error estimate; 0 without one */
+    const unsigned char *span_factors; /* f64 [n_outputs] */
 } SlideBoundView;
 
 /* Samples in the longest window. */

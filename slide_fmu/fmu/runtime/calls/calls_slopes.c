@@ -46,9 +46,12 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
                                 "unknown with value reference %u; expected a scalar output",
                                 (unsigned)of->unknowns[i]);
         }
-        if (unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
+        const bool by_companion =
+            unknown.kind == SLIDE_ERROR_ESTIMATE && instance->model.bound.span_length > 0;
+        if (by_companion || unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
             return slide_report(instance, SLIDE_ERROR,
-                                "unknown with value reference %u, an error bound or the novelty; "
+                                "unknown with value reference %u, an error bound, the novelty or an error "
+                                "estimate of the companion; "
                                 "expected outputs that have derivatives: leave it out",
                                 (unsigned)of->unknowns[i]);
         }

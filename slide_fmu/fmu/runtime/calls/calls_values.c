@@ -54,6 +54,18 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
     }
 }
 
+static bool by_companion(const SlideModel *model) { return model->bound.span_length > 0; }
+
+/* Relative to the scales of the outputs. */
+static const double *error_estimates(const SlideModel *model, SlideState *state) {
+    if (by_companion(model)) {
+        slide_stream_bound(model, state);
+        return state->bound.estimates;
+    }
+    slide_stream_estimate(model, state);
+    return state->estimate.errors;
+}
+
 /* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates
  * and bounds are found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
@@ -75,14 +87,14 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         }
         break;
     case SLIDE_ERROR_ESTIMATE:
-        slide_stream_estimate(model, state);
-        values[0] = state->estimate.errors[i] * model->output_scaling[i].scale;
+        values[0] = error_estimates(model, state)[i] * model->output_scaling[i].scale;
         break;
     case SLIDE_WINDOW_FILLED:
         values[0] = part_filled(state, model->predictor.memory_length);
         break;
     case SLIDE_ESTIMATE_FILLED:
-        values[0] = part_filled(state, (double)model->estimator.memory_length);
+        values[0] = part_filled(state, by_companion(model) ? (double)model->bound.span_length
+                                                           : (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
         values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *

@@ -39,7 +39,7 @@ static bool has(const SlideModel *model, When when) {
     case WHEN_ALWAYS:
         return true;
     case WHEN_ESTIMATOR:
-        return model->estimator.positions > 0;
+        return model->estimator.positions > 0 || model->bound.span_length > 0;
     case WHEN_STATE_SPACE:
         return slide_is_recurrent(model->predictor.family);
     case WHEN_SEVERAL_SAMPLES:

@@ -41,26 +41,27 @@ static inline Motions of_bits(MotionsBits bits) {
     return x;
 }
 
+/* 1 / d[0] - x / d[1] + x^2 / d[2] - ... of count divisors, x being a square: a Taylor series whose
+ * signs alternate. */
+static inline Motions alternating(const double *divisors, int count, Motions square) {
+    Motions sum = each(1 / divisors[count - 1]);
+    for (int term = count - 2; term >= 0; --term) {
+        sum = each(1 / divisors[term]) - square * sum;
+    }
+    return sum;
+}
+
 /* sin r - r and cos r - 1 for |r| <= pi / 4 by their Taylor series, square being r^2. */
 static inline Motions sine_beyond_linear(Motions r, Motions square) {
-    Motions sum = each(1.0 / 6227020800) - square * each(1.0 / 1307674368000);
-    sum = each(1.0 / 39916800) - square * sum;
-    sum = each(1.0 / 362880) - square * sum;
-    sum = each(1.0 / 5040) - square * sum;
-    sum = each(1.0 / 120) - square * sum;
-    sum = each(1.0 / 6) - square * sum;
-    return -(r * square) * sum;
+    static const double odd[] = {6,        120,        5040,         362880,
+                                            39916800, 6227020800, 1307674368000};
+    return -(r * square) * alternating(odd, 7, square);
 }
 
 static inline Motions cosine_beyond_one(Motions square) {
-    Motions sum = each(1.0 / 87178291200) - square * each(1.0 / 20922789888000);
-    sum = each(1.0 / 479001600) - square * sum;
-    sum = each(1.0 / 3628800) - square * sum;
-    sum = each(1.0 / 40320) - square * sum;
-    sum = each(1.0 / 720) - square * sum;
-    sum = each(1.0 / 24) - square * sum;
-    sum = each(0.5) - square * sum;
-    return -square * sum;
+    static const double even[] = {2,       24,        720,         40320,
+                                         3628800, 479001600, 87178291200, 20922789888000};
+    return -square * alternating(even, 8, square);
 }
 
 /* Of n quarters and a rest r. A quarter more makes of cosine and sine minus the sine and the

@@ -4,7 +4,7 @@
 #include <math.h>
 
 static size_t n_statistics(const SlideBound *bound) {
-    return 2 * bound->n_seen + 3 * bound->n_outputs;
+    return 2 * bound->n_seen + 3 * bound->n_outputs + bound->n_expected;
 }
 
 static double *place_numbers(const unsigned char *numbers, size_t count, SlideArena *arena) {
@@ -21,14 +21,18 @@ static void place_scratch(SlideBound *bound, SlideArena *arena) {
         slide_place(arena, 1 + SLIDE_BEFORE, n_statistics(bound) * sizeof(double));
     bound->squares = slide_place(arena, n_outputs + n_seen, sizeof(double));
     bound->means = slide_place(arena, 2 * n_outputs + n_seen, sizeof(double));
+    bound->expected = slide_place(arena, bound->n_expected, sizeof(double));
 }
 
 void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena) {
     const SlideBoundView *view = &payload->bound;
     const size_t n_outputs = payload->n_outputs, n_seen = view->n_seen;
     const uint64_t block = view->blocks[0], longer = view->blocks[1];
-    const uint64_t means_over = (SLIDE_BLOCKS + 1) * longer;
+    const uint64_t span_block = view->span_block;
+    const uint64_t longest = span_block > longer ? span_block : longer;
+    const uint64_t means_over = (SLIDE_BLOCKS + 1) * longest;
     bound->memory_length = 0;
+    bound->span_length = 0;
     if (!payload->has_bound) {
         return;
     }
@@ -36,12 +40,16 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_outputs = n_outputs;
     bound->n_states = view->companion.of.cell.n_states;
     bound->n_seen = n_seen;
+    bound->n_expected = view->sees_estimates ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
     bound->n_predicted =
         slide_power_of_two(means_over + (payload->first_order ? payload->n_in : 0));
     bound->of_short = (SlideBlocksShape){block, n_outputs};
     bound->of_long = (SlideBlocksShape){longer, n_outputs};
     bound->of_seen = (SlideBlocksShape){longer, n_seen};
+    bound->of_span = (SlideBlocksShape){span_block, n_outputs};
+    bound->span_factors =
+        place_numbers(view->span_factors, span_block > 0 ? n_outputs : 0, arena);
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
     bound->limits = place_numbers(view->limits, 2 * n_outputs + n_seen, arena);
     for (size_t i = 0; arena->base != NULL && i < 2 * n_outputs + n_seen; ++i) {
@@ -49,7 +57,12 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     }
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
     slide_network_place(&bound->head, &view->head, payload->n_outputs, arena);
-    bound->filling_length = bound->companion.memory_length + means_over;
+    const uint64_t seen = bound->companion.memory_length;
+    bound->filling_length = seen + (SLIDE_BLOCKS + 1) * longer;
+    if (view->sees_estimates && payload->estimator.n_samples > bound->filling_length) {
+        bound->filling_length = payload->estimator.n_samples;
+    }
+    bound->span_length = span_block > 0 ? seen + (SLIDE_BLOCKS + 1) * span_block : 0;
     place_scratch(bound, arena);
 }
 
@@ -67,8 +80,15 @@ void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, Sl
     slide_blocks_place(&state->of_short, &bound->of_short, arena);
     slide_blocks_place(&state->of_long, &bound->of_long, arena);
     slide_blocks_place(&state->of_seen, &bound->of_seen, arena);
+    if (bound->span_length > 0) {
+        slide_blocks_place(&state->of_span, &bound->of_span, arena);
+    }
+    state->apart_squared = slide_place(arena, n_outputs, sizeof(double));
+    state->seen = slide_place(arena, bound->n_seen, sizeof(double));
+    state->concluded = slide_place(arena, 1, sizeof *state->concluded);
     state->scales = slide_place(arena, n_outputs, sizeof(double));
     state->apart = slide_place(arena, n_outputs, sizeof(double));
+    state->estimates = slide_place(arena, n_outputs, sizeof(double));
     state->novelty = slide_place(arena, 1, sizeof(double));
     state->evaluated = arena->used - start;
 }
@@ -76,6 +96,7 @@ void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, Sl
 void slide_bound_restart(const SlideBound *bound, SlideBoundState *state) {
     if (bound->memory_length > 0) {
         *state->known = 0;
+        *state->concluded = 0;
         *state->restarts += 1;
     }
 }
@@ -111,14 +132,15 @@ static const float *advance(const SlideBound *bound, const SlideKernel *kernel,
 
 /* What the companion sees: the older of its states after the sample, as it was before the younger
  * one took its place, and the features that drive it. */
-static void look(const SlideBound *bound) {
+static void look(const SlideBound *bound, SlideBoundState *state) {
     const SlideCells *cells = &bound->companion.of.cells;
     const size_t first = cells->n_factors + cells->cell.to_states.first;
     const float *drive = bound->companion.features + first;
-    double *seen = bound->statistics, *squares = bound->squares + bound->n_outputs;
+    double *squares = bound->squares + bound->n_outputs;
     for (size_t i = 0; i < bound->n_seen; ++i) {
-        seen[i] = i < bound->n_states ? cells->next[i] : drive[i - bound->n_states];
-        squares[i] = seen[i] * seen[i];
+        const double seen = i < bound->n_states ? cells->next[i] : drive[i - bound->n_states];
+        state->seen[i] = seen;
+        squares[i] = seen * seen;
     }
 }
 
@@ -172,6 +194,8 @@ static uint64_t begin(const SlideBound *bound, uint64_t newest, uint64_t behind,
     return behind < most ? behind : most;
 }
 
+static uint64_t longest(uint64_t one, uint64_t other) { return one > other ? one : other; }
+
 void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
                           const SlideSamplesShape *shape, const SlideSamples *samples,
                           uint64_t count, SlideBoundState *state) {
@@ -181,7 +205,8 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
     const uint64_t newest = count - shape->capacity; /* sample 0 has the number capacity - 1 */
     const Span brief = span_of(&bound->of_short, newest);
     const Span lengthy = span_of(&bound->of_long, newest);
-    const uint64_t wanted = brief.count > lengthy.count ? brief.count : lengthy.count;
+    const Span whole = bound->span_length > 0 ? span_of(&bound->of_span, newest) : (Span){0, false};
+    const uint64_t wanted = longest(brief.count, longest(lengthy.count, whole.count));
     const uint64_t todo = begin(bound, newest, count - *state->known, wanted, state);
     const double *of_outputs = NULL, *of_seen = bound->squares + bound->n_outputs;
     for (uint64_t left = todo; left > 0; --left) {
@@ -190,12 +215,17 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
         if (left <= wanted) {
             const bool present = compare(bound, predicted_at(bound, state, sample), values);
             of_outputs = present ? bound->squares : NULL;
-            look(bound);
+            look(bound, state);
             add(&bound->of_short, &state->of_short, of_outputs, left, brief);
             add(&bound->of_long, &state->of_long, of_outputs, left, lengthy);
             add(&bound->of_seen, &state->of_seen, of_seen, left, lengthy);
+            if (whole.count > 0) {
+                add(&bound->of_span, &state->of_span, of_outputs, left, whole);
+            }
         }
     }
-    slide_bound_conclude(bound, kernel, of_outputs != NULL, state);
+    for (size_t i = 0; i < bound->n_outputs; ++i) {
+        state->apart_squared[i] = of_outputs == NULL ? 0 : of_outputs[i];
+    }
     *state->known = count;
 }

@@ -14,23 +14,30 @@
 #include "samples.h"
 
 /* What does not change. Statistics: [n_seen] states and features that drive the companion, then
- * logarithms of [3][n_outputs] squared disagreements and of [n_seen] mean squares. */
+ * logarithms of [3][n_outputs] squared disagreements, of [n_seen] mean squares and, where the head
+ * sees what the error estimator expects, of [n_outputs] squared errors of this sample. */
 typedef struct {
     uint64_t memory_length; /* newest samples that a result depends on; 0 without a bound, then
                                there is nothing else */
     uint64_t filling_length; /* newest samples that must be known for a result to count */
+    uint64_t span_length;    /* newest samples that must be known for an error estimate of the
+                                companion to count; 0 without one */
     size_t n_outputs, n_states, n_seen;
+    size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
+    SlideBlocksShape of_span; /* blocks of the former for an error estimate; length 0 without one */
+    double *span_factors;   /* [n_outputs], of the root of their means */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
     SlideNetwork companion; /* state space */
     SlideNetwork head;      /* feed-forward, of one sample: it needs no state */
     double *statistics;     /* scratch [1 + SLIDE_BEFORE][statistics], the later ones zeros */
-    double *squares;        /* scratch [n_outputs + n_seen], of the newest sample */
+    double *squares;        /* scratch [n_outputs + n_seen], of a sample */
     double *means;          /* scratch [2 * n_outputs + n_seen] */
+    double *expected;       /* scratch [n_expected] */
 } SlideBound;
 
 /* All that changes; part of the flat state block. What is evaluated lies in one piece. */
@@ -40,11 +47,16 @@ typedef struct {
     uint64_t *restarts; /* how often all was forgotten */
     uint64_t *known;    /* samples that are evaluated, or too old to be needed: below a number */
     SlideNetworkState companion;
-    SlideBlocks of_short, of_long, of_seen;
-    double *scales;  /* [n_outputs], local scales of the error */
-    double *apart;   /* [n_outputs], the disagreement; both relative to the output's scale */
-    double *novelty; /* [1], 1 at the edge of the domain; all at the last of the known samples */
-    size_t evaluated; /* bytes from known on */
+    SlideBlocks of_short, of_long, of_seen, of_span;
+    double *apart_squared; /* [n_outputs], squared disagreements of the last of the known samples;
+                              0 where the predictor gave nothing */
+    double *seen;          /* [n_seen], what the companion sees at it */
+    uint64_t *concluded;   /* the results are those after so many samples: */
+    double *scales;    /* [n_outputs], local scales of the error */
+    double *apart;     /* [n_outputs], the disagreement */
+    double *estimates; /* [n_outputs], of the error over a span; all relative to the output's scale */
+    double *novelty;   /* [1], 1 at the edge of the domain */
+    size_t evaluated;  /* bytes from known on */
 } SlideBoundState;
 
 void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena);
@@ -57,15 +69,15 @@ void slide_bound_restart(const SlideBound *bound, SlideBoundState *state);
 void slide_bound_remember(const SlideBound *bound, SlideBoundState *state, uint64_t sample,
                           const float *values);
 
-/* Evaluate all of the first count samples that is not known yet: results are those at the last of
- * them. Kept must be memory_length samples before it, and those before them. */
+/* Evaluate companion and means for all of the first count samples that are not known yet. Kept must
+ * be memory_length samples before the last of them, and those before them. */
 void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
                           const SlideSamplesShape *shape, const SlideSamples *samples,
                           uint64_t count, SlideBoundState *state);
 
-/* The results at the newest sample, of which the scratch holds the squares and what the companion
- * sees (bound_results.c). present: did the predictor give values after it? */
-void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bool present,
+/* Form the results at the last of the known samples (bound_results.c). The scratch holds what the
+ * error estimator expects of it, where the head sees that. */
+void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
                           SlideBoundState *state);
 
 /* The least and the largest confidence for which there are bounds, and the usual one. */

@@ -42,20 +42,40 @@ static void form_means(const SlideBound *bound, const SlideBoundState *state) {
     slide_blocks_means(&bound->of_seen, &state->of_seen, bound->means + 2 * n_outputs);
 }
 
-void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bool present,
+/* The root of the mean squared disagreement over a span, times a factor. */
+static void form_estimates(const SlideBound *bound, SlideBoundState *state) {
+    slide_blocks_means(&bound->of_span, &state->of_span, state->estimates);
+    for (size_t i = 0; i < bound->n_outputs; ++i) {
+        const double estimate = bound->span_factors[i] * sqrt(state->estimates[i]);
+        state->estimates[i] = estimate <= DBL_MAX ? estimate : local_scale(MOST_EXPONENT);
+    }
+}
+
+void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
                           SlideBoundState *state) {
+    if (*state->concluded == *state->known) {
+        return;
+    }
     const SlideNetwork *head = &bound->head;
     const size_t n_outputs = bound->n_outputs, n_means = 2 * n_outputs + bound->n_seen;
     double *logarithms = bound->statistics + bound->n_seen;
+    double *of_expected = logarithms + n_outputs + n_means;
+    memcpy(bound->statistics, state->seen, bound->n_seen * sizeof(double));
     form_means(bound, state);
     for (size_t i = 0; i < n_outputs; ++i) {
-        const double square = present ? bound->squares[i] : 0, mean = bound->means[i];
+        const double square = state->apart_squared[i], mean = bound->means[i];
         const double apart = sqrt(square > mean ? square : mean);
         logarithms[i] = logarithm(square);
         state->apart[i] = apart <= DBL_MAX ? apart : local_scale(MOST_EXPONENT);
     }
     for (size_t i = 0; i < n_means; ++i) {
         logarithms[n_outputs + i] = logarithm(bound->means[i]);
+    }
+    for (size_t i = 0; i < bound->n_expected; ++i) {
+        of_expected[i] = logarithm(bound->expected[i]);
+    }
+    if (bound->span_length > 0) {
+        form_estimates(bound, state);
     }
     *state->novelty = novelty_of(bound);
     const bool finite = slide_features_write(&head->seen, bound->statistics,
@@ -66,6 +86,7 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel, bo
     for (size_t i = 0; i < n_outputs; ++i) { /* units that saturate hide what is not finite */
         state->scales[i] = local_scale(finite ? exponents[i] : NAN);
     }
+    *state->concluded = *state->known;
 }
 
 bool slide_bound_knows(const SlideBoundState *state) { return *state->novelty <= 1; }

@@ -383,4 +383,12 @@ void slide_stream_bound(const SlideModel *model, SlideState *state) {
         keep_found(model, state);
     }
     catch_up(model, state, *state->samples.count);
+    if (model->bound.n_expected > 0) {
+        slide_stream_estimate(model, state);
+    }
+    for (size_t i = 0; i < model->bound.n_expected; ++i) {
+        model->bound.expected[i] = *slide_estimate_square(&model->estimator, &state->estimate, i,
+                                                          *state->samples.count - 1);
+    }
+    slide_bound_conclude(&model->bound, model->kernel, &state->bound);
 }

@@ -54,7 +54,7 @@ def random_bound(
 
 
 def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
-    """The surrogate with an error estimate of its companion, and without an error estimator."""
+    """The surrogate with an error estimate of its bound, and without an error estimator."""
     bound = surrogate.bound
     assert bound is not None
     assert bound.estimator is None

@@ -31,28 +31,6 @@ def block_means(values: FloatArray, block: int) -> FloatArray:
     return np.asarray(means.reshape(count, n_blocks * block, channels)[:, :length])
 
 
-class BlockMeans:
-    """BlockMeans forms the means of ``block_means`` while the samples come one by one. Final."""
-
-    def __init__(self, block: int) -> None:
-        self.block = block
-        self._taken = 0
-        self._whole: list[FloatArray] = []
-        self._begun: FloatArray = np.zeros(0)
-
-    def add(self, values: FloatArray) -> FloatArray:
-        """Take in the values of a sample, and give the means at it, both of the shape (c,)."""
-        if self._taken == 0:
-            self._whole = [self.block * values] * N_BLOCKS
-        first = self._taken % self.block == 0
-        if first and self._taken > 0:
-            self._whole = [*self._whole[1:], self._begun]
-        self._begun = values if first else self._begun + values
-        self._taken += 1
-        count = N_BLOCKS * self.block + (self._taken - 1) % self.block + 1
-        return np.asarray((np.sum(self._whole, axis=0) + self._begun) / count)
-
-
 def block_lengths(step: float, spans: tuple[float, float] = (0.1, 1.0)) -> tuple[int, int]:
     """Give the samples in short and long blocks, for means over about these spans in s."""
     short, long = (max(1, math.ceil(span / step / N_BLOCKS)) for span in spans)

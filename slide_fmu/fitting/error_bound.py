@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from slide_fmu.core.block_means import block_lengths, block_means
+from slide_fmu.core.block_means import N_BLOCKS, block_lengths, block_means
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
@@ -38,7 +38,6 @@ from slide_fmu.surrogate.error_bound import (
     ErrorBound,
     filling_length,
     local_scales,
-    squared_difference,
     statistics_of,
 )
 from slide_fmu.surrogate.span_estimate import SpanEstimate
@@ -60,16 +59,11 @@ class _Seen:
         watched: shape (n_trajectories, N, n_watched).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
-        span_errors, span_disagreements: RMS of errors and of the disagreement over the span of an
-            error estimate, as soon as it knows its inputs, (n_trajectories, M, n_outputs);
-            without one, M = 0.
     """
 
     statistics: FloatArray
     watched: FloatArray
     errors: FloatArray
-    span_errors: FloatArray
-    span_disagreements: FloatArray
 
 
 def fit_bound(
@@ -93,8 +87,7 @@ def fit_bound(
         ValueError: the surrogate makes no error at all, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
-    span = span_block(recipe, surrogate.window.step)
-    learnt, calibration = (_seen(surrogate, companion, blocks, split, span) for split in splits)
+    learnt, calibration = (_seen(surrogate, companion, blocks, split) for split in splits)
     head, history = _fit_head(learnt, recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
     # errors of zero count as the least that the head knows: factors are positive
@@ -102,26 +95,27 @@ def fit_bound(
     ratios = np.maximum(calibration.errors / scales, 2.0**-MOST_EXPONENT)
     factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
-    estimate = None if span is None else SpanEstimate(span, _span_factors(calibration))
+    block, estimate = span_block(recipe, surrogate.window.step), None
+    if block is not None:
+        estimate = SpanEstimate(block, _span_factors(calibration.errors, scales, block))
     parts = companion, head, blocks, factors, limits
     return ErrorBound(*parts, surrogate.estimator, estimate), history
 
 
-def _span_factors(calibration: _Seen) -> FloatArray:
-    """Return what the disagreement over a span is to be multiplied by, (n_outputs,).
+def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatArray:
+    """Return what makes an error of the local scales over a span, (n_outputs,).
 
-    Relative deviations are as often too large as too small then, on the scale of logarithms.
+    Both have the shape (n_trajectories, N, n_outputs). On the scale of logarithms, the estimates of
+    the calibration are as often too large as too small.
     """
-    ratios = np.log(calibration.span_errors / calibration.span_disagreements)
-    return np.asarray(np.exp(ratios.reshape(-1, ratios.shape[2]).mean(axis=0)))
+    known = slice((N_BLOCKS + 1) * block, None)
+    true, found = (block_means(values**2, block)[:, known] for values in (errors, scales))
+    ratios = np.log(np.maximum(true, SMALLEST) / found)
+    return np.asarray(np.exp(0.5 * ratios.reshape(-1, ratios.shape[2]).mean(axis=0)))
 
 
 def _seen(
-    surrogate: Surrogate,
-    companion: StateSpace,
-    blocks: tuple[int, int],
-    split: Split,
-    span: int | None,
+    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
 ) -> _Seen:
     """Run both networks along trajectories."""
     scaled = surrogate.input_scaling.apply(split.inputs)
@@ -129,19 +123,9 @@ def _seen(
     errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
     networks = companion, surrogate.estimator
     statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
-    filling = max(surrogate.window.n_in, filling_length(companion, blocks[1], networks[1]))
-    filled = slice(filling, None)
-    spans = [np.zeros((len(errors), 0, errors.shape[2]))] * 2
-    if span is not None:
-        known = max(surrogate.window.n_in, filling_length(companion, span, None))
-        apart = squared_difference(predicted, companion.ping_pong_states(scaled)[0])
-        spans = [_span_rms(squares, span)[:, known:] for squares in (errors**2, apart)]
-    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled], *spans)
-
-
-def _span_rms(squares: FloatArray, block: int) -> FloatArray:
-    """Give the root of the mean squares (B, N, n_outputs) over a span; never quite zero."""
-    return np.asarray(np.maximum(np.sqrt(block_means(squares, block)), 2.0**-MOST_EXPONENT))
+    filling = filling_length(companion, blocks[1], surrogate.estimator)
+    filled = slice(max(surrogate.window.n_in, filling), None)
+    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])
 
 
 def _fit_head(

@@ -54,8 +54,8 @@ class BoundRecipe(Table):
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
-        estimate_span: time in s over about which the error estimate is, where the companion gives
-            it too; without the key it is the error estimator's, of the table ``estimator``.
+        estimate_span: time in s over about which an error estimate is made of the head's local
+            scales; without the key it is the error estimator's, of the table ``estimator``.
     """
 
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
@@ -146,11 +146,14 @@ def bound_samples(recipe: Recipe) -> int:
 
 
 def bound_filling(recipe: Recipe) -> int:
-    """Return how many samples of the inputs a bound must know to count; none without one."""
+    """Return how many samples of the inputs a bound must know to count; none without one.
+
+    They are also those that its error estimate must know.
+    """
     if recipe.bound is None:
         return 0
     window = recipe.window
-    longest = max(_long_block(recipe), span_block(recipe.bound, recipe.window.step) or 0)
+    longest = _long_block(recipe) + (span_block(recipe.bound, recipe.window.step) or 0)
     return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
 
 
@@ -169,7 +172,7 @@ def span_block(bound: BoundRecipe | None, step: float) -> int | None:
 
 
 def span_length(recipe: Recipe) -> int:
-    """Return over how many samples the companion's error estimate is; none without one."""
+    """Return over how many samples the bound's error estimate is; none without one."""
     block = span_block(recipe.bound, recipe.window.step)
     return 0 if block is None else span_samples(block)
 

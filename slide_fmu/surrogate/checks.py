@@ -72,7 +72,7 @@ def check_bound(
         )
     if bound.span is not None and estimator is not None:
         raise ValueError(
-            f"surrogate {name!r} with an error estimator and an error estimate of its companion; "
+            f"surrogate {name!r} with an error estimator and an error estimate of its bound; "
             "expected one of them"
         )
 

@@ -6,8 +6,8 @@ sample, from which a small network, the head, gives a local scale of the error. 
 confidence, calibrated on trajectories that nothing has learnt from, makes a bound of it. Samples
 whose mean squares are larger than those of the calibration are none of the domain.
 
-A surrogate with an error estimator has its estimates among the statistics. Without one, the
-disagreement over a longer span may give an error estimate.
+A surrogate with an error estimator has its estimates among the statistics. Without one, the local
+scales over a longer span may give an error estimate.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class ErrorBound:
             (3, n_outputs).
         limits: of the watched means at the edge of the domain, shape (n_watched,).
         estimator: the surrogate's, if the head sees what it expects.
-        span: makes an error estimate of the disagreement, if the surrogate has no estimator.
+        span: makes an error estimate of the local scales, if the surrogate has no estimator.
     """
 
     companion: StateSpace
@@ -142,7 +142,7 @@ class ErrorBound:
     @property
     def memory_length(self) -> int:
         """The number of samples of the inputs that a bound depends on."""
-        block = max(self.blocks[1], 0 if self.span is None else self.span.block)
+        block = self.blocks[1] + (0 if self.span is None else self.span.block)
         estimated = 0 if self.estimator is None else self.estimator.memory_length
         return max(estimated, 2 * self.companion.n_samples + (N_BLOCKS + 1) * block)
 
@@ -160,7 +160,7 @@ class ErrorBound:
     def estimate_length(self) -> int:
         """The number of samples of the inputs that the error estimate of ``span`` must know."""
         assert self.span is not None
-        return filling_length(self.companion, self.span.block, None)
+        return filling_length(self.companion, self.blocks[1] + self.span.block, None)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
         """Evaluate along B records, in each of which the first input counts as held before it.
@@ -195,10 +195,8 @@ class ErrorBound:
         Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give (B, N, n_outputs).
         """
         assert self.span is not None
-        values, _ = self.companion.ping_pong_states(scaled)
-        with np.errstate(all="ignore"):  # what is not finite shows in the result
-            found = self.span.along(squared_difference(predicted, values))
-        return np.where(np.isfinite(found), found, 2.0**MOST_EXPONENT)
+        scales = np.stack([trust.scales for trust in self.along(scaled, predicted)])
+        return self.span.along(scales**2)
 
     def factors_at(self, confidence: float) -> FloatArray:
         """Give the factors of the least calibrated confidence that is not smaller: (n_outputs,).
@@ -255,11 +253,6 @@ def filling_length(companion: StateSpace, block: int, estimator: ErrorEstimator 
     return max(seen, companion.memory_length + (N_BLOCKS + 1) * block)
 
 
-def squared_difference(predicted: FloatArray, values: Float32Array) -> FloatArray:
-    """Give the squared disagreement of scaled outputs with a companion's, of the same shape."""
-    return np.asarray((predicted.astype(np.float64) - values.astype(np.float64)) ** 2)
-
-
 def statistics_of(
     networks: tuple[StateSpace, ErrorEstimator | None],
     blocks: tuple[int, int],
@@ -281,7 +274,7 @@ def statistics_of(
     companion, estimator = networks
     values, states = companion.ping_pong_states(scaled)
     drive = companion.features.along(scaled)[:, :, list(companion.roles.drive)]
-    squares = squared_difference(predicted, values)
+    squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
     seen = np.concatenate([states, drive], axis=2).astype(np.float64)
     short, long = (block_means(squares, block) for block in blocks)
     watched = np.concatenate([short, long, block_means(seen**2, blocks[1])], axis=2)

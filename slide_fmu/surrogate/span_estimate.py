@@ -1,4 +1,4 @@
-"""The error estimate of a surrogate with a companion: how far both are apart over a span."""
+"""The error estimate of a surrogate with an error bound: its local scales over a span."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from slide_fmu.core.window import MAX_WINDOW
 
 @dataclass(frozen=True, eq=False)
 class SpanEstimate:
-    """A SpanEstimate gives the RMSE over the last samples from the disagreement with a companion.
+    """A SpanEstimate gives the RMSE over the last samples from the local scales of an error bound.
 
-    It is a factor times the root of the mean squared disagreement, over ``N_BLOCKS`` whole blocks
-    of samples and the one that has begun.
+    It is a factor times the root of their mean square, over ``N_BLOCKS`` whole blocks of samples
+    and the one that has begun.
 
     Attributes:
         block: samples in a block.
@@ -44,5 +44,5 @@ class SpanEstimate:
         return span_samples(self.block)
 
     def along(self, squares: FloatArray) -> FloatArray:
-        """Estimate errors from squared disagreements, both of the shape (B, N, n_outputs)."""
+        """Estimate errors from squared local scales, both of the shape (B, N, n_outputs)."""
         return np.asarray(np.sqrt(block_means(squares, self.block)) * self.factors)

@@ -9,41 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.block_means import BlockMeans
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.base import Float32Array, ParametricStepper, Stepper
+from slide_fmu.network.base import ParametricStepper, Stepper
 from slide_fmu.surrogate.checks import checked_inputs
-from slide_fmu.surrogate.error_bound import ErrorBound, squared_difference
 from slide_fmu.surrogate.ranges import in_ranges
-from slide_fmu.surrogate.span_estimate import SpanEstimate
 
 if TYPE_CHECKING:
     from slide_fmu.surrogate.surrogate import Surrogate
-
-
-class SpanStepper:
-    """A SpanStepper gives the error estimate of a companion step by step. Final."""
-
-    def __init__(self, companion: Stepper, span: SpanEstimate) -> None:
-        self._companion, self._factors = companion, span.factors
-        self._means = BlockMeans(span.block)
-
-    @staticmethod
-    def of(bound: ErrorBound) -> SpanStepper | None:
-        """Start along a record; None if the companion gives no error estimate."""
-        return None if bound.span is None else SpanStepper(bound.companion.stepper(), bound.span)
-
-    def estimate(self, scaled: FloatArray, values: Float32Array) -> FloatArray:
-        """Estimate the error, relative to the outputs' scales, after one more sample.
-
-        Args:
-            scaled: the scaled inputs of it, shape (n_inputs,).
-            values: the surrogate's scaled outputs after it, shape (n_outputs,).
-        """
-        means = self._means.add(
-            squared_difference(values.astype(np.float64), self._companion.step(scaled))
-        )
-        return np.asarray(self._factors * np.sqrt(means))
 
 
 class Stream:
@@ -55,7 +27,6 @@ class Stream:
         self._predictor: Stepper = surrogate.network.stepper()
         self._estimator = None if estimator is None else estimator.network.stepper()
         self._squares: FloatArray | None = None
-        self._span = None if surrogate.bound is None else SpanStepper.of(surrogate.bound)
         self._parameters: dict[str, float] = {}
         self._inside = math.inf  # newest samples in range
 
@@ -67,7 +38,8 @@ class Stream:
 
         Returns:
             Outputs at the end of the step, shape (n_outputs,), and the error estimate of the
-            same shape, or None if there is none.
+            same shape, or None without an estimator. Error bounds, and estimates that are made of
+            them, are those of ``Surrogate.error_bounds`` and ``Surrogate.estimate_error``.
 
         Raises:
             ValueError: wrong number of inputs or values that are not finite.
@@ -77,7 +49,7 @@ class Stream:
         scaled = surrogate.input_scaling.apply(row)
         values = self._predictor.step(scaled)[-len(surrogate.outputs) :]
         self._inside = self._inside + 1 if in_ranges(surrogate.inputs, scaled[None])[0] else 0
-        estimates = self._estimate(scaled, values)
+        estimates = self._estimate(scaled)
         return surrogate.output_scaling.invert(values.astype(np.float64)), estimates
 
     def set_parameters(self, parameters: Mapping[str, float]) -> None:
@@ -109,10 +81,7 @@ class Stream:
         scale = self.surrogate.output_scaling.scale
         return None if error is None else np.asarray(error.astype(np.float64) * scale)
 
-    def _estimate(self, scaled: FloatArray, predicted: Float32Array) -> FloatArray | None:
-        """Estimate the error at scaled inputs and newest scaled outputs."""
-        if self._span is not None:
-            return self._span.estimate(scaled, predicted) * self.surrogate.output_scaling.scale
+    def _estimate(self, scaled: FloatArray) -> FloatArray | None:
         estimator = self.surrogate.estimator
         if estimator is None or self._estimator is None:
             return None

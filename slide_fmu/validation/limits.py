@@ -70,8 +70,8 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
         )
     if surrogate.bound is not None and surrogate.bound.span is not None:
         found.append(
-            "An error estimate says how far the surrogate is usually off where a second network "
-            "disagrees with it so much; of errors that both share it says nothing."
+            "An error estimate is made of what the bound is made of: where that is too small, "
+            "so is the estimate."
         )
     if surrogate.bound is not None:
         in_range = None if measured is None else next(iter(ordered(measured).values()))

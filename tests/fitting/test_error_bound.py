@@ -191,7 +191,7 @@ def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:
     assert np.array_equal(alone.predict(inputs), fit.surrogate.predict(inputs))
 
 
-def test_estimate_of_the_companion_is_about_the_error_of_its_span(
+def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
     recipe = RECIPE.model_copy(

@@ -44,7 +44,7 @@ OF_NETWORKS = {
     "span_gated": "gated",
 }
 """Shapes of surrogates whose head sees what their error estimator expects, and of others whose
-companion gives the error estimate."""
+bound gives the error estimate."""
 
 NAMES = (*SHAPES, *OF_NETWORKS)
 BLOCKS = (2, 5)
@@ -141,7 +141,7 @@ def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int
         within(estimates, surrogate.estimate_error(inputs))
 
 
-def test_estimate_of_a_companion_counts_once_it_knows_its_inputs(load: Load) -> None:
+def test_estimate_of_a_bound_counts_once_it_knows_its_inputs(load: Load) -> None:
     surrogate = surrogate_of("span")
     native, found = load(surrogate).instance().start(), []
     for _ in range(150):
@@ -151,18 +151,6 @@ def test_estimate_of_a_companion_counts_once_it_knows_its_inputs(load: Load) -> 
     share = np.minimum(1, np.arange(1, 151) / surrogate.bound.estimate_length)
     np.testing.assert_allclose(found, share, rtol=1e-12)
     assert share[0] < share[-1] == 1
-
-
-def test_estimate_of_a_companion_without_end_is_the_largest(load: Load) -> None:
-    surrogate = with_span(bounded_surrogate(dataclasses.replace(PLAIN, features="chain"), BLOCKS))
-    native = load(surrogate).instance().start()
-    for value in (1.0, 3e38, -3e38):
-        native.set(value, value)
-        if native.do_step(native.time(), STEP) != OK:
-            break
-    else:
-        pytest.fail("the surrogate bears everything")
-    assert np.all(np.isfinite(native.get(*places(surrogate, "ERROR_ESTIMATE"))))
 
 
 def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
@@ -368,7 +356,7 @@ def test_derivative_of_an_error_bound_is_refused(load: Load) -> None:
     for key in ("ERROR_BOUND", "NOVELTY", "ERROR_ESTIMATE"):
         first = places(surrogate, key, 3)[0]
         unknowns = range(first, first + 1)
-        message = "an error bound, the novelty or an error estimate of the companion; expected"
+        message = "an error bound, the novelty or an error estimate of the bound; expected"
         with pytest.raises(AssertionError, match=message):
             three.derivative("fmi3GetDirectionalDerivative", unknowns, range(1), np.ones(1))
 

@@ -208,14 +208,14 @@ def test_factors_of_an_estimate_that_are_not_positive_are_refused(
     assert "factor " in message or "error estimate number" in message
 
 
-def test_estimate_of_a_companion_beside_an_estimator_is_refused(load: Load) -> None:
+def test_estimate_of_a_bound_beside_an_estimator_is_refused(load: Load) -> None:
     spanned = with_span(bounded_surrogate(SHAPE))
     seeing = bounded_surrogate(dataclasses.replace(SHAPE, positions=3), sees_estimates=True)
     body, other = seeing.to_bytes()[:-4], spanned.to_bytes()[:-4]
     section = other[other.index(b"SPAN") : other.index(b"META")]
     place = body.index(b"META")
     message = refused(load(seeing), with_checksum(body[:place] + section + body[place:]))
-    assert "estimate of the companion beside an error estimator; expected one" in message
+    assert "estimate of the bound beside an error estimator; expected one" in message
 
 
 @pytest.mark.parametrize(("sees_estimates", "version"), [(False, 9), (True, 8)])

@@ -103,7 +103,7 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
 void slide_span_read(SlidePayload *payload, SlideCursor *file) {
     SlideBoundView *view = &payload->bound;
     slide_check(file, !payload->has_estimator,
-                "surrogate file: an error estimate of the companion beside an error estimator; "
+                "surrogate file: an error estimate of the bound beside an error estimator; "
                 "expected one of them");
     slide_open_section(file, "SPAN");
     view->span_block = slide_take_u32(file, "SPAN");

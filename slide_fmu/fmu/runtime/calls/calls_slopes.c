@@ -46,12 +46,12 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
                                 "unknown with value reference %u; expected a scalar output",
                                 (unsigned)of->unknowns[i]);
         }
-        const bool by_companion =
+        const bool of_bound =
             unknown.kind == SLIDE_ERROR_ESTIMATE && instance->model.bound.span_length > 0;
-        if (by_companion || unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
+        if (of_bound || unknown.kind == SLIDE_ERROR_BOUND || unknown.kind == SLIDE_NOVELTY) {
             return slide_report(instance, SLIDE_ERROR,
                                 "unknown with value reference %u, an error bound, the novelty or an error "
-                                "estimate of the companion; "
+                                "estimate of the bound; "
                                 "expected outputs that have derivatives: leave it out",
                                 (unsigned)of->unknowns[i]);
         }

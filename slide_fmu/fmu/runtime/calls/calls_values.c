@@ -54,11 +54,11 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
     }
 }
 
-static bool by_companion(const SlideModel *model) { return model->bound.span_length > 0; }
+static bool of_bound(const SlideModel *model) { return model->bound.span_length > 0; }
 
 /* Relative to the scales of the outputs. */
 static const double *error_estimates(const SlideModel *model, SlideState *state) {
-    if (by_companion(model)) {
+    if (of_bound(model)) {
         slide_stream_bound(model, state);
         return state->bound.estimates;
     }
@@ -93,7 +93,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = part_filled(state, model->predictor.memory_length);
         break;
     case SLIDE_ESTIMATE_FILLED:
-        values[0] = part_filled(state, by_companion(model) ? (double)model->bound.span_length
+        values[0] = part_filled(state, of_bound(model) ? (double)model->bound.span_length
                                                            : (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:

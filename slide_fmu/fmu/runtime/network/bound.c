@@ -19,7 +19,7 @@ static void place_scratch(SlideBound *bound, SlideArena *arena) {
     const size_t n_outputs = bound->n_outputs, n_seen = bound->n_seen;
     bound->statistics =
         slide_place(arena, 1 + SLIDE_BEFORE, n_statistics(bound) * sizeof(double));
-    bound->squares = slide_place(arena, n_outputs + n_seen, sizeof(double));
+    bound->squares = slide_place(arena, n_outputs > n_seen ? n_outputs : n_seen, sizeof(double));
     bound->means = slide_place(arena, 2 * n_outputs + n_seen, sizeof(double));
     bound->expected = slide_place(arena, bound->n_expected, sizeof(double));
 }
@@ -29,8 +29,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     const size_t n_outputs = payload->n_outputs, n_seen = view->n_seen;
     const uint64_t block = view->blocks[0], longer = view->blocks[1];
     const uint64_t span_block = view->span_block;
-    const uint64_t longest = span_block > longer ? span_block : longer;
-    const uint64_t means_over = (SLIDE_BLOCKS + 1) * longest;
+    const uint64_t means_over = (SLIDE_BLOCKS + 1) * (longer + span_block);
     bound->memory_length = 0;
     bound->span_length = 0;
     if (!payload->has_bound) {
@@ -62,7 +61,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     if (view->sees_estimates && payload->estimator.n_samples > bound->filling_length) {
         bound->filling_length = payload->estimator.n_samples;
     }
-    bound->span_length = span_block > 0 ? seen + (SLIDE_BLOCKS + 1) * span_block : 0;
+    bound->span_length = span_block > 0 ? seen + means_over : 0;
     place_scratch(bound, arena);
 }
 
@@ -136,21 +135,22 @@ static void look(const SlideBound *bound, SlideBoundState *state) {
     const SlideCells *cells = &bound->companion.of.cells;
     const size_t first = cells->n_factors + cells->cell.to_states.first;
     const float *drive = bound->companion.features + first;
-    double *squares = bound->squares + bound->n_outputs;
     for (size_t i = 0; i < bound->n_seen; ++i) {
         const double seen = i < bound->n_states ? cells->next[i] : drive[i - bound->n_states];
         state->seen[i] = seen;
-        squares[i] = seen * seen;
+        bound->squares[i] = seen * seen;
     }
 }
 
 /* The squared disagreement with the companion's values. False: the predictor gave none. */
-static bool compare(const SlideBound *bound, const float *predicted, const float *values) {
+static bool compare(const SlideBound *bound, const float *predicted, const float *values,
+                    SlideBoundState *state) {
+    const bool present = !isnan(predicted[0]);
     for (size_t i = 0; i < bound->n_outputs; ++i) {
         const double apart = (double)predicted[i] - values[i];
-        bound->squares[i] = apart * apart;
+        state->apart_squared[i] = present ? apart * apart : 0;
     }
-    return !isnan(predicted[0]);
+    return present;
 }
 
 /* The newest samples that count for the means of some blocks: from the start of a block on. */
@@ -165,6 +165,12 @@ static Span span_of(const SlideBlocksShape *shape, uint64_t newest) {
     return newest / shape->length < SLIDE_BLOCKS
                ? (Span){newest + 1, true}
                : (Span){begun + SLIDE_BLOCKS * shape->length, false};
+}
+
+/* The samples that count for the means at the newest sample and at some before it. */
+static Span span_until(const SlideBlocksShape *shape, uint64_t newest, uint64_t before) {
+    const Span first = span_of(shape, newest - before);
+    return (Span){first.count + before, first.from_first};
 }
 
 /* A sample's squares, or NULL where they are absent; left: samples from it to the newest one. */
@@ -194,7 +200,15 @@ static uint64_t begin(const SlideBound *bound, uint64_t newest, uint64_t behind,
     return behind < most ? behind : most;
 }
 
-static uint64_t longest(uint64_t one, uint64_t other) { return one > other ? one : other; }
+/* The squared local scales of a sample count for the estimate over a span. */
+static void add_scales(const SlideBound *bound, const SlideKernel *kernel, uint64_t left,
+                       Span span, SlideBoundState *state) {
+    slide_bound_weigh(bound, kernel, state);
+    for (size_t i = 0; i < bound->n_outputs; ++i) {
+        bound->squares[i] = state->scales[i] * state->scales[i];
+    }
+    add(&bound->of_span, &state->of_span, bound->squares, left, span);
+}
 
 void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
                           const SlideSamplesShape *shape, const SlideSamples *samples,
@@ -203,29 +217,26 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
         return;
     }
     const uint64_t newest = count - shape->capacity; /* sample 0 has the number capacity - 1 */
-    const Span brief = span_of(&bound->of_short, newest);
-    const Span lengthy = span_of(&bound->of_long, newest);
-    const Span whole = bound->span_length > 0 ? span_of(&bound->of_span, newest) : (Span){0, false};
-    const uint64_t wanted = longest(brief.count, longest(lengthy.count, whole.count));
+    const bool estimates = bound->span_length > 0;
+    const Span whole = estimates ? span_of(&bound->of_span, newest) : (Span){1, false};
+    const Span brief = span_until(&bound->of_short, newest, whole.count - 1);
+    const Span lengthy = span_until(&bound->of_long, newest, whole.count - 1);
+    const uint64_t wanted = brief.count > lengthy.count ? brief.count : lengthy.count;
     const uint64_t todo = begin(bound, newest, count - *state->known, wanted, state);
-    const double *of_outputs = NULL, *of_seen = bound->squares + bound->n_outputs;
     for (uint64_t left = todo; left > 0; --left) {
         const uint64_t sample = count - left;
         const float *values = advance(bound, kernel, shape, samples, sample, state);
         if (left <= wanted) {
-            const bool present = compare(bound, predicted_at(bound, state, sample), values);
-            of_outputs = present ? bound->squares : NULL;
+            const bool present = compare(bound, predicted_at(bound, state, sample), values, state);
+            const double *of_outputs = present ? state->apart_squared : NULL;
             look(bound, state);
             add(&bound->of_short, &state->of_short, of_outputs, left, brief);
             add(&bound->of_long, &state->of_long, of_outputs, left, lengthy);
-            add(&bound->of_seen, &state->of_seen, of_seen, left, lengthy);
-            if (whole.count > 0) {
-                add(&bound->of_span, &state->of_span, of_outputs, left, whole);
-            }
+            add(&bound->of_seen, &state->of_seen, bound->squares, left, lengthy);
         }
-    }
-    for (size_t i = 0; i < bound->n_outputs; ++i) {
-        state->apart_squared[i] = of_outputs == NULL ? 0 : of_outputs[i];
+        if (estimates && left <= whole.count) {
+            add_scales(bound, kernel, left, whole, state);
+        }
     }
     *state->known = count;
 }

@@ -42,20 +42,8 @@ static void form_means(const SlideBound *bound, const SlideBoundState *state) {
     slide_blocks_means(&bound->of_seen, &state->of_seen, bound->means + 2 * n_outputs);
 }
 
-/* The root of the mean squared disagreement over a span, times a factor. */
-static void form_estimates(const SlideBound *bound, SlideBoundState *state) {
-    slide_blocks_means(&bound->of_span, &state->of_span, state->estimates);
-    for (size_t i = 0; i < bound->n_outputs; ++i) {
-        const double estimate = bound->span_factors[i] * sqrt(state->estimates[i]);
-        state->estimates[i] = estimate <= DBL_MAX ? estimate : local_scale(MOST_EXPONENT);
-    }
-}
-
-void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
-                          SlideBoundState *state) {
-    if (*state->concluded == *state->known) {
-        return;
-    }
+void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
+                       SlideBoundState *state) {
     const SlideNetwork *head = &bound->head;
     const size_t n_outputs = bound->n_outputs, n_means = 2 * n_outputs + bound->n_seen;
     double *logarithms = bound->statistics + bound->n_seen;
@@ -74,9 +62,6 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
     for (size_t i = 0; i < bound->n_expected; ++i) {
         of_expected[i] = logarithm(bound->expected[i]);
     }
-    if (bound->span_length > 0) {
-        form_estimates(bound, state);
-    }
     *state->novelty = novelty_of(bound);
     const bool finite = slide_features_write(&head->seen, bound->statistics,
                                              bound->statistics + head->seen.n_inputs,
@@ -85,6 +70,26 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
         slide_feed_forward_evaluate(&head->of.layers.stack, kernel, head->features);
     for (size_t i = 0; i < n_outputs; ++i) { /* units that saturate hide what is not finite */
         state->scales[i] = local_scale(finite ? exponents[i] : NAN);
+    }
+}
+
+/* The root of the mean squared local scale over a span, times a factor. */
+static void form_estimates(const SlideBound *bound, SlideBoundState *state) {
+    slide_blocks_means(&bound->of_span, &state->of_span, state->estimates);
+    for (size_t i = 0; i < bound->n_outputs; ++i) {
+        state->estimates[i] = bound->span_factors[i] * sqrt(state->estimates[i]);
+    }
+}
+
+void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
+                          SlideBoundState *state) {
+    if (*state->concluded == *state->known) {
+        return;
+    }
+    if (bound->span_length > 0) { /* the last sample has been weighed, as all of the span */
+        form_estimates(bound, state);
+    } else {
+        slide_bound_weigh(bound, kernel, state);
     }
     *state->concluded = *state->known;
 }

@@ -105,7 +105,7 @@ def fit_bound(
 def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatArray:
     """Return what makes an error of the local scales over a span, (n_outputs,).
 
-    Both have the shape (n_trajectories, N, n_outputs). On the scale of logarithms, the estimates of
+    Both have the shape (n_trajectories, N, n_outputs). On the scale of logarithms, estimates of
     the calibration are as often too large as too small.
     """
     known = slice((N_BLOCKS + 1) * block, None)

@@ -282,6 +282,7 @@ class Validation:
         found: dict[str, Any] = {
             **_deviation(self.relative_deviations()),
             "span_samples": self.surrogate.estimated_samples,
+            "has_floor": self.recipe.estimator is not None,
         }
         if len(self.surrogate.outputs) > 1 and len(units) == 1:
             found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))

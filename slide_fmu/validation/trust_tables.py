@@ -36,7 +36,8 @@ def estimate_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
     ]
     blank = [""] * (3 if compared else 0)
     for name, estimate in estimates.items():
-        rows.append((name, *_deviations(estimate), *blank))
+        if estimate.get("has_floor", True) or len(estimate["without_floor"]) > 1:
+            rows.append((name, *_deviations(estimate), *blank))
         if "euclidean" in estimate:
             norm = f"{name}, norm of the outputs"
             rows.append((norm, *_deviations(estimate["euclidean"]), *blank))

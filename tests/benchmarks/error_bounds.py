@@ -54,8 +54,9 @@ def scales_of(
     """
     scaled, scale = surrogate.input_scaling.apply(inputs), surrogate.output_scaling.scale
     found = {"constant": (np.ones(errors.shape), False)}
-    if surrogate.estimator is not None:
+    if surrogate.estimates_errors:
         found["estimate over its span"] = surrogate.estimate_error(inputs) / scale, True
+    if surrogate.estimator is not None:
         squares = surrogate.estimator.along(scaled, len(surrogate.outputs))
         found["estimator at the sample"] = np.sqrt(squares), True
     trust = surrogate.trust(inputs)

@@ -42,7 +42,7 @@ class Part(enum.IntEnum):
     STEP = 2
     """A communication step without FMI."""
     STEP_AND_READ = 3
-    """The same with its error estimates read."""
+    """The same with all that it says of its error read."""
     READ_MEMORY = 4
     """Each byte of the network read once, as fast as can be."""
 

@@ -23,7 +23,7 @@ PER = {
 }
 WHEN = {
     "always": "",
-    "estimator": "with an error estimator",
+    "estimator": "with an error estimate",
     "state_space": "with a state-space network",
     "several_samples": "where the network knows several samples of the outputs at a time",
     "first_order": "where inputs have a first-order hold",

@@ -63,7 +63,7 @@ class Kind:
         causality, variability: as in both standards.
         per: whether there is one variable, one for each input, one for each output, or one for
             each physical parameter.
-        when: what the surrogate must have: an error estimator, a state-space network, a network
+        when: what the surrogate must have: an error estimate, a state-space network, a network
             that knows several samples of the outputs at a time, inputs with a first-order hold,
             physical parameters, or an error bound.
         size: one value; as many as the network knows samples of the outputs; or as many samples of

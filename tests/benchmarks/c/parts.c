@@ -111,6 +111,9 @@ static bool step(Parts *parts, double part, bool reads) {
     if (reads && parts->model.estimator.positions > 0) {
         slide_stream_estimate(&parts->model, &parts->state);
     }
+    if (reads && parts->model.bound.memory_length > 0) {
+        slide_stream_bound(&parts->model, &parts->state);
+    }
     return good;
 }
 

@@ -148,7 +148,7 @@ def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -
 def test_a_move_of_the_released_duffing_without_limits_ends_in_its_domain() -> None:
     duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
-    problem = Problem(duffing, np.array([-600.0]), np.array([900.0]), limits, 5e-3)
+    problem = Problem(duffing, np.array([-300.0]), np.array([900.0]), limits, 5e-3)
     found = earliest(problem)
     require_in_domain(problem, found.move)
     assert found.move.known == 1

@@ -79,6 +79,8 @@ def _show_network(figures: dict[str, Any], out: Console) -> None:
         bound = figures["error_bound"]
         confidences = ", ".join(f"{confidence:g}" for confidence in bound["confidences"])
         out.print(f"bound    of the error, for the confidences {confidences}")
+        if "estimate_span_s" in bound:
+            out.print(f"estimate of the error over {bound['estimate_span_s']:g} s, by the same")
 
 
 def _show_error(origin: dict[str, Any], out: Console) -> None:

@@ -5,7 +5,7 @@
 Every round lets Node run the trajectories that the FMUs carry, and repeats the native step in C
 (``timing.py``, without FMI, by the best kernel of this processor). Given are the least times of
 all rounds in microseconds, since other programs may be at work: ``step`` with its outputs, and
-``step_and_read`` with error estimates too, where there are any. In Node a step sets the
+``step_and_read`` with error estimates and bounds too, where there are any. In Node a step sets the
 inputs and reads the results by value references, as the page does. ``ratio`` is Node over native.
 """
 
@@ -39,8 +39,8 @@ def page_times(fmu: Path, rounds: int) -> dict[str, float]:
         folder = Path(name)
         task = task_of_fmu(fmu, folder)
         outputs = [output["reference"] for output in task["facts"]["outputs"]]
-        estimates = [output["estimate"] for output in task["facts"]["outputs"]]
-        known = [reference for reference in estimates if reference is not None]
+        told = [o[what] for what in ("estimate", "bound") for o in task["facts"]["outputs"]]
+        known = [reference for reference in told if reference is not None]
         timed = {"step": outputs, "step_and_read": [*outputs, *known]}
         result = run_task({**task, "rounds": rounds, "timed": timed}, folder)
     if result.returncode != 0:

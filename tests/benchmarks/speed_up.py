@@ -11,8 +11,8 @@ sample, in microseconds: CPU time of models, doStep alone of the FMU, the same s
 The paper's speed-up of a model is S = t_sim / t_NN * n_out / n_in, t_sim the time of n_in samples
 of the model, t_NN that of a forward pass, which gives n_out outputs. For the FMU, t_NN is n_out
 steps (``fmu_step``: doStep called through ctypes; ``runtime_step``: inside C); for
-``window_in_numpy`` one whole window. ``runtime_step_and_estimate``: inside C, the error estimates
-read after every step.
+``window_in_numpy`` one whole window. ``runtime_step_and_read``: inside C, error estimates
+and bounds read after every step.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ AUTHORS: dict[str, dict[str, Any]] = {
 """Settings of the paper's authors by the name of our model."""
 LOOP, WINDOWS = 200, 20
 """Steps in one loop inside C; windows in numpy in each round."""
-FORWARD = ("fmu_step", "runtime_step", "runtime_step_and_estimate", "window_in_numpy")
+FORWARD = ("fmu_step", "runtime_step", "runtime_step_and_read", "window_in_numpy")
 
 
 def measure(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             )
             if surrogate.estimates_errors:
                 read = part_times(inside, Part.STEP_AND_READ, WINDOWS, LOOP)
-                times.setdefault("runtime_step_and_estimate", []).extend(read)
+                times.setdefault("runtime_step_and_read", []).extend(read)
             windows = window_times(surrogate, drawn)
             times.setdefault("window_in_numpy", []).extend(windows)
     medians = {name: 1e6 * float(np.median(found)) for name, found in times.items()}

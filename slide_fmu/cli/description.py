@@ -98,7 +98,8 @@ def _show_origin(origin: dict[str, Any], out: Console) -> None:
     if not origin:
         out.print("origin   it does not say where it comes from")
         return
-    seeds = ", ".join(f"{key} {value}" for key, value in origin.get("seeds", {}).items())
+    known = {key: seed for key, seed in origin.get("seeds", {}).items() if seed is not None}
+    seeds = ", ".join(f"{key} {value}" for key, value in known.items())
     versions = ", ".join(f"{key} {value}" for key, value in origin.get("versions", {}).items())
     lines = len(str(origin.get("recipe", "")).splitlines())
     out.print(f"seeds    {seeds}")

@@ -105,13 +105,13 @@ def fit_bound(
 def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatArray:
     """Return what makes an error of the local scales over a span, (n_outputs,).
 
-    Both have the shape (n_trajectories, N, n_outputs). On the scale of logarithms, estimates of
-    the calibration are as often too large as too small.
+    Both have the shape (n_trajectories, N, n_outputs). Estimates of the calibration are as often
+    too large as too small.
     """
     known = slice((N_BLOCKS + 1) * block, None)
     true, found = (block_means(values**2, block)[:, known] for values in (errors, scales))
     ratios = np.log(np.maximum(true, SMALLEST) / found)
-    return np.asarray(np.exp(0.5 * ratios.reshape(-1, ratios.shape[2]).mean(axis=0)))
+    return np.asarray(np.exp(0.5 * np.median(ratios.reshape(-1, ratios.shape[2]), axis=0)))
 
 
 def _seen(

@@ -55,7 +55,7 @@ class BoundRecipe(Table):
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
         estimate_span: time in s over about which an error estimate is made of the head's local
-            scales; without the key it is the error estimator's, of the table ``estimator``.
+            scales; none without the key, unless there is a table ``estimator``.
     """
 
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
@@ -141,8 +141,10 @@ def bound_samples(recipe: Recipe) -> int:
     """
     if recipe.bound is None:
         return 0
-    longest = max(_long_block(recipe), span_block(recipe.bound, recipe.window.step) or 0)
-    return max(recipe.window.n_in, bound_filling(recipe)) + N_BLOCKS * longest
+    window, long = recipe.window, _long_block(recipe)
+    span = span_block(recipe.bound, window.step) or 0
+    known = max(window.n_in, window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * long)
+    return known + (N_BLOCKS + 1) * span + N_BLOCKS * long
 
 
 def bound_filling(recipe: Recipe) -> int:
@@ -157,11 +159,10 @@ def bound_filling(recipe: Recipe) -> int:
     return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
 
 
-def longest_span(bound: BoundRecipe) -> str:
-    """Name the longest of the times over which a bound averages, with its value."""
-    estimate = bound.estimate_span or 0.0
-    name = "estimate_span" if estimate > bound.long_span else "long_span"
-    return f"bound.{name} = {getattr(bound, name):g} s"
+def spans_of(bound: BoundRecipe) -> str:
+    """Name the times over which a bound averages, with their values."""
+    names = ["long_span", *(["estimate_span"] if bound.estimate_span else [])]
+    return " and ".join(f"bound.{name} = {getattr(bound, name):g} s" for name in names)
 
 
 def span_block(bound: BoundRecipe | None, step: float) -> int | None:

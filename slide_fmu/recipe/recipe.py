@@ -15,9 +15,9 @@ from slide_fmu.recipe.error_bound import (
     BoundRecipe,
     bound_filling,
     bound_samples,
-    longest_span,
     require_bound,
     span_length,
+    spans_of,
 )
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
@@ -329,7 +329,7 @@ class Recipe(Table):
             if duration < needed - 0.5 * window.step:
                 also = f" and estimator.span = {span}" if span else ""
                 if self.bound is not None:
-                    also += f" and {longest_span(self.bound)}"
+                    also += f" and {spans_of(self.bound)}"
                 raise ValueError(
                     f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
                     f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"

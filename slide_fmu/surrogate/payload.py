@@ -264,7 +264,7 @@ def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
     if _is_next(reader, b"BOUN"):
         seen = estimator if version == WITH_ESTIMATES else None
         bound = decode_bound(reader.section(b"BOUN"), n_inputs, n_outputs, seen)
-    if bound is not None and _is_next(reader, b"SPAN"):
+    if bound is not None and version == WITH_ESTIMATES and _is_next(reader, b"SPAN"):
         span = decode_span(reader.section(b"SPAN"), n_outputs)
         bound = dataclasses.replace(bound, span=span)
     forecast = None

@@ -164,7 +164,7 @@ class Surrogate:
 
     @property
     def estimates_errors(self) -> bool:
-        """Say whether ``estimate_error`` gives something: by an estimator, or by a companion."""
+        """Say whether ``estimate_error`` gives something: by an estimator, or by its bound."""
         return self.estimator is not None or (
             self.bound is not None and self.bound.span is not None
         )
@@ -288,7 +288,7 @@ class Surrogate:
             Estimates at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
 
         Raises:
-            ValueError: there is no estimator, or bad inputs as in ``predict``.
+            ValueError: there is no error estimate, or bad inputs as in ``predict``.
         """
         if not self.estimates_errors:
             raise ValueError(

@@ -215,6 +215,8 @@ class Validation:
         for c in self.comparisons:
             if c.estimate is not None:
                 scored = ~np.isnan(c.true_error).any(axis=1)
+                if table is None:  # relative to no error at all, nothing deviates
+                    scored &= (c.true_error > 0).all(axis=1)
                 values = [c.estimate[scored], c.true_error[scored], resolution[None]]
                 if euclidean:
                     values = [np.linalg.norm(value, axis=1) for value in values]

@@ -16,7 +16,7 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
-from slide_fmu.fitting.error_bound import fit_bound
+from slide_fmu.fitting.error_bound import _span_factors, fit_bound
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -215,3 +215,14 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     constant = np.log(np.concatenate(true))
     assert abs(np.median(ratios)) < 0.2
     assert np.abs(ratios).mean() < 0.8 * np.abs(constant - np.median(constant)).mean()
+
+
+def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error() -> None:
+    rng = np.random.default_rng(0)
+    scales = np.exp(rng.normal(0, 1, (200, 1, 1))) * np.ones((1, 60, 1))
+    errors = 0.5 * scales * np.exp(rng.normal(0, 0.1, (200, 1, 1)))
+    (factor,) = _span_factors(errors, scales, 3)
+    assert factor == pytest.approx(0.5, rel=0.05)
+    errors[:20] = 0.0
+    (other,) = _span_factors(errors, scales, 3)
+    assert other == pytest.approx(factor, rel=0.05)

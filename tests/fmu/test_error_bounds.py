@@ -224,6 +224,20 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])
 
 
+def test_local_scales_of_samples_without_a_prediction_are_left_out(load: Load) -> None:
+    """Where an input rests, an estimate is the same over the output window as over its span."""
+    shape = dataclasses.replace(PLAIN, cell=CellShape(contraction=0.1))
+    surrogate = with_span(bounded_surrogate(shape, BLOCKS), 40)
+    assert surrogate.estimated_samples > surrogate.window.n_out
+    native, found = load(surrogate).instance().start(), []
+    for _ in range(500):
+        native.step(0.7, 1.5)
+    for length in (1.0, 0.5):  # of a half step, the predictor sees its own part alone
+        assert native.do_step(native.time(), length * STEP) == OK
+        found.append(native.get(*places(surrogate, "ERROR_ESTIMATE")))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
+
+
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("read_before", [False, True])
 def test_bounds_due_when_a_state_is_saved_are_due_after_it_is_restored(

@@ -6,7 +6,13 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.recipe.error_bound import companion_recipe, span_block, span_length
+from slide_fmu.recipe.error_bound import (
+    bound_filling,
+    bound_samples,
+    companion_recipe,
+    span_block,
+    span_length,
+)
 from slide_fmu.recipe.recipe import OF_BOUND, Recipe
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
@@ -50,6 +56,27 @@ def test_estimate_is_over_about_its_span(seconds: float, block: int, samples: in
     assert (span_block(recipe.bound, recipe.window.step), span_length(recipe)) == (block, samples)
     assert abs(samples * recipe.window.step - seconds) <= 9 * recipe.window.step
     assert span_length(tiny_state_space_recipe(bound={}, data=LONG)) == 0
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.5, 1.0])
+@pytest.mark.parametrize("window", [(40, 30), (128, 100), (200, 180)])
+def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_known(
+    window: tuple[int, int], seconds: float
+) -> None:
+    """As ``slide_fmu.fitting.error_bound`` takes them: 9 blocks behind what a bound must know."""
+    n_in, n_out = window
+    recipe = tiny_state_space_recipe(
+        window={"n_in": n_in, "n_out": n_out},
+        bound={"estimate_span": seconds, "short_span": 0.1, "long_span": 0.1},
+        data={"duration": 12.0},
+    )
+    block = span_block(recipe.bound, recipe.window.step)
+    assert block is not None
+    alone = recipe.model_copy(
+        update={"bound": recipe.bound.model_copy(update={"estimate_span": None})}
+    )
+    known = max(n_in, bound_filling(alone))
+    assert bound_samples(recipe) - known > 9 * block
 
 
 @pytest.mark.parametrize(

@@ -237,7 +237,7 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
         payload->bound.sees_estimates = version == WITH_ESTIMATES && payload->has_estimator;
         slide_bound_read(payload, file);
     }
-    if (payload->has_bound && file->good && is_next(file, "SPAN")) {
+    if (version == WITH_ESTIMATES && payload->has_bound && file->good && is_next(file, "SPAN")) {
         slide_span_read(payload, file);
     }
     payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};

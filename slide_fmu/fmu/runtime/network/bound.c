@@ -200,14 +200,15 @@ static uint64_t begin(const SlideBound *bound, uint64_t newest, uint64_t behind,
     return behind < most ? behind : most;
 }
 
-/* The squared local scales of a sample count for the estimate over a span. */
-static void add_scales(const SlideBound *bound, const SlideKernel *kernel, uint64_t left,
-                       Span span, SlideBoundState *state) {
+/* The squared local scales of a sample count for the estimate over a span, unless the predictor gave
+ * nothing after it: then nothing is known of its error. */
+static void add_scales(const SlideBound *bound, const SlideKernel *kernel, bool present,
+                       uint64_t left, Span span, SlideBoundState *state) {
     slide_bound_weigh(bound, kernel, state);
     for (size_t i = 0; i < bound->n_outputs; ++i) {
         bound->squares[i] = state->scales[i] * state->scales[i];
     }
-    add(&bound->of_span, &state->of_span, bound->squares, left, span);
+    add(&bound->of_span, &state->of_span, present ? bound->squares : NULL, left, span);
 }
 
 void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
@@ -223,11 +224,12 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
     const Span lengthy = span_until(&bound->of_long, newest, whole.count - 1);
     const uint64_t wanted = brief.count > lengthy.count ? brief.count : lengthy.count;
     const uint64_t todo = begin(bound, newest, count - *state->known, wanted, state);
+    bool present = false;
     for (uint64_t left = todo; left > 0; --left) {
         const uint64_t sample = count - left;
         const float *values = advance(bound, kernel, shape, samples, sample, state);
         if (left <= wanted) {
-            const bool present = compare(bound, predicted_at(bound, state, sample), values, state);
+            present = compare(bound, predicted_at(bound, state, sample), values, state);
             const double *of_outputs = present ? state->apart_squared : NULL;
             look(bound, state);
             add(&bound->of_short, &state->of_short, of_outputs, left, brief);
@@ -235,7 +237,7 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
             add(&bound->of_seen, &state->of_seen, bound->squares, left, lengthy);
         }
         if (estimates && left <= whole.count) {
-            add_scales(bound, kernel, left, whole, state);
+            add_scales(bound, kernel, present, left, whole, state);
         }
     }
     *state->known = count;

@@ -78,9 +78,8 @@ def fit_bound(
     """Train the head and calibrate the bound of a surrogate; the history is that of the head.
 
     The head sees what the surrogate's error estimator expects, if there is one. The splits are
-    trajectories to learn from and to calibrate by; no network has learnt from them. The
-    checkpoint is the file for the state
-    of an interrupted training.
+    trajectories to learn from and to calibrate by; no network has learnt from them. The checkpoint
+    is the file for the state of an interrupted training.
 
     Raises:
         TrainingError: the training diverged, or the checkpoint cannot be read.

@@ -140,12 +140,6 @@ def _fit_bound(
     )
     place, splits = checkpoints / f"bound-{key}.pt", (learnt, calibration)
     bound, history = fit_bound(
-        surrogate,
-        companion,
-        splits,
-        recipe.bound,
-        place,
-        device,
-        progress(BOUND),
+        surrogate, companion, splits, recipe.bound, place, device, progress(BOUND)
     )
     return bound, {COMPANION: course, BOUND: history}

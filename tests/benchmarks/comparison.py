@@ -59,8 +59,8 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
         of a ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth
         ``read_gb_per_s`` at which the network's memory is read in the same run, wherever it
         lies), ``torch``, ``onnxruntime`` (one evaluation), ``pythonfmu_step``,
-        ``pythonfmu_set_step_get`` (error estimates included); in ``batch`` those of ``torch`` and
-        ``onnxruntime`` too; ``remarks``, why a baseline is None.
+        ``pythonfmu_set_step_get`` (with the estimates of an error estimator); in ``batch`` those
+        of ``torch`` and ``onnxruntime`` too; ``remarks``, why a baseline is None.
     """
     with TemporaryDirectory() as folder, ExitStack() as unpacking:
         bench = Bench(surrogate, unpacking.enter_context(unpacked(path)), effort)
@@ -74,7 +74,8 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
                 bench.add(name, part_times(timed, part, loops, times[part]))
             bench.round()
             rows = bench.record[: effort.steps]
-            whole, alone = fmu_times(other, surrogate, rows, estimates=True)
+            estimates = surrogate.estimator is not None
+            whole, alone = fmu_times(other, surrogate, rows, estimates=estimates)
             bench.add("pythonfmu_set_step_get", whole)
             bench.add("pythonfmu_step", alone)
     return _with_bound({**bench.figures(), "remarks": remarks}, timed.memory)

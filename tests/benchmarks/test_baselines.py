@@ -20,6 +20,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
+from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 TIMES = (
@@ -54,6 +55,13 @@ def test_comparison_times_everything_that_is_there(tmp_path: Path, shape: Shape)
     for name in OTHERS:
         assert (figures[name] is None) == (name in figures["remarks"]), name
         assert name in figures["batch"]
+
+
+def test_comparison_of_a_surrogate_whose_bound_gives_its_error_estimate(tmp_path: Path) -> None:
+    """Its PythonFMU has none."""
+    surrogate = with_span(bounded_surrogate(Shape(cell=CellShape())))
+    figures = compare_fmu(export_fmu(surrogate, tmp_path / "tiny.fmu"), LITTLE)
+    assert figures["pythonfmu_set_step_get"] > 0
 
 
 def test_missing_packages_are_none_with_a_remark(

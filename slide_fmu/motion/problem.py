@@ -132,11 +132,9 @@ class Problem:
         surrogate = self.surrogate
         if surrogate.bound is None:
             return
-        coordinates = coordinates_of(surrogate.inputs)
-        resting = np.tile(self.start, (surrogate.window.n_in, 1))
-        inputs = inputs_of(coordinates, resting)
-        if not surrogate.in_domain(inputs)[-1]:
-            novelty = surrogate.trust(inputs).novelty[-1]
+        inputs = inputs_of(coordinates_of(surrogate.inputs), self.start[None])
+        if not surrogate.in_domain(inputs)[0]:  # the first input counts as held for ever before
+            novelty = surrogate.trust(inputs).novelty[0]
             raise MotionError(
                 f"rest at the start {self.start.tolist()} is outside of the domain of the "
                 f"surrogate {surrogate.name!r} (novelty {novelty:.3g}; expected at most 1): its "

@@ -272,8 +272,9 @@ def statistics_of(
         ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``Trust``.
     """
     companion, estimator = networks
-    values, states = companion.ping_pong_states(scaled)
-    drive = companion.features.along(scaled)[:, :, list(companion.roles.drive)]
+    features = companion.features.along(scaled)
+    values, states = companion.ping_pong_states(features)
+    drive = features[:, :, list(companion.roles.drive)]
     squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
     seen = np.concatenate([states, drive], axis=2).astype(np.float64)
     short, long = (block_means(squares, block) for block in blocks)

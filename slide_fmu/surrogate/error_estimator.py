@@ -79,8 +79,9 @@ class ErrorEstimator:
         Scaled inputs (N, n_inputs), of which the first counts as held for ever before, give
         (N, n_outputs).
         """
-        values = self.network.stream(scaled[None])[0].astype(np.float64)
-        return self.squares(values, self.network.features.along(scaled[None])[0], n_outputs)
+        features = self.network.features.along(scaled[None])
+        values = self.network.stream_features(features)[0].astype(np.float64)
+        return self.squares(values, features[0], n_outputs)
 
     def estimates(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
         """Estimate the RMSE over the last positions, relative to the outputs' scales.

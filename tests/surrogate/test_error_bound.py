@@ -294,7 +294,7 @@ def test_states_of_the_ping_pong_are_those_behind_its_values() -> None:
     network = random_surrogate(SHAPE).network
     assert isinstance(network, StateSpace)
     scaled = np.random.default_rng(1).uniform(-1, 1, (3, 50, 2))
-    values, states = network.ping_pong_states(scaled)
+    values, states = network.ping_pong_states(network.features.along(scaled))
     assert np.array_equal(values, network.stream(scaled))
     assert states.shape == (3, 50, len(network.cell.a))
     handed_over = 9 * np.arange(1, 5)  # then the younger state's weight is 1, and it is the older

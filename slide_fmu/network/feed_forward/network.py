@@ -122,9 +122,15 @@ class FeedForward(Network):
         return self.evaluate_features(flat).reshape(len(sequences), n_out, -1)
 
     def stream(self, records: NDArray[Any]) -> Float32Array:
-        lead = self.n_samples - 1
-        padded = np.pad(np.asarray(records), ((0, 0), (lead, 0), (0, 0)), mode="edge")
-        return np.stack([self._slide_over(row) for row in self.features.along(padded)])
+        return self.stream_features(self.features.along(records))
+
+    def stream_features(self, features: Float32Array) -> Float32Array:
+        """Evaluate features of long records at every sample: (B, N, q) to (B, N, n_values).
+
+        While the first input is held, so are its features.
+        """
+        padded = np.pad(features, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
+        return np.stack([self._slide_over(row) for row in padded])
 
     def _slide_over(self, padded: Float32Array) -> Float32Array:
         """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""

@@ -161,40 +161,43 @@ class StateSpace(Network, Parametric):
 
         Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
         """
-        size = CHUNK // (records.shape[1] + 2 * self.n_samples)
-        parts = [self._ping_pong(records[some]) for some in batches(len(records), size)]
-        values, errors = zip(*parts, strict=True)
-        return np.concatenate(values), np.concatenate(errors)
+        values, errors, _ = self._segments(self.features.along(records))
+        return values, errors
 
-    def ping_pong_states(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
-        """Evaluate long records as ``ping_pong`` does: values, and the older state's x.
+    def ping_pong_states(self, features: Float32Array) -> tuple[Float32Array, Float32Array]:
+        """Evaluate the features of long records by ``ping_pong``: values, and the older state's x.
 
-        Records (B, N, n_channels) give values (B, N, n_values) and x after every sample,
-        (B, N, n).
+        Features (B, N, q) as of ``features.along`` give values (B, N, n_values) and x after every
+        sample, (B, N, n).
         """
-        size = CHUNK // (records.shape[1] + 2 * self.n_samples)
-        parts = [self._segments(records[some]) for some in batches(len(records), size)]
-        values, _, states = (np.concatenate(part) for part in zip(*parts, strict=True))
+        values, _, states = self._segments(features)
         return values, states
 
-    def _ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
-        return self._segments(records)[:2]
+    def _segments(self, features: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
+        """Give values, truncation errors and the older state's x along features (B, N, q).
 
-    def _segments(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array, Float32Array]:
-        """All segments of n_samples between hand-overs at once, each from x = 0.
-
-        Values, truncation errors and the older state's x, (B, N, n_values), the same, (B, N, n).
+        Their shapes are (B, N, n_values), the same, and (B, N, n).
         """
-        n, (count, length, _) = self.n_samples, records.shape
+        size = CHUNK // (features.shape[1] + 2 * self.n_samples)
+        parts = [self._at_once(features[some]) for some in batches(len(features), size)]
+        values, errors, states = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return values, errors, states
+
+    def _at_once(self, along: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
+        """Run all segments of n_samples between hand-overs at once, each from x = 0.
+
+        While the first input is held, so are its features.
+        """
+        n, (count, length, _) = self.n_samples, along.shape
         segments = 2 + -(-(length - 1) // n)
         lead, tail = 2 * n - 1, (segments - 2) * n - (length - 1)
-        padded = np.pad(records, ((0, 0), (lead, tail), (0, 0)), mode="edge")
-        features = self.features.along(padded).reshape(count, segments, n, -1)
+        padded = np.pad(along, ((0, 0), (lead, tail), (0, 0)), mode="edge")
+        features = padded.reshape(count, segments, n, -1)
         rows = features.reshape(count * segments, n, -1)
         younger, states = self.run(rows)
         states = states.reshape(count, segments, -1)[:, :-1].reshape(-1, states.shape[-1])
         further = features[:, 1:].reshape(count * (segments - 1), n, -1)
-        older, along = self._path(further, states)
+        older, after = self._path(further, states)
         younger = younger.reshape(count, segments, n, -1)[:, 1:]
         older = older.reshape(younger.shape)
         faded = self.fade()[:, None] * (younger - older)
@@ -203,7 +206,7 @@ class StateSpace(Network, Parametric):
         shown = slice(n - 1, n - 1 + length)
         kept = errors[:, :length]  # of the hand-over at or before each sample
         values = values.reshape(count, -1, self.n_values)[:, shown]
-        return values, kept, along.reshape(count, -1, along.shape[-1])[:, shown]
+        return values, kept, after.reshape(count, -1, after.shape[-1])[:, shown]
 
     def fade(self) -> Float32Array:
         """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""

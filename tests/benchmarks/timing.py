@@ -18,6 +18,7 @@ from slide_fmu.fmu.libraries.build import (
     BUILD,
     CODE,
     FAST,
+    RUNTIME,
     TARGETS,
     WARNINGS,
     compile_objects,
@@ -28,6 +29,7 @@ from slide_fmu.fmu.libraries.build import (
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SOURCE = Path(__file__).parent / "c" / "parts.c"
+CHOICE = RUNTIME / "kernel" / "kernel_choice.c"
 LOOP_SECONDS, MOST_LOOPS = 4e-4, 2000
 """A loop inside C is short enough to run undisturbed, and much longer than calling it."""
 
@@ -50,13 +52,18 @@ class Part(enum.IntEnum):
 class TimedSurrogate:
     """A surrogate whose parts of a step can be repeated in C. Final.
 
+    Args:
+        surrogate: whose steps are timed.
+        narrow: by the kernel for vectors of four numbers that each x86-64 has, instead of the best
+            one of this processor.
+
     Raises:
         BuildError: the compiler refused the sources.
         ValueError: the runtime refused the surrogate.
     """
 
-    def __init__(self, surrogate: Surrogate) -> None:
-        self._library, self._payload = _library(), surrogate.to_bytes()
+    def __init__(self, surrogate: Surrogate, narrow: bool = False) -> None:
+        self._library, self._payload = _library(narrow), surrogate.to_bytes()
         size = ctypes.c_size_t(len(self._payload))
         handle = self._library.parts_open(self._payload, size)
         if not handle:
@@ -103,15 +110,18 @@ def repeats(timed: TimedSurrogate, part: Part) -> int:
 
 
 @cache
-def _library() -> ctypes.CDLL:
+def _library(narrow: bool) -> ctypes.CDLL:
     """The runtime with ``parts.c``, compiled once for each state of the sources."""
     target = TARGETS["x86_64-linux/slide.so"]
     key = hashlib.sha256(
         digest().encode() + SOURCE.read_bytes() + Path(__file__).read_bytes()
     ).hexdigest()[:16]
-    path = BUILD / f"parts-{key}.so"
+    path = BUILD / f"parts-{key}{'-narrow' if narrow else ''}.so"
     if not path.is_file():
         objects = [str(file) for file in compile_objects(target)]
+        if narrow:
+            objects = [file for file in objects if Path(file).stem != CHOICE.stem]
+            objects += ["-DSLIDE_ONE_KERNEL", str(CHOICE)]
         # for this processor: reading is to be as fast as its memory, not as its oldest relative
         fast = [FAST, "-mcpu=native"]
         flags = ["-target", target, *fast, *WARNINGS, *CODE, *include_flags(), "-fPIC", "-shared"]

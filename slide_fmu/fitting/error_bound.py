@@ -7,6 +7,7 @@ The head learns the 95 % quantile of the absolute error by the pinball loss (Koe
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -145,9 +146,7 @@ def _fit_head(
         )
     count = max(1, round(VALIDATION_SHARE * len(learnt.errors)))
     flat = learnt.statistics.reshape(-1, learnt.statistics.shape[2])
-    deviation = flat.std(axis=0)
-    scaling = Affine(flat.mean(axis=0), np.where(deviation > SMALLEST, deviation, 1.0))
-    features = FeatureMap(Differences(flat.shape[1]), scaling=scaling)
+    features = FeatureMap(Differences(flat.shape[1]), scaling=scaling_of_statistics(flat))
     table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
     module = FeedForwardModule(table, 1, features, len(usual))
     module.to(device, torch.float32)
@@ -190,6 +189,17 @@ def _pinball(usual: torch.Tensor) -> Objective:
         return both.mean()
 
     return Objective(loss, lambda value: value, odd=False)
+
+
+def scaling_of_statistics(statistics: FloatArray) -> Affine:
+    """Return what centres and scales statistics, (N, n_statistics), by their standard deviations.
+
+    One that never changes, but for rounding, stays as it is: another rounding would be another
+    value of the head.
+    """
+    deviation = statistics.std(axis=0)
+    moves = deviation > math.sqrt(SMALLEST)
+    return Affine(statistics.mean(axis=0), np.where(moves, deviation, 1.0))
 
 
 def _limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) -> FloatArray:

@@ -14,7 +14,8 @@ from slide_fmu.recipe.learning import StateSpaceRecipe
 
 STILL = 1e-9
 """A feature whose standard deviation is below this part of its size never changes: it is rounding.
-So is a change below this part of the standard deviation of what changes."""
+So is a change below this part of the standard deviation of what changes. Components of a vector
+count with the largest of them: one that geometry makes zero is a rounding of others."""
 
 
 def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray) -> FeatureMap:
@@ -42,7 +43,7 @@ def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray
         if name in features.CHANGES_OF:
             changed = features.indices((features.CHANGES_OF[name],))
             size = np.maximum(size, signals[:, changed].std(0))
-        if name in features.vectors:
+        if name in features.vectors | features.centred:
             size = np.full(size.shape, size.max())
         still = deviation <= STILL * size
         if name in features.centred:

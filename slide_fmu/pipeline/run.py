@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.cosim.check import check_fmu
+from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
@@ -117,13 +119,14 @@ def measure_trained(
 
     Raises:
         StageError: its records have changed since.
-        CoSimulationError: an FMU reports an error.
+        CoSimulationError: an FMU reports an error, or does not give what its surrogate gives.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
     export_fmu(surrogate, fmu, provenance=origin)
+    require_same_answers(fmu)
     validations: dict[str, Validation] = {}
     for name, task in wanted.items():
         measured = validate_fmu_file(fmu, task, job.bar, workers)
@@ -148,6 +151,21 @@ def measure_trained(
     )
     touched(report, fmu).write(job.folder.path)
     return Finished(fmu, page, report.data)
+
+
+def require_same_answers(fmu: Path) -> None:
+    """Refuse an FMU whose library gives something else than its surrogate; it is removed.
+
+    Raises:
+        CoSimulationError: it does.
+    """
+    problems = check_fmu(fmu, run_unknown=True)
+    if problems:
+        fmu.unlink()
+        raise CoSimulationError(
+            f"{fmu.name}: {'; '.join(problems)}. It is a defect of slide-fmu, which left no FMU; "
+            "please report it with the recipe, the surrogate is kept in the run folder"
+        )
 
 
 def _with_search(report: Report, job: Job, surrogate: Surrogate, seed: int) -> Report:

@@ -10,8 +10,9 @@ both tables first: ``without = ["network", "training"]``. A table [every] is mer
 variants before their own, for example to train them all for a shorter time.
 
 The recipe's data are generated once, in ``runs/<name>``. Every variant trains a surrogate without
-error estimator, which stays in ``runs/<name>/trainings`` for the next call, as long as recipe and
-variant say the same (and the file format is the same): remove it to train anew with other code.
+error estimator and bound, which stays in ``runs/<name>/trainings`` for the next call, as long as
+recipe and variant say the same (and the file format is the same): remove it to train anew with
+other code.
 Rows give what it cost, the relative RMSE against the recipe's reference model on unseen motions,
 and medians of times inside C, all variants taking turns in one run: of one evaluation of the
 network (``kernel_us``: layers, or both cells of a ping-pong step) and of the whole step, features
@@ -56,7 +57,7 @@ Table = dict[str, Any]
 
 
 def read_variants(path: Path, tables: Table) -> dict[str, Recipe]:
-    """The variants of a file by name, in its order, without error estimator.
+    """The variants of a file by name, in its order, without error estimator and bound.
 
     Args:
         tables: of the recipe.
@@ -65,11 +66,19 @@ def read_variants(path: Path, tables: Table) -> dict[str, Recipe]:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise SystemExit(f"variants {str(path)!r} cannot be read ({error})") from error
+    tables = without_bound(tables)
     if EVERY in found:
         tables = changed(EVERY, found.pop(EVERY), tables)
     if not found:
         raise SystemExit(f"variants {str(path)!r} has none; expected a table for each")
     return {name: variant_of(name, changes, tables) for name, changes in found.items()}
+
+
+def without_bound(tables: Table) -> Table:
+    """A recipe's tables without error bound, and without the search against it."""
+    validation = dict(tables.get("validation", {}))
+    validation.pop("adversarial", None)
+    return {**{k: v for k, v in tables.items() if k != "bound"}, "validation": validation}
 
 
 def variant_of(name: str, changes: Table, tables: Table) -> Recipe:

@@ -50,13 +50,15 @@ class Trained:
 
 
 def surrogate_only(recipe: Recipe, train: int | None = None) -> Recipe:
-    """The recipe without its error estimator and the estimator's data.
+    """The recipe without its error estimator and its data, and without error bound.
 
     Args:
         train: number of trajectories to learn from; the recipe's if None.
     """
     data = recipe.data.model_copy(update={"estimator": 0, "estimator_validation": 0})
-    return with_train(recipe.model_copy(update={"data": data, "estimator": None}), train)
+    validation = recipe.validation.model_copy(update={"adversarial": 0})
+    changes = {"data": data, "validation": validation, "estimator": None, "bound": None}
+    return with_train(recipe.model_copy(update=changes), train)
 
 
 def with_train(recipe: Recipe, train: int | None) -> Recipe:

@@ -16,7 +16,11 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
-from slide_fmu.fitting.error_bound import _span_factors, fit_bound
+from slide_fmu.fitting.error_bound import (
+    _span_factors,
+    fit_bound,
+    scaling_of_statistics,
+)
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -226,3 +230,10 @@ def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error(
     errors[:20] = 0.0
     (other,) = _span_factors(errors, scales, 3)
     assert other == pytest.approx(factor, rel=0.05)
+
+
+def test_statistics_that_are_roundings_are_not_scaled_up() -> None:
+    rng = np.random.default_rng(1)
+    statistics = np.stack([rng.normal(3, 2, 100), 1e-17 * rng.normal(size=100)], axis=1)
+    scaling = scaling_of_statistics(statistics)
+    assert scaling.scale == pytest.approx([statistics[:, 0].std(), 1.0])

@@ -195,6 +195,21 @@ def test_components_that_rest_in_a_planar_machine_are_zero() -> None:
         assert values[:, place].std() == pytest.approx(1, rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["turned_inertia", "wrench", "position"])
+def test_components_that_geometry_makes_zero_are_not_scaled_up(name: str) -> None:
+    """The cosine of a right angle is rounded: some loads of a plane arm are 1e-17, not zero."""
+    plane = replace(ARM, centres=np.array([[0.0, -0.1, 0.0], [0.3, 0.0, 0.0]]))
+    inputs = smooth(2)
+    inputs[:, :, 0] = 0
+    features = chosen((name,), inputs, plane)
+    values = features.along(inputs).reshape(-1, features.n_signals)
+    small = features.scaling.scale < 1e-9
+    assert not small.any()
+    resting = values.std(axis=0) < SINGLE
+    assert 0 < np.count_nonzero(resting) < features.n_signals
+    assert np.abs(values[:, resting]).max() < SINGLE
+
+
 EXPECTED = (
     r"; expected names of one set: inputs, changes, second_changes \(differences\); direction, "
     r"turn, turn_change, others, other_changes \(director\); wrench, .*turned_momentum "

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
+from slide_fmu.core.files import look_beside
 from tests.browser import Browser, browser
 
 # One thread each: small matrices gain nothing from more, and lose much on a busy machine.
@@ -17,6 +18,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # The same examples in every run: a failure comes back. No deadline: machines are shared.
 settings.register_profile("slide", deadline=None, derandomize=True, max_examples=60)
 settings.load_profile("slide")
+
+
+@pytest.fixture(autouse=True)
+def _no_recipe_is_used() -> None:
+    """Files of former tests' recipes are not found."""
+    look_beside()
 
 
 @pytest.fixture(scope="module")

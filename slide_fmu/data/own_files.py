@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.core.files import find_file, writing
+from slide_fmu.core.files import find_file, look_beside, writing
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 LONGEST = 255
@@ -146,6 +146,7 @@ def use_own_files(folder: Path) -> bool:
             _forget(_used.folder)
         # first, so that no other file of the name is taken; of Python's own modules none is here
         sys.path.insert(0, str(folder))
+        look_beside(folder, instead=True)
         importlib.invalidate_caches()
         _used.folder = folder
         return True

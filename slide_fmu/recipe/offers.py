@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+from slide_fmu.core.files import find_file
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
 from slide_fmu.features.base import Offered
@@ -43,15 +43,13 @@ def _require_set_points(recipe: Recipe, inputs: tuple[Signal, ...], read: Placed
 
 
 def _found(name: str) -> Path:
-    """Find a file as Python finds models: in the current folder, then in those of the search path.
+    """Find a file as models are found.
 
     Raises:
-        UrdfError: it is in none of them.
+        AmbiguousFileError: as ``slide_fmu.core.files.find_file``.
+        UrdfError: there is none.
     """
-    for folder in (Path(), *map(Path, sys.path)):
-        if (folder / name).is_file():
-            return folder / name
-    raise UrdfError(
-        f"system.chain = {name!r}: no such file; expected a robot's URDF beside the recipe, in "
-        "the current folder, or in one on PYTHONPATH"
-    )
+    try:
+        return find_file(name)
+    except FileNotFoundError as error:
+        raise UrdfError(f"system.chain: {error}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.machinery
 import importlib.util
 import os
 import sys
@@ -35,6 +36,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
     try:
         if module_name.endswith(".py"):
             return _module_of_file(find_file(what, module_name)), wanted
+        _require_own(what, module_name)
         return importlib.import_module(module_name), wanted
     except LoadError:
         raise
@@ -51,6 +53,20 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error
+
+
+def _require_own(what: str, name: str) -> None:
+    """Refuse a module of which this process already uses another one, from another file."""
+    package = name.partition(".")[0]
+    used = getattr(sys.modules.get(package), "__file__", None)
+    spec = importlib.machinery.PathFinder.find_spec(package)
+    if used is None or spec is None or spec.origin is None or not spec.has_location:
+        return
+    if Path(used).resolve() != Path(spec.origin).resolve():
+        raise LoadError(
+            f"{what}: module {package!r} is that of {spec.origin!r}, but this process uses "
+            f"{used!r} under the name; expected one of them: rename one, or use a process for each"
+        )
 
 
 def _is_module(name: str) -> bool:

@@ -13,7 +13,14 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.files import FullDiskError, write_whole, write_zip
+from slide_fmu.core.files import (
+    AmbiguousFileError,
+    FullDiskError,
+    find_file,
+    look_beside,
+    write_whole,
+    write_zip,
+)
 from tests.limits import HANGS, largest_file
 
 
@@ -119,3 +126,34 @@ def test_full_disk_is_named_with_the_file_its_folder_and_the_free_space(
 def test_full_disk_in_a_folder_that_is_not_there_is_named_too(tmp_path: Path) -> None:
     error = FullDiskError(errno.ENOSPC, "No space left on device", str(tmp_path / "b" / "c.bin"))
     assert f"free in {str(tmp_path)!r}" in str(error)
+
+
+@pytest.fixture
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
+    """Two folders of recipes and the current one, each with its own record."""
+    found = {name: tmp_path / name for name in ("here", "first", "second")}
+    for name, folder in found.items():
+        folder.mkdir()
+        (folder / "bench.csv").write_text(name)
+    monkeypatch.chdir(found["here"])
+    return found
+
+
+def test_file_of_the_recipe_that_is_used_is_found(folders: dict[str, Path]) -> None:
+    """Not that of a recipe which this process used before."""
+    (folders["here"] / "bench.csv").unlink()
+    for name in ("first", "second", "first"):
+        look_beside(folders[name])
+        assert find_file("bench.csv") == folders[name] / "bench.csv"
+
+
+def test_file_here_that_is_another_than_the_recipes_is_refused(folders: dict[str, Path]) -> None:
+    look_beside(folders["first"])
+    with pytest.raises(AmbiguousFileError, match=r"^two files 'bench\.csv' that differ: .*first"):
+        find_file("bench.csv")
+    (folders["here"] / "bench.csv").write_text("first")
+    assert find_file("bench.csv").read_text() == "first"
+    look_beside(folders["second"], instead=True)
+    assert find_file("bench.csv") == folders["second"] / "bench.csv"
+    look_beside()
+    assert find_file("bench.csv") == folders["here"] / "bench.csv"

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
-from slide_fmu.pipeline.importable import make_models_importable
+from slide_fmu.pipeline.importable import make_importable, make_models_importable
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
@@ -125,3 +125,13 @@ def test_model_of_an_fmu_is_found_where_its_recipe_most_likely_lay(
     make_models_importable(tmp_path / "work" / "runs" / "pump" / "pump.fmu")
     places = [here, tmp_path / "work" / "runs" / "pump", tmp_path / "work"]
     assert sys.path == ["kept", *map(str, places)]
+
+
+def test_folder_of_the_newest_recipe_comes_before_those_of_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", ["kept"])
+    first, second = str(tmp_path / "first"), str(tmp_path / "second")
+    for place, expected in ((first, [first]), (second, [second, first]), (first, [first, second])):
+        make_importable(Path(place))
+        assert sys.path == ["kept", *expected]

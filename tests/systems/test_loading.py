@@ -173,3 +173,20 @@ def test_import_that_fails_in_a_model_is_told_with_file_line_and_cause(tmp_path:
 def test_name_of_two_dots_is_refused_as_no_module() -> None:
     with pytest.raises(LoadError, match=r"system '\.\.:x': '\.\.' is no name of a module"):
         load_system(Specification("..:x", step=0.01))
+
+
+def test_module_that_this_process_uses_from_another_file_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python would silently take the first one again."""
+    name = "pump_of_two_folders"
+    for folder in ("first", "second"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{name}.py").write_text("from mbs_models.oscillators import *\n")
+    given = Specification(f"{name}:LinearOscillator", step=0.01)
+    monkeypatch.syspath_prepend(str(tmp_path / "first"))
+    load_system(given)
+    monkeypatch.syspath_prepend(str(tmp_path / "second"))
+    with pytest.raises(LoadError, match=f"module '{name}' is that of .*second.* uses .*first"):
+        load_system(given)
+    monkeypatch.delitem(sys.modules, name)

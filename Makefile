@@ -3,6 +3,9 @@
 # make test-all: all of them; make mutation: which planted faults the tests find.
 # Each of them sets up .venv first. Folders may have spaces in their names.
 PYTHON ?= python3
+# While .venv is activated, python3 is the one in it, which has no pip: then the one behind it is used.
+WITH_PIP = "$(shell $(PYTHON) -c 'import sys; from importlib.util import find_spec; \
+	print(sys.executable if find_spec("pip") else sys._base_executable)')"
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
@@ -14,12 +17,12 @@ setup: $(READY)
 
 # A build of torch for the CPU alone is taken where pip finds one; what torch needs for CUDA, some
 # gigabytes, is installed only where torch came with CUDA.
-PIP := $(PYTHON) -m pip --disable-pip-version-check --python $(BIN)/python
-LOCKED := $(PIP) install --quiet --require-hashes --no-deps -r
+PIP = $(WITH_PIP) -m pip --disable-pip-version-check --python $(BIN)/python
+LOCKED = $(PIP) install --quiet --require-hashes --no-deps -r
 TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' .ci/requirements-cpu.lock)
 
 $(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock pyproject.toml
-	$(PYTHON) -m venv --without-pip $(VENV)
+	$(WITH_PIP) -m venv --without-pip $(VENV)
 	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
 		then $(LOCKED) .ci/requirements-cpu.lock; fi
 	$(LOCKED) requirements.lock

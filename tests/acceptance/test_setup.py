@@ -195,9 +195,11 @@ class Checkout:
         self.lock(".ci/requirements-cpu.lock", ("torch==2.0+cpu", wheel))
 
     def setup(self) -> subprocess.CompletedProcess[str]:
-        """Call ``make setup`` with these wheels, without network."""
-        # the environment of the tests has no pip; the Python that made it has
-        python = Path(sys.base_prefix) / "bin" / "python3"
+        """Call ``make setup`` with these wheels, without network.
+
+        The Python is that of the tests, whose environment has no pip: so it is for all who have
+        activated .venv.
+        """
         environment = {
             **os.environ,
             "PIP_NO_INDEX": "1",
@@ -205,7 +207,7 @@ class Checkout:
             "PIP_CONFIG_FILE": os.devnull,
         }
         return subprocess.run(
-            ["make", "setup", f"PYTHON={python}"],
+            ["make", "setup", f"PYTHON={sys.executable}"],
             cwd=self.folder,
             env=environment,
             capture_output=True,

@@ -12,6 +12,7 @@ before it; within a record, the inputs before it are known.)
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,8 @@ class StateSpace(Network, Parametric):
 
         Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
         """
-        values, errors, _ = self._segments(self.features.along(records))
+        some = self._together(records)
+        values, errors, _ = _joined(self._segments(self.features.along(records[k])) for k in some)
         return values, errors
 
     def ping_pong_states(self, features: Float32Array) -> tuple[Float32Array, Float32Array]:
@@ -170,23 +172,19 @@ class StateSpace(Network, Parametric):
         Features (B, N, q) as of ``features.along`` give values (B, N, n_values) and x after every
         sample, (B, N, n).
         """
-        values, _, states = self._segments(features)
+        some = self._together(features)
+        values, _, states = _joined(self._segments(features[k]) for k in some)
         return values, states
 
-    def _segments(self, features: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
-        """Give values, truncation errors and the older state's x along features (B, N, q).
+    def _together(self, records: NDArray[Any]) -> list[slice]:
+        """Give those of long records that are evaluated at once: few enough for the memory."""
+        return batches(len(records), CHUNK // (records.shape[1] + 2 * self.n_samples))
 
-        Their shapes are (B, N, n_values), the same, and (B, N, n).
-        """
-        size = CHUNK // (features.shape[1] + 2 * self.n_samples)
-        parts = [self._at_once(features[some]) for some in batches(len(features), size)]
-        values, errors, states = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return values, errors, states
-
-    def _at_once(self, along: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
+    def _segments(self, along: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
         """Run all segments of n_samples between hand-overs at once, each from x = 0.
 
-        While the first input is held, so are its features.
+        Features (B, N, q) give values and truncation errors, (B, N, n_values) each, and the older
+        state's x, (B, N, n). While the first input is held, so are its features.
         """
         n, (count, length, _) = self.n_samples, along.shape
         segments = 2 + -(-(length - 1) // n)
@@ -236,6 +234,14 @@ class StateSpace(Network, Parametric):
         after = Equations(self.cell, inputs, self.turned, np).run(states)
         values = outputs(self.cell, after, inputs)
         return np.moveaxis(values, 0, 1), np.moveaxis(after, 0, 1)
+
+
+def _joined(
+    parts: Iterable[tuple[Float32Array, Float32Array, Float32Array]],
+) -> tuple[Float32Array, Float32Array, Float32Array]:
+    """Join arrays of some records with those of the others."""
+    first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return first, second, third
 
 
 class PingPong(Stepper, ParametricStepper):

@@ -195,19 +195,20 @@ class Checkout:
         self.lock(".ci/requirements-cpu.lock", ("torch==2.0+cpu", wheel))
 
     def setup(self) -> subprocess.CompletedProcess[str]:
-        """Call ``make setup`` with these wheels, without network.
+        """Call ``make setup`` with these wheels, without network, while .venv is activated.
 
-        The Python is that of the tests, whose environment has no pip: so it is for all who have
-        activated .venv.
+        It has no pip; the Python that made it has.
         """
+        activated = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
         environment = {
             **os.environ,
+            "PATH": activated,
             "PIP_NO_INDEX": "1",
             "PIP_FIND_LINKS": str(self.wheels),
             "PIP_CONFIG_FILE": os.devnull,
         }
         return subprocess.run(
-            ["make", "setup", f"PYTHON={sys.executable}"],
+            ["make", "setup"],
             cwd=self.folder,
             env=environment,
             capture_output=True,

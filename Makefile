@@ -22,6 +22,8 @@ LOCKED = $(PIP) install --quiet --require-hashes --no-deps -r
 TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' .ci/requirements-cpu.lock)
 
 $(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock pyproject.toml
+	@$(WITH_PIP) -m pip --version >/dev/null 2>&1 || \
+		{ echo "PYTHON=$(PYTHON) has no pip, or is none; install pip for it, or set PYTHON" >&2; exit 1; }
 	$(WITH_PIP) -m venv --without-pip $(VENV)
 	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
 		then $(LOCKED) .ci/requirements-cpu.lock; fi

@@ -82,7 +82,7 @@ _beside = _Beside()
 def look_beside(*folders: Path, instead: bool = False) -> None:
     """Let ``find_file`` look in the folders of a recipe or an FMU, not in those of former ones.
 
-    With ``instead`` they are looked in before the current folder, whatever lies there.
+    They are on Python's search path too. With ``instead`` they are looked in before anything else.
     """
     _beside.folders, _beside.instead = folders, instead
 
@@ -93,7 +93,8 @@ def find_file(name: str) -> Path:
     The folder of a recipe is one of those.
 
     Raises:
-        AmbiguousFileError: the one here is another than the one beside the recipe.
+        AmbiguousFileError: the one here is another than the one beside the recipe. Worker
+            processes do not ask: they look in the same places after the recipe was read.
         FileNotFoundError: there is no such file; the message says where it was looked for.
     """
     here, folders = Path(name), _beside.folders
@@ -103,7 +104,8 @@ def find_file(name: str) -> Path:
             f"two files {name!r} that differ: {str(own)!r}, and one in the current folder; "
             "expected one: change to the folder of the recipe, or rename one"
         )
-    places = (folder / name for folder in (*folders, *map(Path, ["", *sys.path])))
+    first = folders if _beside.instead else ()
+    places = (folder / name for folder in (*first, *map(Path, ["", *sys.path])))
     found = next((path for path in places if path.is_file()), None)
     if found is None:
         raise FileNotFoundError(

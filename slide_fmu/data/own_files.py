@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.core.files import find_file, look_beside, writing
+from slide_fmu.core.files import AmbiguousFileError, find_file, look_beside, writing
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 LONGEST = 255
@@ -96,7 +96,7 @@ def _named(recipe: Recipe) -> Iterator[tuple[str, Path]]:
             continue
         try:
             found = find_file(name)
-        except FileNotFoundError:
+        except (AmbiguousFileError, FileNotFoundError):  # who reads a file of the name says so
             continue
         if ".." in Path(name).parts:
             raise RecipeError(
@@ -139,6 +139,7 @@ def use_own_files(folder: Path) -> bool:
     """
     with _used.lock:
         if folder == _used.folder:
+            look_beside(folder, instead=True)
             return False
         if not folder.is_dir():
             raise FileNotFoundError(folder)

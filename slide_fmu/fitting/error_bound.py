@@ -7,7 +7,6 @@ The head learns the 95 % quantile of the absolute error by the pinball loss (Koe
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -191,14 +190,20 @@ def _pinball(usual: torch.Tensor) -> Objective:
     return Objective(loss, lambda value: value, odd=False)
 
 
+SINGLE, STILL = 1e-6, 1e-9
+"""Of numbers in single precision, changes below this part are rounding; and changes below this
+part of those of other statistics are rounding of what these are made of."""
+
+
 def scaling_of_statistics(statistics: FloatArray) -> Affine:
     """Return what centres and scales statistics, (N, n_statistics), by their standard deviations.
 
-    One that never changes, but for rounding, stays as it is: another rounding would be another
-    value of the head.
+    One that never changes, but for rounding of itself or of others, stays as it is: another
+    rounding would be another value of the head.
     """
     deviation = statistics.std(axis=0)
-    moves = deviation > math.sqrt(SMALLEST)
+    rounding = np.maximum(SINGLE * np.abs(statistics).max(axis=0), STILL * deviation.max())
+    moves = deviation > rounding
     return Affine(statistics.mean(axis=0), np.where(moves, deviation, 1.0))
 
 

@@ -30,7 +30,7 @@ def make_importable(*folders: Path) -> None:
 def make_models_importable(fmu: Path) -> None:
     """Let an FMU's recipe name models that lie where its recipe most likely lay.
 
-    That is here, beside the FMU, or beside the folder ``runs`` that it was made in.
+    That is here, beside the folder ``runs`` that it was made in, or beside the FMU.
     """
     folder = fmu.resolve().parent
-    make_importable(Path.cwd(), folder, folder.parent.parent)
+    make_importable(Path.cwd(), folder.parent.parent, folder)

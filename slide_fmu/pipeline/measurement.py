@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.files import find_file
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
-from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
@@ -27,6 +29,15 @@ IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were he
 def validate_fmu_file(
     fmu: Path, task: Task, bar: Stages, workers: int | None = None
 ) -> Validation:
+    """Run an FMU of a user beside the reference system, which is looked for near the FMU.
+
+    Arguments and errors are those of ``measured``.
+    """
+    make_models_importable(fmu)
+    return measured(fmu, task, bar, workers)
+
+
+def measured(fmu: Path, task: Task, bar: Stages, workers: int | None = None) -> Validation:
     """Run an FMU beside the reference system that its provenance names.
 
     Errors are harmful, or not, beside those in range that the FMU carries, if it carries some.
@@ -34,17 +45,29 @@ def validate_fmu_file(
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
-        StageError: it carries no recipe, or its records have changed since.
+        StageError: it carries no recipe, its records have changed since, or it is found under the
+            name of its own reference.
         CoSimulationError: an FMU reports an error.
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
-    make_models_importable(fmu)
+    _require_another(fmu, recipe)
     if found is not None and recipe.system.is_record:
         require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))
     validation = validate(fmu, surrogate, recipe, task, progress, workers)
     return replace(validation, usual=_usual_error(found))
+
+
+def _require_another(fmu: Path, recipe: Recipe) -> None:
+    """Refuse to measure an FMU beside itself: its error would be zero."""
+    name = recipe.system.model
+    with suppress(FileNotFoundError):
+        if name.endswith(".fmu") and find_file(name).samefile(fmu):
+            raise StageError(
+                f"{str(fmu)!r} is itself what {name!r}, the name of its reference, leads to; "
+                "expected the FMU that it was learnt from: change to the folder of that one"
+            )
 
 
 def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:

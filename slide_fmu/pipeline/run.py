@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.cosim.check import check_fmu
+from slide_fmu.cosim.check import wide_differences
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve
@@ -18,7 +19,7 @@ from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.credentials import Documents, credentials
 from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.pipeline.job import Job, provenance
-from slide_fmu.pipeline.measurement import IN_RANGE, tasks, validate_fmu_file
+from slide_fmu.pipeline.measurement import IN_RANGE, measured, tasks
 from slide_fmu.pipeline.numbers import kept_curve
 from slide_fmu.pipeline.quality import remark_on_error, remark_on_training
 from slide_fmu.pipeline.run_folder import Trained
@@ -125,13 +126,13 @@ def measure_trained(
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
+    require_same_answers(surrogate, recipe.name)
     export_fmu(surrogate, fmu, provenance=origin)
-    require_same_answers(fmu)
     validations: dict[str, Validation] = {}
     for name, task in wanted.items():
-        measured = validate_fmu_file(fmu, task, job.bar, workers)
-        usual = next(iter(validations.values()), measured).usual_error()
-        validations[name] = replace(measured, usual=usual)
+        found = measured(fmu, task, job.bar, workers)
+        usual = next(iter(validations.values()), found).usual_error()
+        validations[name] = replace(found, usual=usual)
     report = _full_report(trained, job, sizing, validations, tests)
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
@@ -141,30 +142,30 @@ def measure_trained(
     released = with_drawing({**origin, "measured": report.data}, recipe, surrogate)
     experiment = make_experiment(fmu, surrogate, recipe, wanted[IN_RANGE].seed)
     documents = Documents(page.read_bytes(), text)
-    found = credentials(surrogate, recipe, released, documents, experiment)
+    files = credentials(surrogate, recipe, released, documents, experiment)
     export_fmu(
         surrogate,
         fmu,
         provenance=released,
-        documentation=found.documentation,
-        extra=found.extra,
+        documentation=files.documentation,
+        extra=files.extra,
     )
     touched(report, fmu).write(job.folder.path)
     return Finished(fmu, page, report.data)
 
 
-def require_same_answers(fmu: Path) -> None:
-    """Refuse an FMU whose library gives something else than its surrogate; it is removed.
+def require_same_answers(surrogate: Surrogate, name: str) -> None:
+    """Refuse a surrogate of which the compiled library makes widely something else than numpy.
 
     Raises:
         CoSimulationError: it does.
     """
-    problems = check_fmu(fmu, run_unknown=True)
+    with TemporaryDirectory(prefix="slide_fmu_run_") as folder:
+        problems = wide_differences(export_fmu(surrogate, Path(folder) / f"{name}.fmu"))
     if problems:
-        fmu.unlink()
         raise CoSimulationError(
-            f"{fmu.name}: {'; '.join(problems)}. It is a defect of slide-fmu, which left no FMU; "
-            "please report it with the recipe, the surrogate is kept in the run folder"
+            f"{name}: {'; '.join(problems)}. No FMU is written. Run the same command again; if it "
+            "fails again, it is a defect of slide-fmu: please report it with the recipe"
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.core.files import find_file
+from slide_fmu.core.files import AmbiguousFileError, find_file
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
 from slide_fmu.features.base import Offered
@@ -46,10 +46,9 @@ def _found(name: str) -> Path:
     """Find a file as models are found.
 
     Raises:
-        AmbiguousFileError: as ``slide_fmu.core.files.find_file``.
-        UrdfError: there is none.
+        UrdfError: there is none, or another one here.
     """
     try:
         return find_file(name)
-    except FileNotFoundError as error:
+    except (AmbiguousFileError, FileNotFoundError) as error:
         raise UrdfError(f"system.chain: {error}") from error

@@ -12,6 +12,7 @@ import zlib
 from pathlib import Path
 from types import ModuleType
 
+from slide_fmu.core.files import AmbiguousFileError
 from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
@@ -57,16 +58,21 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
 
 def _require_own(what: str, name: str) -> None:
     """Refuse a module of which this process already uses another one, from another file."""
-    package = name.partition(".")[0]
-    used = getattr(sys.modules.get(package), "__file__", None)
-    spec = importlib.machinery.PathFinder.find_spec(package)
-    if used is None or spec is None or spec.origin is None or not spec.has_location:
-        return
-    if Path(used).resolve() != Path(spec.origin).resolve():
-        raise LoadError(
-            f"{what}: module {package!r} is that of {spec.origin!r}, but this process uses "
-            f"{used!r} under the name; expected one of them: rename one, or use a process for each"
-        )
+    places: list[str] | None = None
+    parts = name.split(".")
+    for count in range(1, len(parts) + 1):
+        module = ".".join(parts[:count])
+        spec = importlib.machinery.PathFinder.find_spec(module, places)
+        if spec is None:
+            return
+        used = getattr(sys.modules.get(module), "__file__", None)
+        if used and spec.origin and Path(used).resolve() != Path(spec.origin).resolve():
+            raise LoadError(
+                f"{what}: module {module!r} is that of {spec.origin!r}, but this process uses "
+                f"{used!r} under the name; expected one of them: rename one, or use a process for "
+                "each"
+            )
+        places = list(spec.submodule_search_locations or ())
 
 
 def _is_module(name: str) -> bool:
@@ -83,11 +89,12 @@ def find_file(what: str, name: str) -> Path:
     The folder of the recipe is one of those.
 
     Raises:
-        LoadError: there is no such file; the message begins with what names it.
+        LoadError: there is no such file, or another one here; the message begins with what names
+            it.
     """
     try:
         return core_find_file(name)
-    except FileNotFoundError as error:
+    except (AmbiguousFileError, FileNotFoundError) as error:
         raise LoadError(f"{what}: {error}") from error
 
 

@@ -21,6 +21,7 @@ from slide_fmu.core.files import (
     write_whole,
     write_zip,
 )
+from slide_fmu.pipeline.importable import make_importable
 from tests.limits import HANGS, largest_file
 
 
@@ -136,6 +137,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
         folder.mkdir()
         (folder / "bench.csv").write_text(name)
     monkeypatch.chdir(found["here"])
+    monkeypatch.setattr(sys, "path", list(sys.path))
     return found
 
 
@@ -143,7 +145,7 @@ def test_file_of_the_recipe_that_is_used_is_found(folders: dict[str, Path]) -> N
     """Not that of a recipe which this process used before."""
     (folders["here"] / "bench.csv").unlink()
     for name in ("first", "second", "first"):
-        look_beside(folders[name])
+        make_importable(folders[name])
         assert find_file("bench.csv") == folders[name] / "bench.csv"
 
 

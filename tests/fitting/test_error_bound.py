@@ -234,6 +234,8 @@ def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error(
 
 def test_statistics_that_are_roundings_are_not_scaled_up() -> None:
     rng = np.random.default_rng(1)
-    statistics = np.stack([rng.normal(3, 2, 100), 1e-17 * rng.normal(size=100)], axis=1)
+    noise = rng.normal(size=100)
+    columns = [rng.normal(3, 2, 100), 1e-13 * noise, 1 + 1e-8 * noise, 100 + 0.01 * noise]
+    statistics = np.stack(columns, axis=1)
     scaling = scaling_of_statistics(statistics)
-    assert scaling.scale == pytest.approx([statistics[:, 0].std(), 1.0])
+    assert scaling.scale == pytest.approx([columns[0].std(), 1.0, 1.0, columns[3].std()])

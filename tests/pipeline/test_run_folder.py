@@ -117,13 +117,13 @@ def test_file_in_the_place_of_the_folder_is_named(tmp_path: Path) -> None:
 def test_model_of_an_fmu_is_found_where_its_recipe_most_likely_lay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """That is here, beside the FMU, or beside the folder of the runs: no PYTHONPATH is needed."""
+    """That is here, beside the folder of the runs, or beside the FMU: no PYTHONPATH is needed."""
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
     monkeypatch.setattr(sys, "path", ["kept"])
     make_models_importable(tmp_path / "work" / "runs" / "pump" / "pump.fmu")
-    places = [here, tmp_path / "work" / "runs" / "pump", tmp_path / "work"]
+    places = [here, tmp_path / "work", tmp_path / "work" / "runs" / "pump"]
     assert sys.path == ["kept", *map(str, places)]
 
 

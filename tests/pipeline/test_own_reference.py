@@ -1,0 +1,29 @@
+"""An FMU is not measured beside itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.pipeline.measurement import _require_another
+from slide_fmu.pipeline.run_folder import StageError
+from tests.recipes import tiny_recipe
+
+
+def test_fmu_that_its_own_reference_leads_to_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recipe of pump.fmu may well be called pump, and so is the FMU that is made of it."""
+    recipe = tiny_recipe()
+    system = recipe.system.model_copy(update={"kind": "fmu", "model": "pump.fmu"})
+    recipe = recipe.model_copy(update={"system": system})
+    here, made = tmp_path / "pump.fmu", tmp_path / "runs" / "pump.fmu"
+    made.parent.mkdir()
+    for path in (here, made):
+        path.write_bytes(b"")
+    monkeypatch.chdir(tmp_path)
+    _require_another(made, recipe)
+    monkeypatch.chdir(made.parent)
+    with pytest.raises(StageError, match=r"is itself what 'pump\.fmu', the name of its reference"):
+        _require_another(made, recipe)

@@ -22,6 +22,7 @@ from slide_fmu.data.store import Split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.conformal import conformal_factors
+from slide_fmu.fitting.feature_choice import STILL
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.training import Objective, train
@@ -190,16 +191,15 @@ def _pinball(usual: torch.Tensor) -> Objective:
     return Objective(loss, lambda value: value, odd=False)
 
 
-SINGLE, STILL = 1e-6, 1e-9
-"""Of numbers in single precision, changes below this part are rounding; and changes below this
-part of those of other statistics are rounding of what these are made of."""
+SINGLE = 1e-6
+"""Of numbers in single precision, changes below this part of them are rounding."""
 
 
 def scaling_of_statistics(statistics: FloatArray) -> Affine:
     """Return what centres and scales statistics, (N, n_statistics), by their standard deviations.
 
-    One that never changes, but for rounding of itself or of others, stays as it is: another
-    rounding would be another value of the head.
+    One that never changes, but for rounding of itself or of others (``STILL``), stays as it is:
+    another rounding would be another value of the head.
     """
     deviation = statistics.std(axis=0)
     rounding = np.maximum(SINGLE * np.abs(statistics).max(axis=0), STILL * deviation.max())

@@ -28,6 +28,7 @@ STREAMS = {
     "companion": 9,
     "bound": 10,
     "calibration": 11,
+    "further": 12,
 }
 """The dictionary gives the number of the stream of seeds of every split."""
 

@@ -53,6 +53,9 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
+    if recipe.further_kinds():
+        kinds = [kind.model_dump(mode="json") for kind in recipe.further_kinds()]
+        fingerprint["bound"] = {"excitation": kinds}
     return dict(json.loads(json.dumps(fingerprint)))
 
 

@@ -167,10 +167,12 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
                 "--overwrite)"
             )
         found["data"] = {k: value for k, value in found["data"].items() if k not in SPLITS}
-    # a store without trajectories for an estimator gets them later, in streams of their own
+    # a store without trajectories for an estimator, or of the bound's own kinds, gets them later,
+    # in streams of their own
     for one, other in ((found, wanted), (wanted, found)):
-        if "estimator" not in one:
-            other.pop("estimator", None)
+        for table in ("estimator", "bound"):
+            if table not in one:
+                other.pop(table, None)
     difference = first_difference(found, wanted)
     if difference is not None:
         raise StoreError(

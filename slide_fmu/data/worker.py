@@ -140,7 +140,7 @@ def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) ->
     if parameters:
         system = recipe_system(recipe.at(parameters))
     for attempt in range(allowed_failures(recipe) + 1):
-        drawn = draw(recipe, system, stream, index, attempt)
+        drawn = draw(recipe.drawn_for(split), system, stream, index, attempt)
         try:
             trajectory = simulate_draw(system, drawn)
         except SimulationError as error:

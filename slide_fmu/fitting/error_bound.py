@@ -7,6 +7,7 @@ The head learns the 95 % quantile of the absolute error by the pinball loss (Koe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,7 +71,7 @@ class _Seen:
 def fit_bound(
     surrogate: Surrogate,
     companion: StateSpace,
-    splits: tuple[Split, Split],
+    splits: Sequence[Split],
     recipe: BoundRecipe,
     checkpoint: Path,
     device: torch.device,
@@ -79,16 +80,19 @@ def fit_bound(
     """Train the head and calibrate the bound of a surrogate; the history is that of the head.
 
     The head sees what the surrogate's error estimator expects, if there is one. The splits are
-    trajectories to learn from and to calibrate by; no network has learnt from them. The checkpoint
-    is the file for the state of an interrupted training.
+    trajectories to learn from, others to calibrate by, and perhaps further ones to learn from,
+    which are of kinds outside of the domain; no network has learnt from any of them. The
+    checkpoint is the file for the state of an interrupted training.
 
     Raises:
         TrainingError: the training diverged, or the checkpoint cannot be read.
         ValueError: the surrogate makes no error at all, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
-    learnt, calibration = (_seen(surrogate, companion, blocks, split) for split in splits)
-    head, history = _fit_head(learnt, recipe, checkpoint, device, progress)
+    learnt, calibration, *further = (
+        _seen(surrogate, companion, blocks, split) for split in splits
+    )
+    head, history = _fit_head([learnt, *further], recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
     # errors of zero count as the least that the head knows: factors are positive
     scales = local_scales(exponents.astype(np.float64)).reshape(calibration.errors.shape)
@@ -129,14 +133,18 @@ def _seen(
 
 
 def _fit_head(
-    learnt: _Seen,
+    learnt: Sequence[_Seen],
     recipe: BoundRecipe,
     checkpoint: Path,
     device: torch.device,
     progress: Progress,
 ) -> tuple[FeedForward, History]:
-    """Learn the logarithm of the local scale, about the error's quantile in all samples."""
-    errors = learnt.errors.reshape(-1, learnt.errors.shape[2])
+    """Learn the logarithm of the local scale, about the error's quantile in all samples.
+
+    Of each mix of kinds a part of the trajectories chooses the weights. Errors count relative to
+    the quantile of the first mix.
+    """
+    errors = learnt[0].errors.reshape(-1, learnt[0].errors.shape[2])
     usual = np.quantile(errors, USUAL_CONFIDENCE, axis=0)
     if not np.all(usual > 0):
         raise ValueError(
@@ -144,8 +152,8 @@ def _fit_head(
             "95 % of the samples of data.bound; expected errors, of which a bound can be learnt: "
             "remove the table [bound]"
         )
-    count = max(1, round(VALIDATION_SHARE * len(learnt.errors)))
-    flat = learnt.statistics.reshape(-1, learnt.statistics.shape[2])
+    counts = [max(1, round(VALIDATION_SHARE * len(mix.errors))) for mix in learnt]
+    flat = np.concatenate([mix.statistics.reshape(-1, mix.statistics.shape[2]) for mix in learnt])
     features = FeatureMap(Differences(flat.shape[1]), scaling=scaling_of_statistics(flat))
     table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
     module = FeedForwardModule(table, 1, features, len(usual))
@@ -155,9 +163,12 @@ def _fit_head(
     with torch.no_grad():
         module.state_dict()[f"linear.{len(recipe.hidden)}.bias"].copy_(begin)
 
-    def windows(part: slice) -> WindowData:
-        inputs = torch.as_tensor(features.along(learnt.statistics[part])).to(device)
-        relative = np.pad(learnt.errors[part] / usual, ((0, 0), (1, 0), (0, 0)))
+    def windows(parts: Sequence[slice]) -> WindowData:
+        pairs = list(zip(learnt, parts, strict=True))
+        statistics = np.concatenate([mix.statistics[part] for mix, part in pairs])
+        inputs = torch.as_tensor(features.along(statistics)).to(device)
+        found = np.concatenate([mix.errors[part] for mix, part in pairs])
+        relative = np.pad(found / usual, ((0, 0), (1, 0), (0, 0)))
         return WindowData(inputs, torch.as_tensor(relative).to(inputs), Window(1.0, 1, 1))
 
     training = TrainingRecipe(
@@ -171,7 +182,8 @@ def _fit_head(
         gradient_clip=1.0,
         seed=recipe.seed,
     )
-    chosen_by, learnt_from = windows(slice(0, count)), windows(slice(count, None))
+    chosen_by = windows([slice(0, count) for count in counts])
+    learnt_from = windows([slice(count, None) for count in counts])
     objective = _pinball(begin)
     history = train(module, learnt_from, chosen_by, training, checkpoint, progress, objective)
     return module.freeze(), history
@@ -180,13 +192,17 @@ def _fit_head(
 def _pinball(usual: torch.Tensor) -> Objective:
     """Return the pinball loss at ``USUAL_CONFIDENCE``; exponents are relative to the usual ones.
 
-    Targets are errors relative to the usual ones too, (B, n_outputs).
+    Targets are errors relative to the usual ones too, (B, n_outputs). Where the scale is larger
+    than usual, errors count relative to it: kinds of inputs with errors a hundred times as large
+    would decide alone. That weight follows from the statistics, so that the quantile stays what
+    has the least loss.
     """
 
     def loss(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
-        below = errors - (exponents - usual).exp2()
+        scales = (exponents - usual).exp2()
+        below = errors - scales
         both = torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below)
-        return both.mean()
+        return (both / scales.detach().clamp(min=1.0)).mean()
 
     return Objective(loss, lambda value: value, odd=False)
 

@@ -22,7 +22,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import fit_network
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.offers import offered_features
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -128,17 +128,15 @@ def _fit_bound(
     fitted, course = fit_companion(recipe, surrogate, error, machine, places, device, progress)
     companion = fitted.network
     assert isinstance(companion, StateSpace)
-    learnt, calibration = (
-        read_split(store, name, recipe.count(name)) for name in ("bound", "calibration")
-    )
+    names = "bound", "calibration", *([FURTHER] if recipe.further_kinds() else [])
+    splits = [read_split(store, name, recipe.count(name)) for name in names]
     key = checkpoint_key(
         surrogate.to_bytes().hex(),
         fitted.to_bytes().hex(),
-        content_of(learnt),
-        content_of(calibration),
+        *(content_of(split) for split in splits),
         recipe.bound.model_dump(mode="json"),
     )
-    place, splits = checkpoints / f"bound-{key}.pt", (learnt, calibration)
+    place = checkpoints / f"bound-{key}.pt"
     bound, history = fit_bound(
         surrogate, companion, splits, recipe.bound, place, device, progress(BOUND)
     )

@@ -29,6 +29,8 @@ class WindowData:
     window: Window
 
     def __post_init__(self) -> None:
+        for name in ("inputs", "targets"):  # else every cut would copy all of them
+            object.__setattr__(self, name, getattr(self, name).contiguous())
         if self.inputs.shape[1] < self.window.n_in:
             raise ValueError(
                 f"trajectories of {self.inputs.shape[1]} samples; expected at least n_in = "
@@ -71,7 +73,7 @@ def _cut(
     trajectory exist in the view, but are never taken.
     """
     n_trajectories, samples, channels = values.shape
-    flat = values.contiguous().view(-1)
+    flat = values.view(-1)
     count = n_trajectories * samples - length + 1
     views = flat.as_strided((count, length * channels), (channels, 1))
     return views.index_select(0, trajectory * samples + first).view(-1, length, channels)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, span_samples
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceRecipe, Table
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ class BoundRecipe(Table):
     A companion, a second network of the same family, learns from trajectories of its own; a small
     head learns the local scale of the error from further ones; and others calibrate both. The
     numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
+    With kinds of excitation of its own, the head learns from ``data.further`` trajectories of
+    these too.
 
     Attributes:
         hidden: widths of the head's layers of tanh units.
@@ -54,6 +57,8 @@ class BoundRecipe(Table):
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
         false_alarms: share of the samples of the calibration that lie outside of the domain.
+        excitation: further kinds of excitation, from which the head learns too, but no network,
+            and by which nothing is calibrated: so it knows larger errors than those in the domain.
         estimate_span: time in s over about which an error estimate is made of the head's local
             scales; none without the key, unless there is a table ``estimator``.
     """
@@ -69,6 +74,7 @@ class BoundRecipe(Table):
     long_span: PositiveFloat = 1.0
     false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
     estimate_span: PositiveFloat | None = None
+    excitation: tuple[Excitation, ...] = ()
 
 
 def require_bound(recipe: Recipe) -> None:

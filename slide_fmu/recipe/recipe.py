@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import LENGTHS, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.error_bound import (
@@ -42,7 +43,10 @@ from slide_fmu.recipe.specimens import with_division
 from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.recipe.tables import DataRecipe, StabilityRecipe, ValidationRecipe, WindowRecipe
 
-OF_BOUND = ("companion", "bound", "calibration")
+FURTHER = "further"
+"""These trajectories are of the kinds ``bound.excitation``."""
+
+OF_BOUND = ("companion", "bound", "calibration", FURTHER)
 """Trajectories of the error bound alone."""
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
@@ -182,15 +186,45 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _held_out_kinds_are_held_out(self) -> Recipe:
-        learnt = [kind.model_dump(exclude={"weight"}) for kind in self.data.excitation]
+        learnt, further = (
+            [kind.model_dump(exclude={"weight"}) for kind in kinds]
+            for kinds in (self.data.excitation, self.further_kinds())
+        )
         for kind in self.validation.excitation:
-            if kind.model_dump(exclude={"weight"}) in learnt:
-                raise ValueError(
-                    f"validation.excitation has a {kind.kind!r} that is in data.excitation too; "
-                    "expected kinds, or settings of them, that nothing is learnt from: remove it "
-                    "from one of them"
-                )
+            settings = kind.model_dump(exclude={"weight"})
+            for table, known in (("data", learnt), ("bound", further)):
+                if settings in known:
+                    raise ValueError(
+                        f"validation.excitation has a {kind.kind!r} that is in {table}.excitation "
+                        "too; expected kinds, or settings of them, that nothing is learnt from: "
+                        "remove it from one of them"
+                    )
         return self
+
+    def further_kinds(self) -> tuple[Excitation, ...]:
+        """Return the kinds of excitation that the error bound alone learns from."""
+        return () if self.bound is None else self.bound.excitation
+
+    def drawn_for(self, split: str) -> Recipe:
+        """Return the recipe whose motions are those of a split."""
+        return self.with_further_kinds() if split == FURTHER else self
+
+    def with_further_kinds(self) -> Recipe:
+        """Return the recipe whose motions are of the kinds that the error bound alone learns from.
+
+        Raises:
+            RecipeError: there are none.
+        """
+        if not self.further_kinds():
+            raise RecipeError(
+                f"recipe {self.name!r} has no kinds of excitation for its error bound alone; "
+                "expected some under [[bound.excitation]]"
+            )
+        return self._with_kinds(self.further_kinds())
+
+    def _with_kinds(self, kinds: tuple[Excitation, ...]) -> Recipe:
+        data = self.data.model_copy(update={"excitation": kinds})
+        return self.model_copy(update={"data": data})
 
     def with_held_out_kinds(self) -> Recipe:
         """Return the recipe whose motions are of the kinds that are held out.
@@ -203,8 +237,7 @@ class Recipe(Table):
                 f"recipe {self.name!r} holds out no kinds of excitation; expected some under "
                 "[[validation.excitation]]"
             )
-        data = self.data.model_copy(update={"excitation": self.validation.excitation})
-        return self.model_copy(update={"data": data})
+        return self._with_kinds(self.validation.excitation)
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:
@@ -268,7 +301,12 @@ class Recipe(Table):
             return 0
         if split == "companion" and self.data.companion == 0:
             return self.count("train")
+        if split == FURTHER:
+            return self._further_count()
         return int(getattr(self.data, split))
+
+    def _further_count(self) -> int:
+        return (self.data.further or self.data.bound // 2) if self.further_kinds() else 0
 
     def trainings(self) -> tuple[TrainingTable, ...]:
         """Return all trainings of the recipe: of the surrogate, then of its error estimator."""

@@ -13,7 +13,11 @@ def remarks_on_sampling(recipe: Recipe) -> list[str]:
     There is one sentence for each of them. Sampled, a sine beyond the frequency of Nyquist, which
     is pi over the step, becomes a slower one.
     """
-    tables = {"data": recipe.data.excitation, "validation": recipe.validation.excitation}
+    tables = {
+        "data": recipe.data.excitation,
+        "bound": recipe.further_kinds(),
+        "validation": recipe.validation.excitation,
+    }
     limit = math.pi / recipe.window.step
     return [
         f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "

@@ -59,12 +59,18 @@ def reference_system(recipe: Recipe) -> System:
 
 def _drivable(system: Driven, recipe: Recipe) -> Driven:
     """Return the system, if all excitations of the recipe can drive it."""
-    for index, kind in enumerate(recipe.data.excitation):
-        try:
-            kind.check(system.inputs)
-        except ValueError as error:
-            place = f"recipe {recipe.name!r}: data.excitation.{index}"
-            raise RecipeError(f"{place}: {error}") from error
+    tables = {
+        "data": recipe.data.excitation,
+        "bound": recipe.further_kinds(),
+        "validation": recipe.validation.excitation,
+    }
+    for table, kinds in tables.items():
+        for index, kind in enumerate(kinds):
+            try:
+                kind.check(system.inputs)
+            except ValueError as error:
+                place = f"recipe {recipe.name!r}: {table}.excitation.{index}"
+                raise RecipeError(f"{place}: {error}") from error
     return system
 
 

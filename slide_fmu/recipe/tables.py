@@ -57,6 +57,8 @@ class DataRecipe(Table):
         companion, bound, calibration: numbers of trajectories of the error bound, if there is one:
             those from which its companion learns, as many as ``train`` if 0; those from which it
             learns the scale of the error; and those by which it is calibrated.
+        further: number of trajectories of ``bound.excitation``, from which the bound learns too;
+            half as many as ``bound`` if 0.
         budget_minutes: time for the learning curve and its data; it ends before a doubling that
             would take longer. No limit if not given.
         beyond: number of trajectories beyond the range; a state-space network learns from them
@@ -83,6 +85,7 @@ class DataRecipe(Table):
     companion: int = Field(0, ge=0)
     bound: int = Field(100, ge=2)
     calibration: int = Field(2 * LEAST_CALIBRATION, ge=LEAST_CALIBRATION)
+    further: int = Field(0, ge=0)
     budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)

@@ -27,6 +27,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import Run, Target
+from slide_fmu.validation.trust import BROKEN
 
 CHILDREN = 100
 """So many changes are tried from each start."""
@@ -39,9 +40,6 @@ GROWTH, SHRINKAGE = 1.5, 1.5**-0.25
 
 MOST_ATTEMPTS = 5
 """A system that fails on this many draws for one start cannot be searched."""
-
-BROKEN = 2.0
-"""A bound counts as broken where the error is more than so many times as large."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.adversarial import BROKEN, CHILDREN, Attack, attack_figures
+from slide_fmu.validation.adversarial import CHILDREN, Attack, attack_figures
 from slide_fmu.validation.pictures import png
 from slide_fmu.validation.report import Section
+from slide_fmu.validation.trust import BROKEN
 
 SHOWN = 120
 """So many samples stand before the worst one in the picture, and a fourth of them after it."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import jinja2
 
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
@@ -56,6 +57,7 @@ def model_card(
         recipe=recipe,
         measured={**measured, "validation": validations},
         names=[motion.name for motion in motions_of(recipe)],
+        further_names=names_of(recipe.further_kinds()),
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
         parameter_rows=_parameter_rows(validations),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.credentials.metadata import Entry, Row, joined, table
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.limits import Figures, limits, ordered
@@ -62,6 +62,9 @@ def _validity(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) ->
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]
+    if recipe.further_kinds():
+        rows = _kind_rows(recipe.further_kinds())
+        found.append(table("error_bound.learnt_from", "Excitation", rows))
     if surrogate.parameters:
         rows = [_range_row(p.signal) for p in surrogate.parameters]
         found.append(table("validity.parameters", "Parameter", rows))
@@ -85,7 +88,10 @@ def _signal_row(signal: Signal) -> Row:
 def _excitation_rows(recipe: Recipe) -> list[Row]:
     if recipe.system.is_record:
         return [{"name": motion.name, "kind": motion.kind} for motion in motions_of(recipe)]
-    kinds = recipe.data.excitation
+    return _kind_rows(recipe.data.excitation)
+
+
+def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
     return [
         {
             "name": name,

@@ -23,6 +23,9 @@ WORST = 0.05
 TINY = sys.float_info.min
 """Pictures with logarithmic axes show nothing smaller."""
 
+BROKEN = 2.0
+"""A bound counts as broken where the error is more than so many times as large."""
+
 HARMFUL = 3.0
 """An error is harmful if it is so many times what is usual."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from slide_fmu.validation.tables import percent
-from slide_fmu.validation.trust import HARMFUL, OFTEN
+from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 
 COLUMNS = (
     "A sample is covered if its error stays below the bound. The width is the mean bound over the "
@@ -33,10 +33,14 @@ def search_sentence(figures: dict[str, Any]) -> str:
     usual, highest = (f"{100 * value:g} %" for value in figures["confidences"])
     ratios = (max(figures[name]) for name in ("before", "after", "after_highest"))
     before, after, above = (f"{ratio:.3g}" for ratio in ratios)
+    starts = figures["starts"]
+    at_first = sum(ratio > BROKEN for ratio in figures["before"])
     return (
-        f"A search within the ranges of the inputs, from {figures['starts']} unseen trajectories, "
+        f"A search within the ranges of the inputs, from {starts} unseen trajectories, "
         f"found an error in the domain of {after} times its bound of {usual} (before the search: "
-        f"{before}), and of {above} times its bound of {highest}."
+        f"{before}), and of {above} times its bound of {highest}. Errors of more than {BROKEN:g} "
+        f"times the bound of {usual} were found from {figures['broken']} of {starts} starts "
+        f"(before the search: {at_first}), of {highest} from {figures['broken_at_highest']}."
     )
 
 
@@ -61,6 +65,12 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
         "not calibrated there, and the error may be many times larger.",
         "That in_domain is true proves nothing of inputs of other kinds.",
     ]
+    if recipe.further_kinds():
+        found.append(
+            "What errors look like outside of the domain, bounds have learnt from "
+            f"{recipe.count(FURTHER)} trajectories of further kinds of inputs; nothing was "
+            "calibrated by them."
+        )
     if recipe.system.reference:
         found.append(
             "Error bounds were calibrated beside the model that made the data: what that errs "

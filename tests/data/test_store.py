@@ -19,6 +19,7 @@ from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import data_fingerprint
+from slide_fmu.data.generation import shapes_of
 from slide_fmu.data.store import (
     missing_trajectories,
     open_store,
@@ -28,7 +29,8 @@ from slide_fmu.data.store import (
     write_trajectory,
 )
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from tests.recipes import ESTIMATOR, tiny_recipe
+from slide_fmu.recipe.systems import recipe_system
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 SHAPES = {"inputs": (5, 2), "outputs": (6, 1)}
 MOTION = np.array([[0.0], [0.1], [0.3]])
@@ -271,6 +273,24 @@ def test_recipes_with_and_without_estimator_share_a_store(tmp_path: Path) -> Non
     other = recipe(estimator={**ESTIMATOR, "in_range": 0.25})
     with pytest.raises(StoreError, match=r"estimator\.in_range = 0\.5 there, 0\.25"):
         open_store(path, other, SHAPES, MOTION)
+
+
+def test_store_gets_room_for_further_kinds_and_refuses_others(tmp_path: Path) -> None:
+    path = tmp_path / "data.zarr"
+    kind = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
+
+    def with_kinds(*kinds: dict[str, Any]) -> Recipe:
+        own = {"bound": 6, "companion": 4, "duration": 4.0}
+        return tiny_state_space_recipe(data=own, bound={"excitation": list(kinds)})
+
+    shapes = shapes_of(with_kinds(), recipe_system(with_kinds()))
+    open_store(path, with_kinds(), shapes, MOTION)
+    assert missing_trajectories(path, "further") == []
+    open_store(path, with_kinds(kind), shapes, MOTION)
+    assert missing_trajectories(path, "further") == [0, 1, 2]
+    open_store(path, with_kinds(), shapes, MOTION)
+    with pytest.raises(StoreError, match=r"bound\.excitation = \[.*0\.3.* there, \[.*0\.9"):
+        open_store(path, with_kinds({**kind, "duration": [0.1, 0.9]}), shapes, MOTION)
 
 
 def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:

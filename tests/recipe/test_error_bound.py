@@ -13,7 +13,8 @@ from slide_fmu.recipe.error_bound import (
     span_block,
     span_length,
 )
-from slide_fmu.recipe.recipe import OF_BOUND, Recipe
+from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_system
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
 LONG = {"duration": 4.0}
@@ -22,14 +23,57 @@ LONG = {"duration": 4.0}
 
 def test_bound_has_trajectories_of_its_own() -> None:
     recipe = tiny_state_space_recipe(bound={}, data=LONG)
-    assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200]
+    assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200, 0]
     other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7, **LONG})
-    assert [other.count(split) for split in OF_BOUND] == [3, 7, 200]
+    assert [other.count(split) for split in OF_BOUND] == [3, 7, 200, 0]
 
 
 def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
     recipe = tiny_state_space_recipe(data={"bound": 7})
-    assert [recipe.count(split) for split in OF_BOUND] == [0, 0, 0]
+    assert [recipe.count(split) for split in OF_BOUND] == [0, 0, 0, 0]
+
+
+SWITCHED = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
+"""A kind of excitation that the tiny recipe does not train on."""
+
+
+def test_further_kinds_have_trajectories_of_their_own() -> None:
+    table = {"excitation": [SWITCHED]}
+    recipe = tiny_state_space_recipe(bound=table, data={"bound": 7, **LONG})
+    assert recipe.count("further") == 3
+    other = tiny_state_space_recipe(bound=table, data={"bound": 7, "further": 5, **LONG})
+    assert other.count("further") == 5
+    for split in SPLITS:
+        kinds = [kind.kind for kind in recipe.drawn_for(split).data.excitation]
+        assert (kinds == ["binary"]) == (split == "further")
+
+
+def test_recipe_without_further_kinds_draws_none() -> None:
+    recipe = tiny_state_space_recipe(bound={}, data={"further": 5, **LONG})
+    assert recipe.count("further") == 0
+    with pytest.raises(RecipeError, match=r"expected some under \[\[bound\.excitation\]\]"):
+        recipe.with_further_kinds()
+
+
+def test_kind_that_the_bound_learns_from_cannot_be_held_out() -> None:
+    with pytest.raises(ValueError, match=r"a 'binary' that is in bound\.excitation too"):
+        tiny_state_space_recipe(
+            bound={"excitation": [SWITCHED]},
+            validation={"excitation": [{**SWITCHED, "weight": 3.0}]},
+            data=LONG,
+        )
+
+
+@pytest.mark.parametrize("table", ["data", "bound", "validation"])
+def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
+    table: str,
+) -> None:
+    turned = {"kind": "speed_ramps", "weight": 1.0, "speed": 8.0, "acceleration": 20.0}
+    values: dict[str, Any] = {"data": LONG, "bound": {}, "validation": {}}
+    values[table] = {**values[table], "excitation": [SWITCHED, turned]}
+    recipe = tiny_state_space_recipe(**values)
+    with pytest.raises(RecipeError, match=rf"{table}\.excitation\.1: kind = 'speed_ramps' for 1"):
+        recipe_system(recipe)
 
 
 def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:

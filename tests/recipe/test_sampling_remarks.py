@@ -30,6 +30,14 @@ def test_sine_beyond_the_frequency_of_nyquist_is_remarked_on() -> None:
     assert "0.015625 s apart show at most 201.1 rad/s" in remark
 
 
+@pytest.mark.parametrize("table", ["bound", "validation"])
+def test_other_tables_of_kinds_are_looked_at_too(table: str) -> None:
+    kind = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [4.0, 250.0]}
+    tables = {"bound": {}, "data": {"duration": 4.0}} | {table: {"excitation": [kind]}}
+    (remark,) = remarks_on_sampling(tiny_state_space_recipe(**tables))
+    assert remark.startswith(f"{table}.excitation, number 1 (harmonic)")
+
+
 def test_sine_up_to_the_frequency_of_nyquist_is_not() -> None:
     kind = {
         "kind": "harmonic",

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from slide_fmu.credentials.metadata import OWN
+from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.limits import limits
 from slide_fmu.validation.statements import statements
 from slide_fmu.validation.trust_sections import bound_sections
-from slide_fmu.validation.trust_sentences import bound_sentences
+from slide_fmu.validation.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 from tests.validation.handmade import bounded, comparison, told, validation
 
@@ -128,6 +129,38 @@ def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -
     assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
     unknown = " ".join(bound_sentences(found.recipe, False, None))
     assert "False alarms were 0.25 % of the samples of the calibration." in unknown
+
+
+def test_card_and_credentials_say_what_the_bound_alone_has_learnt_from() -> None:
+    found = bounded(FIRST, SECOND)
+    kind = {"kind": "binary", "weight": 2.0, "duration": [0.1, 0.3]}
+    assert found.recipe.bound is not None
+    values = found.recipe.model_dump()
+    table = {**values["bound"], "excitation": (kind,)}
+    recipe = Recipe.model_validate({**values, "bound": table})
+    learnt = f"have learnt from {recipe.count('further')} trajectories of further kinds"
+    assert learnt in " ".join(bound_sentences(recipe, False, None))
+    assert "further kinds" not in " ".join(bound_sentences(found.recipe, False, None))
+    entries = {e.keyword: e.value for e in statements(found.surrogate, recipe, {})}
+    (row,) = entries["error_bound.learnt_from"]
+    assert (row.get("kind"), row.get("weight")) == ("binary", "2.0")
+    plain = {e.keyword for e in statements(found.surrogate, found.recipe, {})}
+    assert "error_bound.learnt_from" not in plain
+
+
+def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
+    figures = {
+        "starts": 3,
+        "confidences": [0.95, 0.99],
+        "before": [0.5, 2.5, 1.9],
+        "after": [2.1, 7.0, 1.95],
+        "after_highest": [1.1, 4.0, 0.9],
+        "broken": 2,
+        "broken_at_highest": 1,
+    }
+    sentence = search_sentence(figures)
+    assert "of 7 times its bound of 95 % (before the search: 2.5)" in sentence
+    assert "from 2 of 3 starts (before the search: 1), of 99 % from 1." in sentence
 
 
 def credentials_of(*comparisons: Any) -> dict[str, Any]:

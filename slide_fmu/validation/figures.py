@@ -48,9 +48,11 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         lower.plot(
             time, np.abs(comparison.error[shown, output]), color=ERROR, lw=0.8, label="|error|"
         )
-        lower.plot(time, comparison.true_error[shown, output], color=REFERENCE, label="RMSE, true")
-        if comparison.estimate is not None:
-            filled = np.isfinite(comparison.true_error[shown, output])
+        true_error = comparison.true_error[shown, output]
+        filled = np.isfinite(true_error)
+        if filled.any():  # the span may reach before all that is shown
+            lower.plot(time, true_error, color=REFERENCE, label="RMSE, true")
+        if filled.any() and comparison.estimate is not None:
             estimate = np.where(filled, comparison.estimate[shown, output], np.nan)
             lower.plot(time, estimate, color=ESTIMATE, label="RMSE, estimated")
         lower.set_ylabel(f"error / {signal.unit}")

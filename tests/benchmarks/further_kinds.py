@@ -3,7 +3,8 @@
     python tests/benchmarks/further_kinds.py FMU --json -
 
 The bound of a released FMU is learnt twice with the networks that it has: once as its recipe says,
-once without ``bound.excitation``. Data are made again as the recipe says. Both bounds are measured
+once without ``bound.excitation``. Data are made again as the recipe says, or those of a run are
+taken (``--store runs/NAME/data.zarr``). Both bounds are measured
 on the same fresh trajectories, in range and of the kinds that are held out, beside the model that
 made the data. Calibration and domain are the same, so that differences come from the head alone.
 """
@@ -55,12 +56,14 @@ def main() -> None:
     parser.add_argument("fmu", type=Path, help="FMU with an error bound, as its recipe says")
     parser.add_argument("--trajectories", type=int, default=60)
     parser.add_argument("--seed", type=int, default=FURTHER_KINDS)
+    parser.add_argument("--store", type=Path, help="trajectories of a run of its recipe")
 
     def measure(given: argparse.Namespace, stages: Stages) -> dict[str, Any]:
         surrogate, found = read_fmu(given.fmu)
         recipe = recipe_of_provenance(found, str(given.fmu))
         with tempfile.TemporaryDirectory() as folder:
-            splits = _made(recipe, Path(folder), stages)
+            store = given.store or _made(recipe, Path(folder), stages)
+            splits = [read_split(store, name, recipe.count(name)) for name in PARTS]
             bounds = {
                 "with further kinds": _learnt(surrogate, recipe, splits, Path(folder), stages),
                 "without": _learnt(surrogate, recipe, splits[:2], Path(folder), stages),
@@ -83,11 +86,11 @@ def main() -> None:
     measure_and_write(parser, measure)
 
 
-def _made(recipe: Recipe, folder: Path, stages: Stages) -> list[Split]:
+def _made(recipe: Recipe, folder: Path, stages: Stages) -> Path:
     few = recipe.data.model_copy(update={**dict.fromkeys(NETWORKS, 1), "beyond": 0})
     store = folder / "data.zarr"
     generate(recipe.model_copy(update={"data": few}), store, None, stages("trajectories"))
-    return [read_split(store, name, recipe.count(name)) for name in PARTS]
+    return store
 
 
 def _learnt(

@@ -174,3 +174,16 @@ def test_titles_of_the_picture_side_by_side_are_whole(monkeypatch: pytest.Monkey
         title = axes.title.get_window_extent()
         assert "point_to_point" in axes.get_title()
         assert figure.bbox.x0 <= title.x0 < title.x1 <= figure.bbox.x1
+
+
+def test_legend_of_the_picture_names_lines_that_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The span of the first estimate may reach before all that is shown."""
+    drawn: list[Figure] = []
+    monkeypatch.setattr(figures, "_png", drawn.append)
+    unknown = replace(TWO, true_error=np.full(TWO.true_error.shape, NAN))
+    for one in (ONE, unknown):
+        figures.side_by_side(validation(one), 0)
+    named = [
+        {text.get_text() for text in figure.axes[-1].get_legend().get_texts()} for figure in drawn
+    ]
+    assert named == [{"|error|", "RMSE, true", "RMSE, estimated"}, {"|error|"}]

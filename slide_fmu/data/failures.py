@@ -89,9 +89,10 @@ def too_many_failures(store: Path, recipe: Recipe) -> str | None:
     if count <= allowed:
         return None
     first = kept_failures(store)[0]
+    tables = "data.excitation, bound.excitation" if recipe.further_kinds() else "data.excitation"
     return (
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
         f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
         f"what was said, for example {first.name}: {first.error}. Correct the model, narrow the "
-        "ranges of its inputs (system.inputs, data.excitation), or allow more"
+        f"ranges of its inputs (system.inputs, {tables}), or allow more"
     )

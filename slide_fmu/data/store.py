@@ -156,7 +156,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
             the model gives other outputs.
     """
     if not path.exists():
-        raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
+        raise StoreError(_nothing(path))
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
     found = attributes["fingerprint"]
     if set(found["data"]) & set(SPLITS):  # only earlier versions kept numbers of trajectories
@@ -224,7 +224,10 @@ def missing_trajectories(
         StoreError: the store is damaged.
     """
     with _damage_reported(path, split):
-        flags = _group(path, "r")[f"{split}/done"]
+        group = _group(path, "r")
+        if split in OF_BOUND and split not in group:  # of earlier versions
+            return list(shard.indices(count or 0, before))
+        flags = group[f"{split}/done"]
         wanted = shard.indices(flags.shape[0] if count is None else count, before)
         # a listing takes seconds where a million reads take minutes
         written = _written(path, flags)
@@ -273,6 +276,32 @@ def write_trajectory(
         group[f"{split}/done"][index] = 1
 
 
+def require_trajectories(path: Path, recipe: Recipe) -> None:
+    """Refuse a store that lacks trajectories of a recipe, before anything is learnt from others.
+
+    Raises:
+        StoreError: there is no store, trajectories are missing, or it is damaged.
+    """
+    if not path.exists():
+        raise StoreError(_nothing(path))
+    for split in SPLITS:
+        count = recipe.count(split)
+        missing = missing_trajectories(path, split, count) if count else []
+        if missing:
+            raise StoreError(_incomplete(path, split, len(missing), count))
+
+
+def _nothing(path: Path) -> str:
+    return f"no data at {path}; generate it first (slide-fmu generate RECIPE)"
+
+
+def _incomplete(path: Path, split: str, missing: int, wanted: int) -> str:
+    return (
+        f"{path}: {missing} of {wanted} trajectories of split {split!r} are missing; "
+        "generate again to complete it (slide-fmu generate RECIPE)"
+    )
+
+
 def read_split(path: Path, split: str, count: int | None = None) -> Split:
     """Read the first ``count`` trajectories of a split; all that the store has room for if None.
 
@@ -280,15 +309,12 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
         StoreError: there is no store, trajectories are missing, or a file is damaged.
     """
     if not path.exists():
-        raise StoreError(f"no data at {path}; generate it first (slide-fmu generate RECIPE)")
+        raise StoreError(_nothing(path))
     missing = missing_trajectories(path, split, count)
     group = _group(path, "r")
     if missing:
         wanted = group[f"{split}/done"].shape[0] if count is None else count
-        raise StoreError(
-            f"{path}: {len(missing)} of {wanted} trajectories of split {split!r} are missing; "
-            "generate again to complete it (slide-fmu generate RECIPE)"
-        )
+        raise StoreError(_incomplete(path, split, len(missing), wanted))
     with _damage_reported(path, split):
         has_parameters = f"{split}/parameters" in group
         names = ("inputs", "outputs", "kinds", *(["parameters"] if has_parameters else []))

@@ -192,19 +192,22 @@ def _fit_head(
 def _pinball(usual: torch.Tensor) -> Objective:
     """Return the pinball loss at ``USUAL_CONFIDENCE``; exponents are relative to the usual ones.
 
-    Targets are errors relative to the usual ones too, (B, n_outputs). Where the scale is larger
-    than usual, errors count relative to it: kinds of inputs with errors a hundred times as large
-    would decide alone. That weight follows from the statistics, so that the quantile stays what
-    has the least loss.
+    Targets are errors relative to the usual ones too, (B, n_outputs). Both count on a scale that
+    is logarithmic above the usual error: kinds of inputs with errors a hundred times as large
+    would decide alone. A quantile is the same on any such scale.
     """
 
     def loss(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
-        scales = (exponents - usual).exp2()
-        below = errors - scales
+        below = _compressed(errors) - _compressed((exponents - usual).exp2())
         both = torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below)
-        return (both / scales.detach().clamp(min=1.0)).mean()
+        return both.mean()
 
     return Objective(loss, lambda value: value, odd=False)
+
+
+def _compressed(errors: torch.Tensor) -> torch.Tensor:
+    """Leave values up to 1 as they are, and go on from there, as steep, with their logarithm."""
+    return torch.where(errors > 1, 1 + errors.clamp(min=1.0).log(), errors)
 
 
 SINGLE = 1e-6

@@ -11,7 +11,7 @@ import torch
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.data.identity import identity
-from slide_fmu.data.store import read_split, require_origin
+from slide_fmu.data.store import read_split, require_origin, require_trajectories
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.companion import STAGE as COMPANION
@@ -65,6 +65,7 @@ def fit_surrogate(
     """
     recipe.require_resolved()
     require_origin(store, recipe, identity(recipe, system))
+    require_trajectories(store, recipe)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     scaling = range_scaling(system.inputs) if known is None else known.input_scaling
     offered = offered_features(recipe, system, scaling)

@@ -15,6 +15,7 @@ from slide_fmu.recipe.systems import (
     recipe_source,
     recipe_system,
     reference_system,
+    require_all_kinds,
     require_features,
 )
 from slide_fmu.systems import given
@@ -36,6 +37,7 @@ def check_recipe(recipe: Recipe) -> None:
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
     system = recipe_source(recipe)
+    require_all_kinds(recipe, system)
     known_start(recipe, system)
     require_names_in_fmu(recipe, system)
     if not isinstance(system, System):

@@ -113,6 +113,11 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with training.start = {start!r}; expected none: the companion would begin "
             f"with the same network, and share its errors: {remedy}, or the key"
         )
+    if recipe.bound.excitation and recipe.data.further == 1:
+        raise ValueError(
+            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
+            "them to choose by: raise it, or remove the key"
+        )
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:
         raise ValueError(
             f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "

@@ -185,11 +185,18 @@ class Recipe(Table):
         return self
 
     @model_validator(mode="after")
-    def _held_out_kinds_are_held_out(self) -> Recipe:
+    def _kinds_stand_in_one_table(self) -> Recipe:
         learnt, further = (
             [kind.model_dump(exclude={"weight"}) for kind in kinds]
             for kinds in (self.data.excitation, self.further_kinds())
         )
+        for kind in self.further_kinds():
+            if kind.model_dump(exclude={"weight"}) in learnt:
+                raise ValueError(
+                    f"bound.excitation has a {kind.kind!r} that is in data.excitation too; "
+                    "expected kinds, or settings of them, that no network learns from: remove it "
+                    "from one of them"
+                )
         for kind in self.validation.excitation:
             settings = kind.model_dump(exclude={"weight"})
             for table, known in (("data", learnt), ("bound", further)):
@@ -306,7 +313,7 @@ class Recipe(Table):
         return int(getattr(self.data, split))
 
     def _further_count(self) -> int:
-        return (self.data.further or self.data.bound // 2) if self.further_kinds() else 0
+        return (self.data.further or max(2, self.data.bound // 2)) if self.further_kinds() else 0
 
     def trainings(self) -> tuple[TrainingTable, ...]:
         """Return all trainings of the recipe: of the surrogate, then of its error estimator."""

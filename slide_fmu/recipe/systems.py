@@ -5,10 +5,12 @@ What the recipe's networks see of their inputs is found here too, without data.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
@@ -58,20 +60,30 @@ def reference_system(recipe: Recipe) -> System:
 
 
 def _drivable(system: Driven, recipe: Recipe) -> Driven:
-    """Return the system, if all excitations of the recipe can drive it."""
-    tables = {
-        "data": recipe.data.excitation,
-        "bound": recipe.further_kinds(),
-        "validation": recipe.validation.excitation,
-    }
-    for table, kinds in tables.items():
-        for index, kind in enumerate(kinds):
-            try:
-                kind.check(system.inputs)
-            except ValueError as error:
-                place = f"recipe {recipe.name!r}: {table}.excitation.{index}"
-                raise RecipeError(f"{place}: {error}") from error
+    """Return the system, if all excitations of the training can drive it."""
+    _require_driving(recipe, "data", recipe.data.excitation, system)
     return system
+
+
+def require_all_kinds(recipe: Recipe, system: Source) -> None:
+    """Refuse excitations that cannot drive the system, of the bound and held out ones too.
+
+    Raises:
+        RecipeError: one of them cannot.
+    """
+    _require_driving(recipe, "bound", recipe.further_kinds(), system)
+    _require_driving(recipe, "validation", recipe.validation.excitation, system)
+
+
+def _require_driving(
+    recipe: Recipe, table: str, kinds: Sequence[Excitation], system: Source
+) -> None:
+    for index, kind in enumerate(kinds):
+        try:
+            kind.check(system.inputs)
+        except ValueError as error:
+            place = f"recipe {recipe.name!r}: {table}.excitation.{index}"
+            raise RecipeError(f"{place}: {error}") from error
 
 
 def _require_same_signals(recipe: Recipe, made: System, reference: System) -> None:

@@ -67,9 +67,8 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
     ]
     if recipe.further_kinds():
         found.append(
-            "What errors look like outside of the domain, bounds have learnt from "
-            f"{recipe.count(FURTHER)} trajectories of further kinds of inputs; nothing was "
-            "calibrated by them."
+            f"Bounds have also learnt from {recipe.count(FURTHER)} trajectories of further kinds "
+            "of inputs; nothing was calibrated by them."
         )
     if recipe.system.reference:
         found.append(

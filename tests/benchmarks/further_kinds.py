@@ -6,7 +6,7 @@ The bound of a released FMU is learnt twice with the networks that it has: once 
 once without ``bound.excitation``. Data are made again as the recipe says, or those of a run are
 taken (``--store runs/NAME/data.zarr``). Both bounds are measured
 on the same fresh trajectories, in range and of the kinds that are held out, beside the model that
-made the data. Calibration and domain are the same, so that differences come from the head alone.
+made the data. Both are calibrated by the same trajectories.
 """
 
 from __future__ import annotations
@@ -61,6 +61,8 @@ def main() -> None:
     def measure(given: argparse.Namespace, stages: Stages) -> dict[str, Any]:
         surrogate, found = read_fmu(given.fmu)
         recipe = recipe_of_provenance(found, str(given.fmu))
+        mixes = {"in range": recipe, "held out": recipe.with_held_out_kinds()}
+        recipe.with_further_kinds()  # refused where there are none
         with tempfile.TemporaryDirectory() as folder:
             store = given.store or _made(recipe, Path(folder), stages)
             splits = [read_split(store, name, recipe.count(name)) for name in PARTS]
@@ -68,7 +70,6 @@ def main() -> None:
                 "with further kinds": _learnt(surrogate, recipe, splits, Path(folder), stages),
                 "without": _learnt(surrogate, recipe, splits[:2], Path(folder), stages),
             }
-        mixes = {"in range": recipe, "held out": recipe.with_held_out_kinds()}
         runs = {
             name: _runs(surrogate, mix, given.seed + number, given.trajectories, stages)
             for number, (name, mix) in enumerate(mixes.items())

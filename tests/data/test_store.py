@@ -26,6 +26,7 @@ from slide_fmu.data.store import (
     read_split,
     remove_store,
     require_origin,
+    require_trajectories,
     write_trajectory,
 )
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -356,6 +357,27 @@ def test_store_of_an_earlier_version_gets_room_for_a_bound(tmp_path: Path) -> No
     open_store(path, RECIPE, SHAPES, MOTION)
     assert missing_trajectories(path, "calibration") == []
     write_trajectory(path, "train", 0, trajectory(0), kind=0)
+
+
+def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: Path) -> None:
+    """As one of an earlier version does, where the recipe now has further kinds."""
+    path = tmp_path / "store"
+    kind = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
+    own = {"train": 1, "validation": 1, "companion": 1, "bound": 6, "duration": 4.0}
+    plain, more = (
+        tiny_state_space_recipe(data=own, bound={"excitation": kinds}) for kinds in ([], [kind])
+    )
+    open_store(path, plain, SHAPES, MOTION)
+    shutil.rmtree(path / "further")
+    for split in SPLITS:
+        for index in range(plain.count(split)):
+            write_trajectory(path, split, index, trajectory(index), kind=0)
+    require_trajectories(path, plain)
+    lacking = r"3 of 3 trajectories of split 'further' are missing; generate again to complete"
+    with pytest.raises(StoreError, match=lacking):
+        require_trajectories(path, more)
+    with pytest.raises(StoreError, match="no data at"):
+        require_trajectories(tmp_path / "other", more)
 
 
 @pytest.mark.parametrize(("name", "length"), [("inputs", 4), ("outputs", 4), ("inputs", 7)])

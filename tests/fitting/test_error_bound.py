@@ -17,6 +17,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.error_bound import (
+    _pinball,
     _span_factors,
     fit_bound,
     scaling_of_statistics,
@@ -75,9 +76,15 @@ def unseen(fit: Fit) -> Unseen:
     surrogate, system = fit.surrogate, recipe_system(RECIPE)
     stream = Stream(TEST, 91, (1.0, 1.0), RECIPE.data.duration)
     runs = [simulate_draw(system, draw(RECIPE, system, stream, i)) for i in range(FRESH)]
-    inputs = np.stack([run.inputs for run in runs])
-    predicted = surrogate.predict_newest_batch(inputs)
-    errors = np.abs(predicted - np.stack([run.outputs[1:] for run in runs]))
+    inputs, outputs = (np.stack([getattr(run, name) for run in runs]) for name in NAMES)
+    return errors_of(surrogate, inputs, outputs)
+
+
+NAMES = "inputs", "outputs"
+
+
+def errors_of(surrogate: Surrogate, inputs: FloatArray, outputs: FloatArray) -> Unseen:
+    errors = np.abs(surrogate.predict_newest_batch(inputs) - outputs[:, 1:])
     assert surrogate.bound is not None
     filled = slice(max(surrogate.window.n_in, surrogate.bound.filling_length), None)
     return Unseen(inputs, errors[:, filled], filled)
@@ -139,10 +146,16 @@ def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) 
 
 
 @pytest.mark.parametrize("confidence", CONFIDENCES)
-def test_bound_covers_what_it_promises(fit: Fit, unseen: Unseen, confidence: float) -> None:
+def test_bound_covers_what_it_promises(
+    fit: Fit, unseen: Unseen, folder: Path, confidence: float
+) -> None:
     """But for what chance does: to the trajectories here, and to those of the calibration."""
-    shares = (unseen.errors <= bounds_of(fit.surrogate, unseen, confidence)).mean(axis=(1, 2))
-    slack = 3 * shares.std() * np.sqrt(1 / FRESH + 1 / CALIBRATED)
+    surrogate = fit.surrogate
+    split = read_split(folder / "store", "calibration")
+    known = errors_of(surrogate, split.inputs, split.outputs)
+    spread = (known.errors <= bounds_of(surrogate, known, confidence)).mean(axis=(1, 2)).std()
+    shares = (unseen.errors <= bounds_of(surrogate, unseen, confidence)).mean(axis=(1, 2))
+    slack = 3 * spread * np.sqrt(1 / FRESH + 1 / CALIBRATED)
     promised = confidence * (CALIBRATED + 1) / CALIBRATED
     assert slack < 0.02
     assert promised - slack < shares.mean() < promised + slack
@@ -271,6 +284,32 @@ def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error(
     errors[:20] = 0.0
     (other,) = _span_factors(errors, scales, 3)
     assert other == pytest.approx(factor, rel=0.05)
+
+
+def test_loss_is_least_at_the_quantile_however_large_errors_are() -> None:
+    rng = np.random.default_rng(3)
+    objective = _pinball(torch.zeros(1))
+    exponents = torch.linspace(-12, 12, 4801)
+    for size in (0.01, 1.0, 30.0):
+        errors = size * np.exp(rng.normal(0, 1, 4001))
+        targets = torch.as_tensor(errors, dtype=torch.float32)[:, None]
+        losses = [float(objective.loss(one.expand(len(errors), 1), targets)) for one in exponents]
+        best = 2.0 ** float(exponents[int(np.argmin(losses))])
+        assert best == pytest.approx(np.quantile(errors, 0.95), rel=0.02)
+
+
+def test_large_errors_do_not_decide_alone() -> None:
+    """Where errors are a thousand times as large, a step of the exponent is worth as much."""
+    objective = _pinball(torch.zeros(1))
+
+    def slope(size: float) -> float:
+        exponent = torch.tensor([[np.log2(size)]], dtype=torch.float32, requires_grad=True)
+        objective.loss(exponent, torch.tensor([[1.5 * size]])).backward()
+        assert exponent.grad is not None
+        return float(exponent.grad)
+
+    assert slope(1000.0) == pytest.approx(slope(2.0), rel=1e-4)
+    assert slope(0.1) == pytest.approx(0.1 * slope(1.0), rel=1e-4)
 
 
 def test_statistics_that_are_roundings_are_not_scaled_up() -> None:

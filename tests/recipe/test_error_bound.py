@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.recipe.error_bound import (
     bound_filling,
     bound_samples,
@@ -14,7 +15,6 @@ from slide_fmu.recipe.error_bound import (
     span_length,
 )
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
 LONG = {"duration": 4.0}
@@ -48,6 +48,21 @@ def test_further_kinds_have_trajectories_of_their_own() -> None:
         assert (kinds == ["binary"]) == (split == "further")
 
 
+def test_one_further_trajectory_is_refused_and_never_the_default() -> None:
+    table = {"excitation": [SWITCHED]}
+    with pytest.raises(ValueError, match=r"data\.further = 1 .* expected at least 2"):
+        tiny_state_space_recipe(bound=table, data={"further": 1, **LONG})
+    assert tiny_state_space_recipe(bound=table, data={"bound": 2, **LONG}).count("further") == 2
+
+
+def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"bound\.excitation has a 'binary' that is in data"):
+        tiny_state_space_recipe(
+            bound={"excitation": [{**SWITCHED, "weight": 3.0}]},
+            data={"excitation": [SWITCHED], **LONG},
+        )
+
+
 def test_recipe_without_further_kinds_draws_none() -> None:
     recipe = tiny_state_space_recipe(bound={}, data={"further": 5, **LONG})
     assert recipe.count("further") == 0
@@ -73,7 +88,7 @@ def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
     values[table] = {**values[table], "excitation": [SWITCHED, turned]}
     recipe = tiny_state_space_recipe(**values)
     with pytest.raises(RecipeError, match=rf"{table}\.excitation\.1: kind = 'speed_ramps' for 1"):
-        recipe_system(recipe)
+        check_recipe(recipe)
 
 
 def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:

@@ -138,7 +138,7 @@ def test_card_and_credentials_say_what_the_bound_alone_has_learnt_from() -> None
     values = found.recipe.model_dump()
     table = {**values["bound"], "excitation": (kind,)}
     recipe = Recipe.model_validate({**values, "bound": table})
-    learnt = f"have learnt from {recipe.count('further')} trajectories of further kinds"
+    learnt = f"have also learnt from {recipe.count('further')} trajectories of further kinds"
     assert learnt in " ".join(bound_sentences(recipe, False, None))
     assert "further kinds" not in " ".join(bound_sentences(found.recipe, False, None))
     entries = {e.keyword: e.value for e in statements(found.surrogate, recipe, {})}

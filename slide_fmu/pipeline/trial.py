@@ -11,6 +11,7 @@ from typing import Any
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
@@ -30,6 +31,8 @@ TIMED, TIMED_SAMPLES = 2.0, 100
 first of them has so many samples, beside its lead-in, and is enough where it takes that long."""
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
+DRAWS_OF_A_KIND = 5
+"""So many motions are drawn for each kind that no network learns from, until one is of it."""
 STEPS = 4
 """A trial shows its progress in so many steps, the first of which ends with the lengths."""
 
@@ -115,6 +118,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
         said = (*remarks_on_division(job.recipe, system), *said)
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
+        said = (*said, *guarded_recipe(job.recipe, system, _failures_of_other_kinds))
     progress(3, STEPS)
     said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
     remarks = sizing.problem, sizing.remark, failed, *said
@@ -144,3 +148,29 @@ def _seconds(recipe: Recipe) -> tuple[float, str | None, tuple[str, ...]]:
         else:
             simulated += duration + recipe.data.burn_in
     return (time.perf_counter() - begin) / simulated, tolerance.remark, system.remarks
+
+
+def _failures_of_other_kinds(recipe: Recipe) -> tuple[str, ...]:
+    """Say which kinds that no network learns from could not be simulated, for a short motion each.
+
+    Their trajectories are simulated late in a run, and drive a system further than the usual ones.
+    """
+    mixes = {
+        "bound.excitation": (recipe.further_kinds(), recipe.with_further_kinds),
+        "validation.excitation": (recipe.validation.excitation, recipe.with_held_out_kinds),
+    }
+    system, begin, said = recipe_system(recipe), time.perf_counter(), list[str]()
+    short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
+    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), short)
+    for table, (kinds, mix) in mixes.items():
+        left = set(range(len(kinds)))
+        for index in range(DRAWS_OF_A_KIND * len(kinds)):
+            drawn = draw(mix(), system, stream, index)
+            if drawn.kind in left and time.perf_counter() - begin < TIMED:
+                left.remove(drawn.kind)
+                try:
+                    simulate_draw(system, drawn)
+                except SimulationError as error:
+                    named = f"the kind {names_of(kinds)[drawn.kind]!r} of {table}"
+                    said.append(f"a motion of {named} could not be simulated: {error}")
+    return tuple(said)

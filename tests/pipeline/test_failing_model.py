@@ -114,3 +114,36 @@ def test_trial_goes_on_while_few_motions_fail(level: float, tmp_path: Path) -> N
     assert "the spring breaks" in told
     assert told in figures["remarks"]
     assert f"remark: {told}" in done.output
+
+
+OTHER_KINDS = """
+[bound]
+
+[[bound.excitation]]
+kind = "steps"
+weight = 1.0
+amplitude = [AMPLITUDE, AMPLITUDE]
+duration = [0.1, 0.3]
+
+[[validation.excitation]]
+kind = "multisine"
+weight = 1.0
+amplitude = [0.05, 0.1]
+angular_frequency = [0.5, 2.0]
+"""
+
+
+@pytest.mark.parametrize("amplitude", ["0.1", "1.0"])
+def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
+    amplitude: str, tmp_path: Path
+) -> None:
+    recipe = tmp_path / "fragile.toml"
+    text = recipe_text(tmp_path, 0.7).replace("[0.0, 1.0]", "[0.0, 0.3]")
+    recipe.write_text(text + OTHER_KINDS.replace("AMPLITUDE", amplitude))
+    done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
+    assert done.exit_code == 0, done.output
+    told = " ".join(json.loads((tmp_path / "figures.json").read_text())["remarks"])
+    of_steps = "a motion of the kind 'steps' of bound.excitation could not be simulated: "
+    assert (of_steps in told) is (amplitude == "1.0")
+    assert ("the spring breaks" in told) is (amplitude == "1.0")
+    assert "multisine" not in told

@@ -58,6 +58,13 @@ class Task:
             )
 
 
+ALONG_SAMPLES = (
+    *("time", "inputs", "reference", "surrogate"),
+    *("estimate", "true_error", "model", "plain", "free"),
+)
+"""These arrays of a comparison have one row for each sample that is scored, or are None."""
+
+
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """A comparison is one trajectory of both FMUs.
@@ -109,9 +116,9 @@ class Comparison:
         if self.told is None or self.first_told >= len(self.time):
             return None
         part = slice(self.first_told, None)
-        arrays = ("time", "inputs", "reference", "surrogate", "true_error")
         told = Told(*(values[part] for values in vars(self.told).values()))
-        cut = {name: getattr(self, name)[part] for name in arrays}
+        arrays = {name: getattr(self, name) for name in ALONG_SAMPLES}
+        cut = {name: values[part] for name, values in arrays.items() if values is not None}
         return replace(self, **cut, told=told, first_told=0)
 
     @property

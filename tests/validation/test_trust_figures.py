@@ -219,6 +219,16 @@ def test_samples_before_the_bound_counts_are_left_out() -> None:
     assert replace(SECOND, first_told=99).where_told() is None
 
 
+def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:
+    """Estimates would be drawn beside other samples else, or not at all."""
+    arrays = {name: SECOND.reference + i for i, name in enumerate(("estimate", "plain", "model"))}
+    cut = replace(SECOND, first_told=2, **arrays).where_told()
+    assert cut is not None
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(getattr(cut, name), values[2:])
+    assert cut.free is None
+
+
 def test_card_says_which_errors_bounds_do_not_hold() -> None:
     plain = bounded(FIRST).recipe
     system = plain.system.model_copy(update={"reference": {"substeps": 9}})

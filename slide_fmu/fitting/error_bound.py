@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, block_means
 from slide_fmu.core.progress import Progress
@@ -44,6 +45,9 @@ from slide_fmu.surrogate.error_bound import (
 )
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
+
+PARTS = "data.bound", "data.calibration", "data.further"
+"""The parts of the data of an error bound, in their order."""
 
 VALIDATION_SHARE = 0.1
 """The head's weights are chosen by this part of the trajectories that it is given."""
@@ -86,12 +90,15 @@ def fit_bound(
 
     Raises:
         TrainingError: the training diverged, or the checkpoint cannot be read.
-        ValueError: the surrogate makes no error at all, or there are too few trajectories.
+        ValueError: the surrogate makes no error at all, one of the networks gives numbers that are
+            not finite, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
     learnt, calibration, *further = (
         _seen(surrogate, companion, blocks, split) for split in splits
     )
+    for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
+        _require_finite(name, mix)
     head, history = _fit_head([learnt, *further], recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
     # errors of zero count as the least that the head knows: factors are positive
@@ -104,6 +111,18 @@ def fit_bound(
         estimate = SpanEstimate(block, _span_factors(calibration.errors, scales, block))
     parts = companion, head, blocks, factors, limits
     return ErrorBound(*parts, surrogate.estimator, estimate), history
+
+
+def _require_finite(name: str, mix: _Seen) -> None:
+    both = np.concatenate([mix.statistics, mix.errors], axis=2)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=(1, 2)))
+    if not known.all():
+        raise ValueError(
+            "the outputs of the surrogate, or of its companion, are not finite on "
+            f"{np.sum(~known)} of {len(known)} trajectories of {name}; expected networks that "
+            "stay bounded there: excite it less (bound.excitation), or let both learn from "
+            "trajectories beyond the range (data.beyond)"
+        )
 
 
 def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatArray:
@@ -121,12 +140,13 @@ def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatAr
 def _seen(
     surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
 ) -> _Seen:
-    """Run both networks along trajectories."""
+    """Run both networks along trajectories. What is not finite is refused afterwards."""
     scaled = surrogate.input_scaling.apply(split.inputs)
-    predicted = surrogate.network.stream(scaled).astype(np.float64)
-    errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
     networks = companion, surrogate.estimator
-    statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
+    with np.errstate(all="ignore"):
+        predicted = surrogate.network.stream(scaled).astype(np.float64)
+        errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
+        statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
     return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])

@@ -113,11 +113,7 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with training.start = {start!r}; expected none: the companion would begin "
             f"with the same network, and share its errors: {remedy}, or the key"
         )
-    if recipe.bound.excitation and recipe.data.further == 1:
-        raise ValueError(
-            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
-            "them to choose by: raise it, or remove the key"
-        )
+    _require_further(recipe.data.further, recipe.bound)
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:
         raise ValueError(
             f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
@@ -127,6 +123,19 @@ def require_bound(recipe: Recipe) -> None:
         raise ValueError(
             f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
             f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
+        )
+
+
+def _require_further(count: int, bound: BoundRecipe) -> None:
+    if bound.excitation and count == 1:
+        raise ValueError(
+            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
+            "them to choose by: raise it, or remove the key"
+        )
+    if count and not bound.excitation:
+        raise ValueError(
+            f"data.further = {count} without kinds under [[bound.excitation]]; expected some, of "
+            "which these trajectories are: add them, or remove the key"
         )
 
 

@@ -227,9 +227,10 @@ class Recipe(Table):
                 f"recipe {self.name!r} has no kinds of excitation for its error bound alone; "
                 "expected some under [[bound.excitation]]"
             )
-        return self._with_kinds(self.further_kinds())
+        return self.with_kinds(self.further_kinds())
 
-    def _with_kinds(self, kinds: tuple[Excitation, ...]) -> Recipe:
+    def with_kinds(self, kinds: tuple[Excitation, ...]) -> Recipe:
+        """Return the recipe whose motions are of these kinds of excitation."""
         data = self.data.model_copy(update={"excitation": kinds})
         return self.model_copy(update={"data": data})
 
@@ -244,7 +245,7 @@ class Recipe(Table):
                 f"recipe {self.name!r} holds out no kinds of excitation; expected some under "
                 "[[validation.excitation]]"
             )
-        return self._with_kinds(self.validation.excitation)
+        return self.with_kinds(self.validation.excitation)
 
     @model_validator(mode="after")
     def _beyond_is_learnt(self) -> Recipe:

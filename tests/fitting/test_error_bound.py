@@ -319,3 +319,25 @@ def test_statistics_that_are_roundings_are_not_scaled_up() -> None:
     statistics = np.stack(columns, axis=1)
     scaling = scaling_of_statistics(statistics)
     assert scaling.scale == pytest.approx([columns[0].std(), 1.0, 1.0, columns[3].std()])
+
+
+def test_networks_that_do_not_stay_bounded_are_named_with_the_part_of_the_data(
+    fit: Fit, folder: Path, tmp_path: Path
+) -> None:
+    assert isinstance(fit.surrogate.bound, ErrorBound)
+    assert RECIPE.bound is not None
+    learnt, calibration = (
+        read_split(folder / "store", name, RECIPE.count(name)) for name in ("bound", "calibration")
+    )
+    wild = learnt.inputs.copy()
+    wild[1, -1] = np.inf
+    with pytest.raises(ValueError, match=rf"not finite on 1 of {len(wild)} .* of data\.further; "):
+        fit_bound(
+            fit.surrogate,
+            fit.surrogate.bound.companion,
+            [learnt, calibration, Split(wild, learnt.outputs, learnt.kinds)],
+            RECIPE.bound,
+            tmp_path / "head.pt",
+            torch.device("cpu"),
+            silent,
+        )

@@ -147,3 +147,17 @@ def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     assert (of_steps in told) is (amplitude == "1.0")
     assert ("the spring breaks" in told) is (amplitude == "1.0")
     assert "multisine" not in told
+
+
+def test_trial_says_so_where_no_time_is_left_for_kinds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial, "MOST_TIME", -1.0)
+    recipe = tmp_path / "fragile.toml"
+    text = recipe_text(tmp_path, 0.7).replace("[0.0, 1.0]", "[0.0, 0.3]")
+    recipe.write_text(text + OTHER_KINDS.replace("AMPLITUDE", "1.0"))
+    done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
+    assert done.exit_code == 0, done.output
+    told = " ".join(json.loads((tmp_path / "figures.json").read_text())["remarks"])
+    assert "there was no time to simulate 2 of the kinds of bound.excitation" in told
+    assert "the spring breaks" not in told

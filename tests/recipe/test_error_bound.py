@@ -64,8 +64,10 @@ def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
 
 
 def test_recipe_without_further_kinds_draws_none() -> None:
-    recipe = tiny_state_space_recipe(bound={}, data={"further": 5, **LONG})
+    recipe = tiny_state_space_recipe(bound={}, data=LONG)
     assert recipe.count("further") == 0
+    with pytest.raises(ValueError, match=r"data\.further = 5 without kinds .* add them"):
+        tiny_state_space_recipe(bound={}, data={"further": 5, **LONG})
     with pytest.raises(RecipeError, match=r"expected some under \[\[bound\.excitation\]\]"):
         recipe.with_further_kinds()
 

@@ -58,13 +58,6 @@ class Task:
             )
 
 
-ALONG_SAMPLES = (
-    *("time", "inputs", "reference", "surrogate"),
-    *("estimate", "true_error", "model", "plain", "free"),
-)
-"""These arrays of a comparison have one row for each sample that is scored, or are None."""
-
-
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """A comparison is one trajectory of both FMUs.
@@ -117,8 +110,9 @@ class Comparison:
             return None
         part = slice(self.first_told, None)
         told = Told(*(values[part] for values in vars(self.told).values()))
-        arrays = {name: getattr(self, name) for name in ALONG_SAMPLES}
-        cut = {name: values[part] for name, values in arrays.items() if values is not None}
+        # every array of a comparison has one row for each sample that is scored
+        arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
+        cut: dict[str, Any] = {name: values[part] for name, values in arrays.items()}
         return replace(self, **cut, told=told, first_told=0)
 
     @property

@@ -5,8 +5,8 @@
 The bound of a released FMU is learnt twice with the networks that it has: once as its recipe says,
 once without ``bound.excitation``. Data are made again as the recipe says, or those of a run are
 taken (``--store runs/NAME/data.zarr``). Both bounds are measured
-on the same fresh trajectories, in range and of the kinds that are held out, beside the model that
-made the data. Both are calibrated by the same trajectories.
+on the same fresh trajectories, in range and of the kinds that are held out, beside the finest
+reference model. Both are calibrated by the same trajectories.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from seeds import FURTHER_KINDS
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
+from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import FURTHER, Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.trust import Told, bound_figures, harm_figures
 
@@ -112,18 +112,14 @@ def _runs(
     surrogate: Surrogate, recipe: Recipe, seed: int, count: int, stages: Stages
 ) -> list[Run]:
     """Simulate fresh trajectories of a recipe's kinds; samples count that a bound counts for."""
-    system, found = recipe_system(recipe), []
     assert surrogate.bound is not None
     stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
-    names, progress = names_of(recipe.data.excitation), stages("fresh trajectories")
+    names, found = names_of(recipe.data.excitation), []
     filled = max(surrogate.window.n_in, surrogate.bound.filling_length)
-    for index in range(count):
-        drawn = draw(recipe, system, stream, index)
-        truth = simulate_draw(system, drawn).outputs[1:]
-        errors = np.abs(surrogate.predict_newest(drawn.inputs)[drawn.burn_in :] - truth)
-        first = max(filled - drawn.burn_in, 0)
-        found.append(Run(drawn.inputs, errors[first:], names[drawn.kind]))
-        progress(index + 1, count)
+    for motion in unseen_motions(recipe, stream, count, stages("fresh trajectories")):
+        errors = np.abs(surrogate.predict_newest(motion.inputs) - motion.outputs[1:])
+        first = max(filled, motion.burn_in)
+        found.append(Run(motion.inputs, errors[first:], names[motion.kind]))
     return found
 
 

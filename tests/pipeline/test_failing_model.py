@@ -133,16 +133,21 @@ angular_frequency = [0.5, 2.0]
 """
 
 
+def remarks_on_other_kinds(folder: Path, amplitude: str) -> str:
+    """What a trial remarks where networks learn from small motions alone."""
+    recipe = folder / "fragile.toml"
+    text = recipe_text(folder, 0.7).replace("[0.0, 1.0]", "[0.0, 0.3]")
+    recipe.write_text(text + OTHER_KINDS.replace("AMPLITUDE", amplitude))
+    done = invoke("try", recipe, "--runs", folder, "--json", folder / "figures.json")
+    assert done.exit_code == 0, done.output
+    return " ".join(json.loads((folder / "figures.json").read_text())["remarks"])
+
+
 @pytest.mark.parametrize("amplitude", ["0.1", "1.0"])
 def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     amplitude: str, tmp_path: Path
 ) -> None:
-    recipe = tmp_path / "fragile.toml"
-    text = recipe_text(tmp_path, 0.7).replace("[0.0, 1.0]", "[0.0, 0.3]")
-    recipe.write_text(text + OTHER_KINDS.replace("AMPLITUDE", amplitude))
-    done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
-    assert done.exit_code == 0, done.output
-    told = " ".join(json.loads((tmp_path / "figures.json").read_text())["remarks"])
+    told = remarks_on_other_kinds(tmp_path, amplitude)
     of_steps = "a motion of the kind 'steps' of bound.excitation could not be simulated: "
     assert (of_steps in told) is (amplitude == "1.0")
     assert ("the spring breaks" in told) is (amplitude == "1.0")
@@ -153,11 +158,6 @@ def test_trial_says_so_where_no_time_is_left_for_kinds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(trial, "MOST_TIME", -1.0)
-    recipe = tmp_path / "fragile.toml"
-    text = recipe_text(tmp_path, 0.7).replace("[0.0, 1.0]", "[0.0, 0.3]")
-    recipe.write_text(text + OTHER_KINDS.replace("AMPLITUDE", "1.0"))
-    done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
-    assert done.exit_code == 0, done.output
-    told = " ".join(json.loads((tmp_path / "figures.json").read_text())["remarks"])
+    told = remarks_on_other_kinds(tmp_path, "1.0")
     assert "there was no time to simulate 2 of the kinds of bound.excitation" in told
     assert "the spring breaks" not in told

@@ -7,6 +7,7 @@ for the phases are those of the paper.
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Literal
 
 import numpy as np
@@ -30,6 +31,8 @@ class SpeedRamps(Kind):
             uniformly between minus and plus this limit.
         samples: range of the length of a phase in samples, both ends included.
         constant_speed: share of the phases without acceleration.
+        rest: share of the phases in which the rotation slows down at the limit of the
+            acceleration, and then rests.
         noise: half the width of the uniform noise on the speed, relative to its limit. It is
             added to about every second step, chosen at random; the limits do not hold for it.
         noise_share: share of the trajectories with noise.
@@ -40,6 +43,7 @@ class SpeedRamps(Kind):
     acceleration: PositiveFloat
     samples: CountRange = (20, 60)
     constant_speed: Share = 0.1
+    rest: Share = 0.0
     noise: float = Field(default=0.0, ge=0)
     noise_share: Share = 0.5
 
@@ -72,6 +76,8 @@ class SpeedRamps(Kind):
             f"{self.speed:g} rad/s, to and fro, in phases of {phases} with constant accelerations "
             f"of up to {self.acceleration:g} rad/s^2"
         )
+        if self.rest:
+            text += f", and comes to rest in {100 * self.rest:g} % of them"
         if self.noise == 0:
             return text
         noise, share = 100 * self.noise, 100 * self.noise_share
@@ -96,8 +102,10 @@ class SpeedRamps(Kind):
         if count == 0:
             return np.array([start])
         step, limit = (time[-1] - time[0]) / count, factor * self.speed
-        acceleration = factor * self._accelerations(count, rng)
-        speed = _clipped_sums(rng.uniform(-limit, limit), step * acceleration, limit)
+        wanted = factor * self._accelerations(count, rng)
+        braking = factor * self.acceleration
+        speed = _speeds(rng.uniform(-limit, limit), step * wanted, limit, step * braking)
+        acceleration = np.where(np.isnan(wanted), -braking * np.sign(speed[:-1]), wanted)
         moved = _integral(speed, acceleration, step)
         if self.noise > 0 and rng.random() < self.noise_share:
             noise = rng.uniform(-self.noise * limit, self.noise * limit, count)
@@ -105,20 +113,31 @@ class SpeedRamps(Kind):
         return start + np.concatenate([[0.0], np.cumsum(moved)])
 
     def _accelerations(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Draw the acceleration over every step in rad/s^2, shape (count,), at factor 1."""
+        """Draw the acceleration over every step in rad/s^2, shape (count,), at factor 1.
+
+        It is NaN where the rotation comes to rest.
+        """
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count + 1)
         values = rng.uniform(-self.acceleration, self.acceleration, count + 1)
         values[rng.random(count + 1) < self.constant_speed] = 0.0
+        if self.rest > 0:
+            values[rng.random(count + 1) < self.rest] = np.nan
         begun = rng.integers(lengths[0])  # the record starts somewhere inside the first phase
         return np.repeat(values, lengths)[begun : begun + count]
 
 
-def _clipped_sums(start: float, changes: FloatArray, limit: float) -> FloatArray:
-    """Return the running sum of changes, kept within +-limit at every one, shape (N + 1,)."""
-    sums = itertools.accumulate(
-        changes, lambda total, change: min(max(total + change, -limit), limit), initial=start
-    )
-    return np.array(list(sums))
+def _speeds(start: float, changes: FloatArray, limit: float, braking: float) -> FloatArray:
+    """Return speeds in rad/s that change step by step within +-limit, shape (N + 1,).
+
+    Where a change, (N,), is NaN, the speed comes nearer to zero, by ``braking`` in rad/s.
+    """
+
+    def changed(speed: float, change: float) -> float:
+        if math.isnan(change):
+            return speed - min(max(speed, -braking), braking)
+        return min(max(speed + change, -limit), limit)
+
+    return np.array(list(itertools.accumulate(changes, changed, initial=start)))
 
 
 def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:

@@ -125,16 +125,41 @@ def first_change(angle: FloatArray) -> int:
 
 def test_angle_is_the_exact_integral_where_speed_meets_its_limit() -> None:
     """Against the same motion on a grid a thousand times as fine."""
-    from slide_fmu.excitation.speed_ramps import _clipped_sums, _integral
+    from slide_fmu.excitation.speed_ramps import _integral, _speeds
 
     fine, acceleration = 1000, np.array([20.0, 20.0, -7.0, -20.0, 0.0])
     h = 0.1
-    speed = _clipped_sums(5.3, h * acceleration, 6.0)
+    speed = _speeds(5.3, h * acceleration, 6.0, 0.0)
     found = _integral(speed, acceleration, h)
     many = np.repeat(acceleration, fine)
-    finer = _clipped_sums(5.3, h / fine * many, 6.0)
+    finer = _speeds(5.3, h / fine * many, 6.0, 0.0)
     sums = h / fine * (0.5 * (finer[1:] + finer[:-1])).reshape(-1, fine).sum(axis=1)
     assert found == pytest.approx(sums, abs=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.7])
+def test_rotation_comes_to_rest_at_the_limit_of_its_acceleration(factor: float) -> None:
+    limit, resting, stops = 20.0 * factor, [], 0
+    for seed in range(20):
+        angle = rotation(seed, factor, rest=0.3)
+        assert np.max(np.abs(accelerations(angle))) <= limit * (1 + 1e-6)
+        still = np.abs(speeds(angle)) < 1e-9
+        resting.append(np.mean(still))
+        for begun in np.flatnonzero(still[1:] & ~still[:-1]) + 1:
+            before = np.abs(speeds(angle)[max(begun - 4, 0) : begun])
+            if len(before) == 4 and before[0] > 3.1 * STEP * limit:
+                stops += 1
+                assert -np.diff(before)[:2] == pytest.approx(STEP * limit, rel=1e-3)
+    assert 0.1 < np.mean(resting) < 0.3
+    assert stops > 10
+
+
+def test_rotation_rests_again_and_again_for_whole_phases() -> None:
+    angle = rotation(1, rest=0.5, samples=[60, 60])
+    still = np.abs(speeds(angle)) < 1e-9
+    edges = np.flatnonzero(np.diff(still.astype(int)))
+    assert len(edges) > 20
+    assert not np.any(np.abs(speeds(rotation(1, samples=[60, 60]))) < 1e-9)  # none without
 
 
 def test_noise_comes_on_half_of_the_samples_of_a_share_of_the_trajectories() -> None:
@@ -269,6 +294,7 @@ def test_any_point_to_point_motion_keeps_ranges_and_limits(
     limits=st.tuples(st.floats(0.1, 30), st.floats(0.1, 100)),
     samples=st.tuples(st.integers(1, 80), st.integers(1, 80)).map(sorted),
     constant_speed=st.floats(0, 1),
+    rest=st.floats(0, 1),
     factor=st.floats(0.2, 5),
     seed=st.integers(0, 1000),
 )
@@ -277,6 +303,7 @@ def test_any_rotation_keeps_its_limits(
     limits: tuple[float, float],
     samples: list[int],
     constant_speed: float,
+    rest: float,
     factor: float,
     seed: int,
 ) -> None:
@@ -287,6 +314,7 @@ def test_any_rotation_keeps_its_limits(
         acceleration=acceleration,
         samples=samples,
         constant_speed=constant_speed,
+        rest=rest,
     )
     angle = kind.angle(TIME[:600], factor, np.random.default_rng(seed))
     assert np.max(np.abs(speeds(angle))) <= factor * speed * (1 + 1e-9) + 1e-9

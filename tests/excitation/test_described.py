@@ -74,8 +74,8 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         ANGLE,
         {"speed": 8.0, "acceleration": 20.0, "samples": [5, 5], "rest": 0.2, "noise": 0.1},
         "the angle of x and y turns at up to 8 rad/s, to and fro, in phases of 0.05 s with "
-        "constant accelerations of up to 20 rad/s^2, and comes to rest in 20 % of them; in 50 % of "
-        "the runs, speeds are noisy by 10 % of the limit",
+        "constant accelerations of up to 20 rad/s^2, and comes to rest in 20 % of them; in 50 % "
+        "of the runs, speeds are noisy by 10 % of the limit",
     ),
     "point_to_point": (
         JOINTS,

@@ -54,12 +54,20 @@ def random_bound(
 
 
 def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
-    """The surrogate with an error estimate of its bound, and without an error estimator."""
+    """The surrogate with an error estimate of its bound, and without an error estimator.
+
+    The head gives the RMS errors that it is made of, beside the local scales.
+    """
     bound = surrogate.bound
     assert bound is not None
     assert bound.estimator is None
     span = SpanEstimate(block, np.linspace(0.7, 1.3, bound.companion.n_values))
-    return replace(surrogate, estimator=None, bound=replace(bound, span=span))
+    *hidden, last = bound.head.layers
+    weights = np.concatenate([last.weights, 0.5 * last.weights[::-1]])
+    bias = np.concatenate([last.bias, last.bias[::-1] - np.float32(0.2)])
+    layers = *hidden, replace(last, weights=weights, bias=bias)
+    head = FeedForward(layers, 1, bound.head.features)
+    return replace(surrogate, estimator=None, bound=replace(bound, head=head, span=span))
 
 
 def bounded_surrogate(

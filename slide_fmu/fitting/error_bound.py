@@ -1,12 +1,15 @@
 """The error bound is learnt and calibrated while surrogate and companion stay as they are.
 
 The head learns the 95 % quantile of the absolute error by the pinball loss (Koenker and Bassett,
-1978), from trajectories that neither network has learnt from. Further ones make bounds of it
-(``conformal``), and say how large the watched means usually are.
+1978), from trajectories that neither network has learnt from. Where an error estimate is made of
+it, it learns the RMS error to be expected as well, by the likelihood of normally distributed
+errors (Nix and Weigend, 1994). Further trajectories make bounds (``conformal``), and say how large
+the watched means usually are.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +45,7 @@ from slide_fmu.surrogate.error_bound import (
     filling_length,
     local_scales,
     statistics_of,
+    values_count,
 )
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -51,6 +55,12 @@ PARTS = "data.bound", "data.calibration", "data.further"
 
 VALIDATION_SHARE = 0.1
 """The head's weights are chosen by this part of the trajectories that it is given."""
+
+WEIGHT_OF_RMS = 0.1
+"""The likelihood of RMS errors counts as much beside the pinball loss of local scales."""
+
+FAR = 3.0
+"""The logarithm of a squared error over the expected one from which on it is far outside."""
 
 USUAL = 0.999
 """The domain has the shape of the box of watched means below this quantile of them."""
@@ -101,14 +111,17 @@ def fit_bound(
         _require_finite(name, mix)
     head, history = _fit_head([learnt, *further], recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
+    found = local_scales(exponents.astype(np.float64))
+    found = found.reshape(*calibration.errors.shape[:2], head.n_values)
+    n_outputs = calibration.errors.shape[2]
     # errors of zero count as the least that the head knows: factors are positive
-    scales = local_scales(exponents.astype(np.float64)).reshape(calibration.errors.shape)
-    ratios = np.maximum(calibration.errors / scales, 2.0**-MOST_EXPONENT)
+    ratios = np.maximum(calibration.errors / found[..., :n_outputs], 2.0**-MOST_EXPONENT)
     factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
     block, estimate = span_block(recipe, surrogate.window.step), None
     if block is not None:
-        estimate = SpanEstimate(block, _span_factors(calibration.errors, scales, block))
+        rms = found[..., n_outputs:]
+        estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits
     return ErrorBound(*parts, surrogate.estimator, estimate), history
 
@@ -125,14 +138,14 @@ def _require_finite(name: str, mix: _Seen) -> None:
         )
 
 
-def _span_factors(errors: FloatArray, scales: FloatArray, block: int) -> FloatArray:
-    """Return what makes an error of the local scales over a span, (n_outputs,).
+def _span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray:
+    """Return what makes an error over a span of those expected of each sample, (n_outputs,).
 
     Both have the shape (n_trajectories, N, n_outputs). Estimates of the calibration are as often
     too large as too small.
     """
     known = slice((N_BLOCKS + 1) * block, None)
-    true, found = (block_means(values**2, block)[:, known] for values in (errors, scales))
+    true, found = (block_means(values**2, block)[:, known] for values in (errors, rms))
     ratios = np.log(np.maximum(true, SMALLEST) / found)
     return np.asarray(np.exp(0.5 * np.median(ratios.reshape(-1, ratios.shape[2]), axis=0)))
 
@@ -161,8 +174,8 @@ def _fit_head(
 ) -> tuple[FeedForward, History]:
     """Learn the logarithm of the local scale, about the error's quantile in all samples.
 
-    Of each mix of kinds a part of the trajectories chooses the weights. Errors count relative to
-    the quantile of the first mix.
+    With ``estimate_span``, that of the RMS error follows. Of each mix of kinds a part of the
+    trajectories chooses the weights. Errors count relative to the quantile of the first mix.
     """
     errors = learnt[0].errors.reshape(-1, learnt[0].errors.shape[2])
     usual = np.quantile(errors, USUAL_CONFIDENCE, axis=0)
@@ -176,10 +189,12 @@ def _fit_head(
     flat = np.concatenate([mix.statistics.reshape(-1, mix.statistics.shape[2]) for mix in learnt])
     features = FeatureMap(Differences(flat.shape[1]), scaling=scaling_of_statistics(flat))
     table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
-    module = FeedForwardModule(table, 1, features, len(usual))
+    n_values = values_count(len(usual), recipe.estimate_span is not None)
+    module = FeedForwardModule(table, 1, features, n_values)
     module.to(device, torch.float32)
     module.initialise(torch.Generator(device).manual_seed(recipe.seed))
-    begin = torch.as_tensor(np.log2(usual), dtype=torch.float32).to(device)
+    known = np.concatenate([usual, np.sqrt(np.mean(errors**2, axis=0))])[:n_values]
+    begin = torch.as_tensor(np.log2(known), dtype=torch.float32).to(device)
     with torch.no_grad():
         module.state_dict()[f"linear.{len(recipe.hidden)}.bias"].copy_(begin)
 
@@ -204,25 +219,49 @@ def _fit_head(
     )
     chosen_by = windows([slice(0, count) for count in counts])
     learnt_from = windows([slice(count, None) for count in counts])
-    objective = _pinball(begin)
+    objective = _objective(begin[: len(usual)])
     history = train(module, learnt_from, chosen_by, training, checkpoint, progress, objective)
     return module.freeze(), history
 
 
-def _pinball(usual: torch.Tensor) -> Objective:
-    """Return the pinball loss at ``USUAL_CONFIDENCE``; exponents are relative to the usual ones.
+def _objective(usual: torch.Tensor) -> Objective:
+    """Return the loss of exponents, (B, n_values), beside errors relative to the usual ones.
 
-    Targets are errors relative to the usual ones too, (B, n_outputs). Both count on a scale that
-    is logarithmic above the usual error: kinds of inputs with errors a hundred times as large
-    would decide alone. A quantile is the same on any such scale.
+    The errors have the shape (B, n_outputs), the exponents of the usual ones (n_outputs,). The
+    first n_outputs exponents are those of the local scales, others those of RMS errors.
     """
+    n_outputs = len(usual)
 
     def loss(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
-        below = _compressed(errors) - _compressed((exponents - usual).exp2())
-        both = torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below)
-        return both.mean()
+        of_scales = _pinball(exponents[:, :n_outputs] - usual, errors)
+        if exponents.shape[1] == n_outputs:
+            return of_scales
+        of_rms = _likelihood(exponents[:, n_outputs:] - usual, errors)
+        return of_scales + WEIGHT_OF_RMS * of_rms
 
     return Objective(loss, lambda value: value, odd=False)
+
+
+def _pinball(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
+    """Return the mean pinball loss at ``USUAL_CONFIDENCE``, both relative to the usual errors.
+
+    Both count on a scale that is logarithmic above the usual error: kinds of inputs with errors a
+    hundred times as large would decide alone. A quantile is the same on any such scale.
+    """
+    below = _compressed(errors) - _compressed(exponents.exp2())
+    return torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below).mean()
+
+
+def _likelihood(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
+    """Return the mean negative logarithm of the likelihood of errors, but for a constant.
+
+    It is that of normally distributed errors with these RMS values. One far outside of them counts
+    as one by its logarithm: few of them would decide alone.
+    """
+    levels = math.log(4) * exponents  # of squares
+    apart = errors.square().clamp(min=SMALLEST).log() - levels
+    near = apart.clamp(max=FAR).exp()
+    return (near * (1 + (apart - FAR).clamp(min=0.0)) + levels).mean()
 
 
 def _compressed(errors: torch.Tensor) -> torch.Tensor:

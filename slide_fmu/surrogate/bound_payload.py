@@ -41,11 +41,16 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
 
 
 def decode_bound(
-    section: Reader, n_inputs: int, n_outputs: int, estimator: ErrorEstimator | None
+    section: Reader,
+    n_inputs: int,
+    n_outputs: int,
+    estimator: ErrorEstimator | None,
+    span: SpanEstimate | None,
 ) -> ErrorBound:
     """Read the content of the section BOUN of a surrogate with so many inputs and outputs.
 
-    The estimator is the one whose estimates the head sees, if it sees any.
+    The estimator is the one whose estimates the head sees, if it sees any; the span is what the
+    section SPAN says.
 
     Raises:
         ValueError: the bytes are no error bound.
@@ -61,4 +66,4 @@ def decode_bound(
     if not isinstance(head, FeedForward):
         raise ValueError("error bound whose head is no feed-forward network; expected one")
     section.done()
-    return ErrorBound(companion, head, (short, long), factors, limits, estimator)
+    return ErrorBound(companion, head, (short, long), factors, limits, estimator, span)

@@ -6,8 +6,9 @@ sample, from which a small network, the head, gives a local scale of the error. 
 confidence, calibrated on trajectories that nothing has learnt from, makes a bound of it. Samples
 whose mean squares are larger than those of the calibration are none of the domain.
 
-A surrogate with an error estimator has its estimates among the statistics. Without one, the local
-scales over a longer span may give an error estimate.
+A surrogate with an error estimator has its estimates among the statistics. Without one, the head
+may also give the RMS error to be expected of each sample, which over a longer span makes an error
+estimate.
 """
 
 from __future__ import annotations
@@ -52,11 +53,14 @@ class Trust:
         disagreement: difference of surrogate and companion, likewise, shape (N, n_outputs); where
             its mean over the short blocks is larger, the root of that mean square.
         novelty: 1 at the edge of the domain, shape (N,).
+        rms: RMS error to be expected of each sample, relative to the output's scale, shape
+            (N, n_outputs); None where the head does not give it.
     """
 
     scales: FloatArray
     disagreement: FloatArray
     novelty: FloatArray
+    rms: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,13 +79,14 @@ class ErrorBound:
     Attributes:
         companion: network of the same window, inputs and outputs as the surrogate's.
         head: from the statistics, as its channels, to the logarithm to base 2 of the local scale
-            of every output.
+            of every output; with ``span``, the RMS errors of every output follow, likewise.
         blocks: samples in a short and in a long block.
         factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape
             (3, n_outputs).
         limits: of the watched means at the edge of the domain, shape (n_watched,).
         estimator: the surrogate's, if the head sees what it expects.
-        span: makes an error estimate of the local scales, if the surrogate has no estimator.
+        span: makes an error estimate of the RMS errors of the head, if the surrogate has no
+            estimator.
     """
 
     companion: StateSpace
@@ -100,12 +105,17 @@ class ErrorBound:
                 f"error bound with blocks of {short} and {long} samples; expected 1 to {most}, "
                 "the shorter ones first"
             )
+        if self.span is not None and self.estimator is not None:
+            raise ValueError(
+                "error bound with an error estimate of its own beside an error estimator; "
+                "expected one of them"
+            )
         n_outputs = self.companion.n_values
         n_watched = self._n_seen + 2 * n_outputs
         n_statistics = statistics_count(self._n_seen, n_outputs, self.estimator is not None)
         head = self.head
         found = (head.n_channels, head.n_samples, head.features.n_signals, head.n_values)
-        expected = (n_statistics, 1, n_statistics, n_outputs)
+        expected = (n_statistics, 1, n_statistics, values_count(n_outputs, self.span is not None))
         if found != expected or head.features.features.n_before > 0:
             raise ValueError(
                 f"head of an error bound with channels, samples, features and values {found}; "
@@ -117,11 +127,6 @@ class ErrorBound:
             raise ValueError(
                 f"factors of an error bound that fall: {self.factors.tolist()}; expected them to "
                 "rise with the confidence"
-            )
-        if self.span is not None and self.estimator is not None:
-            raise ValueError(
-                "error bound with an error estimate of its own beside an error estimator; "
-                "expected one of them"
             )
         if self.span is not None:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
@@ -173,10 +178,14 @@ class ErrorBound:
             statistics, watched, disagreement = self.statistics(scaled, predicted)
             samples = statistics.reshape(-1, 1, statistics.shape[-1])
             exponents = self.head.evaluate(samples).astype(np.float64)
-            scales = local_scales(exponents).reshape(predicted.shape)
+            found = local_scales(exponents).reshape(*predicted.shape[:-1], -1)
             novelty = np.sqrt((watched / self.limits).max(axis=-1))
         novelty = np.where(novelty <= MOST_NOVELTY, novelty, MOST_NOVELTY)
-        return [Trust(*parts) for parts in zip(scales, disagreement, novelty, strict=True)]
+        n_outputs = predicted.shape[-1]
+        return [
+            Trust(both[:, :n_outputs], apart, new, both[:, n_outputs:] if self.span else None)
+            for both, apart, new in zip(found, disagreement, novelty, strict=True)
+        ]
 
     def statistics(
         self, scaled: FloatArray, predicted: FloatArray
@@ -195,8 +204,8 @@ class ErrorBound:
         Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give (B, N, n_outputs).
         """
         assert self.span is not None
-        scales = np.stack([trust.scales for trust in self.along(scaled, predicted)])
-        return self.span.along(scales**2)
+        rms = [trust.rms for trust in self.along(scaled, predicted) if trust.rms is not None]
+        return self.span.along(np.stack(rms) ** 2)
 
     def factors_at(self, confidence: float) -> FloatArray:
         """Give the factors of the least calibrated confidence that is not smaller: (n_outputs,).
@@ -240,6 +249,11 @@ def logarithms(squares: FloatArray) -> Float32Array:
     single = np.maximum(squares, SMALLEST).astype(np.float32)
     bits = single.view(np.int32).astype(np.float32)
     return np.asarray(bits * np.float32(2.0**-23) - np.float32(127.0))
+
+
+def values_count(n_outputs: int, with_span: bool) -> int:
+    """Return how many values a head gives: local scales, and RMS errors for an error estimate."""
+    return 2 * n_outputs if with_span else n_outputs
 
 
 def statistics_count(n_seen: int, n_outputs: int, with_estimates: bool) -> int:

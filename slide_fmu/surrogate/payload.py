@@ -38,7 +38,8 @@ t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 but with 0. At most 63 terms,
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
 0.99, the limits, the companion and the head (``error_bound.py``). It stands in no file with PARA.
-SPAN stands in files with BOUN and without ESTI alone (``span_estimate.py``).
+SPAN stands in files with BOUN and without ESTI alone (``span_estimate.py``); then the head gives
+twice as many values.
 
 Files with SPAN, or with BOUN and ESTI, have version 9; others with BOUN have version 8, files with
 PARA version 7, and all others are written with version 6. In files of version 8, the head of BOUN
@@ -263,10 +264,10 @@ def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
     bound = None
     if _is_next(reader, b"BOUN"):
         seen = estimator if version == WITH_ESTIMATES else None
-        bound = decode_bound(reader.section(b"BOUN"), n_inputs, n_outputs, seen)
-    if bound is not None and version == WITH_ESTIMATES and _is_next(reader, b"SPAN"):
-        span = decode_span(reader.section(b"SPAN"), n_outputs)
-        bound = dataclasses.replace(bound, span=span)
+        section, span = reader.section(b"BOUN"), None
+        if version == WITH_ESTIMATES and _is_next(reader, b"SPAN"):
+            span = decode_span(reader.section(b"SPAN"), n_outputs)
+        bound = decode_bound(section, n_inputs, n_outputs, seen, span)
     forecast = None
     if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)

@@ -1,4 +1,4 @@
-"""The error estimate of a surrogate with an error bound: its local scales over a span."""
+"""The error estimate of a surrogate with an error bound: what its head expects, over a span."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slide_fmu.core.window import MAX_WINDOW
 
 @dataclass(frozen=True, eq=False)
 class SpanEstimate:
-    """A SpanEstimate gives the RMSE over the last samples from the local scales of an error bound.
+    """A SpanEstimate gives the RMSE over the last samples from those that a head expects of each.
 
     It is a factor times the root of their mean square, over ``N_BLOCKS`` whole blocks of samples
     and the one that has begun.
@@ -44,5 +44,5 @@ class SpanEstimate:
         return span_samples(self.block)
 
     def along(self, squares: FloatArray) -> FloatArray:
-        """Estimate errors from squared local scales, both of the shape (B, N, n_outputs)."""
+        """Estimate errors from squares of each sample, both of the shape (B, N, n_outputs)."""
         return np.asarray(np.sqrt(block_means(squares, self.block)) * self.factors)

@@ -17,7 +17,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.error_bound import (
-    _pinball,
+    _objective,
     _span_factors,
     fit_bound,
     scaling_of_statistics,
@@ -288,7 +288,7 @@ def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error(
 
 def test_loss_is_least_at_the_quantile_however_large_errors_are() -> None:
     rng = np.random.default_rng(3)
-    objective = _pinball(torch.zeros(1))
+    objective = _objective(torch.zeros(1))
     exponents = torch.linspace(-12, 12, 4801)
     for size in (0.01, 1.0, 30.0):
         errors = size * np.exp(rng.normal(0, 1, 4001))
@@ -298,9 +298,38 @@ def test_loss_is_least_at_the_quantile_however_large_errors_are() -> None:
         assert best == pytest.approx(np.quantile(errors, 0.95), rel=0.02)
 
 
+@pytest.mark.parametrize("usual", [0.0, -3.0])
+def test_loss_of_expected_errors_is_least_at_their_root_mean_square(usual: float) -> None:
+    rng = np.random.default_rng(3)
+    objective = _objective(torch.full((1,), usual))
+    exponents = torch.linspace(-12, 12, 4801)
+    for size in (0.01, 1.0, 30.0):
+        relative = size * rng.normal(0, 1, 4001)
+        targets = torch.as_tensor(np.abs(relative), dtype=torch.float32)[:, None]
+        scale = torch.zeros(1)
+        losses = [
+            float(objective.loss(torch.stack([scale, one[None]], dim=1).expand(4001, 2), targets))
+            for one in exponents
+        ]
+        best = 2.0 ** float(exponents[int(np.argmin(losses))] - usual)
+        assert best == pytest.approx(np.sqrt(np.mean(relative**2)), rel=0.02)
+
+
+def test_rare_huge_errors_do_not_decide_what_is_expected() -> None:
+    """One of a thousand samples that is a million times as large counts by its logarithm."""
+    targets = torch.ones(1000, 1)
+    targets[0] = 1e6
+    exponent = torch.zeros(1000, 2, requires_grad=True)
+    _objective(torch.zeros(1)).loss(exponent, targets).backward()
+    assert exponent.grad is not None
+    slopes = exponent.grad[:, 1].abs()
+    assert float(slopes[0]) > 100 * float(slopes[1:].max())
+    assert float(slopes[0]) < 1000.0 * 0.1 / 1000  # the plain likelihood: 1e12 * 0.1 / 1000
+
+
 def test_large_errors_do_not_decide_alone() -> None:
     """Where errors are a thousand times as large, a step of the exponent is worth as much."""
-    objective = _pinball(torch.zeros(1))
+    objective = _objective(torch.zeros(1))
 
     def slope(size: float) -> float:
         exponent = torch.tensor([[np.log2(size)]], dtype=torch.float32, requires_grad=True)

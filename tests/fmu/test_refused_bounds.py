@@ -7,6 +7,7 @@ import dataclasses
 import struct
 import zlib
 
+import numpy as np
 import pytest
 
 from slide_fmu.core.window import MAX_WINDOW
@@ -132,7 +133,7 @@ def test_head_that_is_not_feed_forward_is_refused(load: Load) -> None:
     assert "surrogate file" in message
 
 
-@pytest.mark.parametrize("fault", ["samples", "differences", "chosen", "values"])
+@pytest.mark.parametrize("fault", ["samples", "differences", "chosen"])
 def test_head_of_other_sizes_is_refused(load: Load, fault: str) -> None:
     surrogate = bounded_surrogate(SHAPE)
     head = bound_of(surrogate).head
@@ -141,9 +142,6 @@ def test_head_of_other_sizes_is_refused(load: Load, fault: str) -> None:
     if fault == "samples":
         wider = dataclasses.replace(first, weights=first.weights.repeat(2, axis=1))
         other = FeedForward((wider, last), 2, features)
-    elif fault == "values":
-        fewer = dataclasses.replace(last, weights=last.weights[:1], bias=last.bias[:1])
-        other = FeedForward((first, fewer), 1, features)
     elif fault == "differences":
         every = tuple(range(count))
         other = FeedForward(head.layers, 1, FeatureMap(Differences(count, 1), every))
@@ -153,6 +151,23 @@ def test_head_of_other_sizes_is_refused(load: Load, fault: str) -> None:
         other = FeedForward((narrow, last), 1, some)
     message = refused(load(surrogate), unchecked(surrogate, head=other))
     assert "the head of an error bound maps" in message
+
+
+@pytest.mark.parametrize(
+    ("count", "spanned"), [(1, False), (3, False), (4, False), (2, True), (3, True), (5, True)]
+)
+def test_head_of_another_number_of_values_is_refused(
+    load: Load, count: int, spanned: bool
+) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    surrogate, expected = (with_span(surrogate), 4) if spanned else (surrogate, 2)
+    head = bound_of(surrogate).head
+    first, last = head.layers
+    rows = np.arange(count) % len(last.bias)
+    other = dataclasses.replace(last, weights=last.weights[rows], bias=last.bias[rows])
+    content = unchecked(surrogate, head=FeedForward((first, other), 1, head.features))
+    message = refused(load(surrogate), content)
+    assert f"the head of an error bound gives {count} values; expected {expected}" in message
 
 
 def test_bound_of_layers_is_refused(load: Load) -> None:

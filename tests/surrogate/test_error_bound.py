@@ -63,7 +63,7 @@ def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
         x = companion.run(features[None, begin : 3 * n + k + 1])[1][0]
         drive = features[3 * n + k, list(companion.roles.drive)]
         seen.append([*x.astype(float), *drive.astype(float)])
-    scales, disagreement, novelty = [], [], []
+    found, disagreement, novelty = [], [], []
     for k in range(len(scaled)):
         short, long = (
             [plain_mean(squares[:, i].tolist(), k, block) for i in range(squares.shape[1])]
@@ -75,11 +75,12 @@ def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
         expected = [] if bound.estimator is None else bound.estimator.along(scaled[: k + 1], 2)[k]
         logs = [float(logarithms(np.array(v))) for v in (*squares[k], *watched, *expected)]
         values = bound.head.evaluate(np.array([*seen[k], *logs])[None, None])[0]
-        scales.append([2.0 ** float(v) for v in values])
+        found.append([2.0 ** float(v) for v in values])
         disagreement.append([math.sqrt(max(*p)) for p in zip(squares[k], short, strict=True)])
         pairs = zip(watched, bound.limits, strict=True)
         novelty.append(math.sqrt(max(mean / limit for mean, limit in pairs)))
-    return Trust(np.array(scales), np.array(disagreement), np.array(novelty))
+    scales, rms = np.split(np.array(found), [squares.shape[1]], axis=1)
+    return Trust(scales, np.array(disagreement), np.array(novelty), rms if bound.span else None)
 
 
 @pytest.mark.parametrize("sees_estimates", [False, True])
@@ -152,7 +153,9 @@ def test_estimate_of_the_bound_is_that_of_plain_loops(block: int) -> None:
     bound, inputs = surrogate.bound, record(surrogate)
     assert bound is not None
     assert bound.span is not None
-    squares = plain_trust(surrogate, inputs).scales ** 2
+    trust = plain_trust(surrogate, inputs)
+    assert trust.rms is not None
+    squares = trust.rms**2
     expected = [
         [math.sqrt(plain_mean(squares[:, i].tolist(), k, block)) for i in range(2)]
         for k in range(len(inputs))
@@ -162,6 +165,17 @@ def test_estimate_of_the_bound_is_that_of_plain_loops(block: int) -> None:
         surrogate.estimate_error(inputs), factors * np.array(expected), rtol=1e-4
     )
     assert surrogate.estimated_samples == {1: 9, 4: 34}[block]
+
+
+def test_expected_errors_are_told_where_an_estimate_is_made_of_them() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    inputs = record(surrogate)
+    plain, found = surrogate.trust(inputs), with_span(surrogate).trust(inputs)
+    assert plain.rms is None
+    np.testing.assert_array_equal(found.scales, plain.scales)
+    assert found.rms is not None
+    assert found.rms.shape == found.scales.shape
+    assert not np.allclose(found.rms, found.scales)
 
 
 def test_estimate_needs_an_estimator_or_a_bound() -> None:
@@ -204,8 +218,17 @@ def test_bad_estimate_of_a_bound_is_refused(
         SpanEstimate(block, np.array(factors))
 
 
-def test_estimate_for_other_outputs_is_refused() -> None:
+def test_estimate_of_a_head_without_expected_errors_is_refused() -> None:
     bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with pytest.raises(
+        ValueError, match=r"values \(\d+, 1, \d+, 2\); expected \(\d+, 1, \d+, 4\)"
+    ):
+        replace(bound, span=SpanEstimate(3, np.ones(2)))
+
+
+def test_estimate_for_other_outputs_is_refused() -> None:
+    bound = with_span(bounded_surrogate(SHAPE)).bound
     assert bound is not None
     with pytest.raises(ValueError, match=r"factors of the estimate .* of shape \(3,\)"):
         replace(bound, span=SpanEstimate(3, np.ones(3)))

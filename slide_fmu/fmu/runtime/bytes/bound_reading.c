@@ -59,14 +59,13 @@ static void read_head(SlidePayload *payload, uint32_t n_statistics, SlideCursor 
                 "(feed-forward)",
                 (unsigned)head->family->number, (unsigned)slide_feed_forward_family.number);
     slide_check(file,
-                head->n_samples == 1 && head->n_values == payload->n_outputs &&
-                    head->features.set == &slide_differences &&
+                head->n_samples == 1 && head->features.set == &slide_differences &&
                     head->features.n_signals == n_statistics &&
                     head->features.chosen.count == n_statistics,
-                "surrogate file: the head of an error bound maps %u samples of %u features to %u "
-                "values; expected 1 of %u, the statistics themselves, to %u",
+                "surrogate file: the head of an error bound maps %u samples of %u features; "
+                "expected 1 of %u, the statistics themselves",
                 (unsigned)head->n_samples, (unsigned)head->features.chosen.count,
-                (unsigned)head->n_values, (unsigned)n_statistics, (unsigned)payload->n_outputs);
+                (unsigned)n_statistics);
 }
 
 void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
@@ -117,4 +116,12 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
                     "surrogate file: factor %g of an error estimate; expected it positive", factor);
     }
     slide_close_section(file, "SPAN");
+}
+
+void slide_bound_check_head(const SlidePayload *payload, SlideCursor *file) {
+    const uint32_t found = payload->bound.head.n_values;
+    const uint32_t expected = (payload->bound.span_block > 0 ? 2 : 1) * payload->n_outputs;
+    slide_check(file, found == expected,
+                "surrogate file: the head of an error bound gives %u values; expected %u",
+                (unsigned)found, (unsigned)expected);
 }

@@ -240,6 +240,9 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     if (version == WITH_ESTIMATES && payload->has_bound && file->good && is_next(file, "SPAN")) {
         slide_span_read(payload, file);
     }
+    if (payload->has_bound && file->good) {
+        slide_bound_check_head(payload, file);
+    }
     payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);

@@ -55,7 +55,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
         bound->limits[i] = fmin(1 / bound->limits[i], DBL_MAX);
     }
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
-    slide_network_place(&bound->head, &view->head, payload->n_outputs, arena);
+    slide_network_place(&bound->head, &view->head, view->head.n_values, arena);
     const uint64_t seen = bound->companion.memory_length;
     bound->filling_length = seen + (SLIDE_BLOCKS + 1) * longer;
     if (view->sees_estimates && payload->estimator.n_samples > bound->filling_length) {
@@ -200,14 +200,11 @@ static uint64_t begin(const SlideBound *bound, uint64_t newest, uint64_t behind,
     return behind < most ? behind : most;
 }
 
-/* The squared local scales of a sample count for the estimate over a span, unless the predictor gave
- * nothing after it: then nothing is known of its error. */
-static void add_scales(const SlideBound *bound, const SlideKernel *kernel, bool present,
-                       uint64_t left, Span span, SlideBoundState *state) {
+/* The squared errors that the head expects of a sample count for the estimate over a span, unless
+ * the predictor gave nothing after it: then nothing is known of its error. */
+static void add_expected(const SlideBound *bound, const SlideKernel *kernel, bool present,
+                         uint64_t left, Span span, SlideBoundState *state) {
     slide_bound_weigh(bound, kernel, state);
-    for (size_t i = 0; i < bound->n_outputs; ++i) {
-        bound->squares[i] = state->scales[i] * state->scales[i];
-    }
     add(&bound->of_span, &state->of_span, present ? bound->squares : NULL, left, span);
 }
 
@@ -237,7 +234,7 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
             add(&bound->of_seen, &state->of_seen, bound->squares, left, lengthy);
         }
         if (estimates && left <= whole.count) {
-            add_scales(bound, kernel, present, left, whole, state);
+            add_expected(bound, kernel, present, left, whole, state);
         }
     }
     *state->known = count;

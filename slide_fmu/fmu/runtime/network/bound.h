@@ -21,20 +21,21 @@ typedef struct {
                                there is nothing else */
     uint64_t filling_length; /* newest samples that must be known for a result to count */
     uint64_t span_length;    /* newest samples that must be known for an error estimate made of
-                                the local scales to count; 0 without one */
+                                expected errors to count; 0 without one */
     size_t n_outputs, n_states, n_seen;
     size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
-    SlideBlocksShape of_span; /* blocks of squared local scales [n_outputs], for an error estimate;
-                                 length 0 without one */
+    SlideBlocksShape of_span; /* blocks of squared errors that the head expects [n_outputs], for
+                                 an error estimate; length 0 without one */
     double *span_factors;   /* [n_outputs], of the root of their means */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
     SlideNetwork companion; /* state space */
-    SlideNetwork head;      /* feed-forward, of one sample: it needs no state */
+    SlideNetwork head;      /* feed-forward, of one sample: it needs no state; local scales of all
+                               outputs and, for an error estimate, their expected errors */
     double *statistics;     /* scratch [1 + SLIDE_BEFORE][statistics], the later ones zeros */
     double *squares;        /* scratch [the larger of n_outputs and n_seen], of a sample */
     double *means;          /* scratch [2 * n_outputs + n_seen] */
@@ -78,7 +79,8 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
 
 /* Form local scales, disagreement and novelty at the last sample that was evaluated
  * (bound_results.c). The scratch holds what the error estimator expects of it, where the head sees
- * that. */
+ * that. With an error estimate, the scratch squares holds the squared errors that the head expects
+ * afterwards. */
 void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel, SlideBoundState *state);
 
 /* Form all results at the last of the known samples, unless they are there. */

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double MOST_EXPONENT = 60;  /* of a local scale, to base 2; so is what is no number */
+static const double MOST_EXPONENT = 60;  /* of what the head gives, to base 2; so is what is no number */
 static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
 static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
 
@@ -18,7 +18,8 @@ static double logarithm(double square) {
     return (float)bits * 0x1p-23f - 127.0f;
 }
 
-static double local_scale(double exponent) {
+/* A local scale, or an expected error. */
+static double power_of(double exponent) {
     const double kept = exponent < MOST_EXPONENT ? exponent : MOST_EXPONENT;
     return exp2(kept > -MOST_EXPONENT ? kept : -MOST_EXPONENT);
 }
@@ -54,7 +55,7 @@ void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
         const double square = state->apart_squared[i], mean = bound->means[i];
         const double apart = sqrt(square > mean ? square : mean);
         logarithms[i] = logarithm(square);
-        state->apart[i] = apart <= DBL_MAX ? apart : local_scale(MOST_EXPONENT);
+        state->apart[i] = apart <= DBL_MAX ? apart : power_of(MOST_EXPONENT);
     }
     for (size_t i = 0; i < n_means; ++i) {
         logarithms[n_outputs + i] = logarithm(bound->means[i]);
@@ -69,11 +70,15 @@ void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
     const float *exponents =
         slide_feed_forward_evaluate(&head->of.layers.stack, kernel, head->features);
     for (size_t i = 0; i < n_outputs; ++i) { /* units that saturate hide what is not finite */
-        state->scales[i] = local_scale(finite ? exponents[i] : NAN);
+        state->scales[i] = power_of(finite ? exponents[i] : NAN);
+    }
+    for (size_t i = 0; bound->span_length > 0 && i < n_outputs; ++i) {
+        const double error = power_of(finite ? exponents[n_outputs + i] : NAN);
+        bound->squares[i] = error * error;
     }
 }
 
-/* The root of the mean squared local scale over a span, times a factor. */
+/* The root of the mean squared error that is expected over a span, times a factor. */
 static void form_estimates(const SlideBound *bound, SlideBoundState *state) {
     slide_blocks_means(&bound->of_span, &state->of_span, state->estimates);
     for (size_t i = 0; i < bound->n_outputs; ++i) {

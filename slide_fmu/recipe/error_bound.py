@@ -59,8 +59,9 @@ class BoundRecipe(Table):
         false_alarms: share of the samples of the calibration that lie outside of the domain.
         excitation: further kinds of excitation, from which the head learns too, but no network,
             and by which nothing is calibrated: so it knows larger errors than those in the domain.
-        estimate_span: time in s over about which an error estimate is made of the head's local
-            scales; none without the key, unless there is a table ``estimator``.
+        estimate_span: time in s over about which an error estimate is made of the RMS errors that
+            the head then expects of each sample; none without the key, unless there is a table
+            ``estimator``.
     """
 
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)

@@ -62,6 +62,12 @@ WEIGHT_OF_RMS = 0.1
 FAR = 3.0
 """The logarithm of a squared error over the expected one from which on it is far outside."""
 
+FURTHER_SHARE = 0.05
+"""Samples of further kinds are at most this part of the others that the head learns from.
+
+Bounds in range are hardly wider for them then. Neighbouring samples resemble each other, so that
+little is lost by leaving some out."""
+
 USUAL = 0.999
 """The domain has the shape of the box of watched means below this quantile of them."""
 
@@ -109,7 +115,8 @@ def fit_bound(
     )
     for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
         _require_finite(name, mix)
-    head, history = _fit_head([learnt, *further], recipe, checkpoint, device, progress)
+    mixes = [learnt, *(_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
+    head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
     exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
     found = local_scales(exponents.astype(np.float64))
     found = found.reshape(*calibration.errors.shape[:2], head.n_values)
@@ -136,6 +143,12 @@ def _require_finite(name: str, mix: _Seen) -> None:
             "stay bounded there: excite it less (bound.excitation), or let both learn from "
             "trajectories beyond the range (data.beyond)"
         )
+
+
+def _thinned(mix: _Seen, most: float) -> _Seen:
+    """Take every n-th sample of each trajectory, with the least n that leaves so many errors."""
+    every = max(1, math.ceil(mix.errors.size / most))
+    return _Seen(*(values[:, ::every] for values in vars(mix).values()))
 
 
 def _span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray:
@@ -186,7 +199,7 @@ def _fit_head(
             "remove the table [bound]"
         )
     counts = [max(1, round(VALIDATION_SHARE * len(mix.errors))) for mix in learnt]
-    flat = np.concatenate([mix.statistics.reshape(-1, mix.statistics.shape[2]) for mix in learnt])
+    flat = np.concatenate([_samples(mix.statistics)[:, 0] for mix in learnt])
     features = FeatureMap(Differences(flat.shape[1]), scaling=scaling_of_statistics(flat))
     table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
     n_values = values_count(len(usual), recipe.estimate_span is not None)
@@ -200,9 +213,9 @@ def _fit_head(
 
     def windows(parts: Sequence[slice]) -> WindowData:
         pairs = list(zip(learnt, parts, strict=True))
-        statistics = np.concatenate([mix.statistics[part] for mix, part in pairs])
+        statistics = np.concatenate([_samples(mix.statistics[part]) for mix, part in pairs])
         inputs = torch.as_tensor(features.along(statistics)).to(device)
-        found = np.concatenate([mix.errors[part] for mix, part in pairs])
+        found = np.concatenate([_samples(mix.errors[part]) for mix, part in pairs])
         relative = np.pad(found / usual, ((0, 0), (1, 0), (0, 0)))
         return WindowData(inputs, torch.as_tensor(relative).to(inputs), Window(1.0, 1, 1))
 
@@ -222,6 +235,11 @@ def _fit_head(
     objective = _objective(begin[: len(usual)])
     history = train(module, learnt_from, chosen_by, training, checkpoint, progress, objective)
     return module.freeze(), history
+
+
+def _samples(values: FloatArray) -> FloatArray:
+    """Take trajectories apart, (n_trajectories, N, n) to (n_trajectories * N, 1, n)."""
+    return values.reshape(-1, 1, values.shape[2])
 
 
 def _objective(usual: torch.Tensor) -> Objective:

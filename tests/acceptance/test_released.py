@@ -6,14 +6,17 @@ import json
 from pathlib import Path
 
 import fmpy
+import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
 from slide_fmu.cosim.check import check_fmu
+from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import validate_fmu_file
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation.comparison import Task
 from slide_fmu.validation.model_card import variable_table
 from tests.acceptance.conftest import invoke
@@ -32,6 +35,9 @@ RELEASED = {
 
 FEW = Task(trajectories=12, seed=424_242, duration=30.0)
 """Enough trajectories to tell the promised accuracy from a broken FMU."""
+
+AT_REST = 515_151
+"""Seed of motions that come to rest."""
 
 
 def released(name: str) -> Path:
@@ -78,6 +84,22 @@ def test_released_fmu_was_made_from_its_recipe(name: str) -> None:
 def test_released_fmu_is_as_accurate_as_promised(name: str) -> None:
     figures = validate_fmu_file(released(name), FEW, lambda stage: lambda *state: None).figures()
     assert figures["outputs"][0]["relative_rmse"] < RELEASED[name]
+
+
+@pytest.mark.parametrize("name", ["duffing", "slider_crank", "robot_6r"])
+def test_error_bound_at_rest_is_no_larger_than_in_motion(name: str) -> None:
+    """Though the inputs of the training hardly ever rest."""
+    surrogate, provenance = read_fmu(released(name))
+    recipe = recipe_of_provenance(provenance, name)
+    stream = Stream(TEST, AT_REST, (1.0, 1.0), 20.0)
+    system, in_motion, at_rest = recipe_system(recipe), [], []
+    for index in range(5):
+        moving = draw(recipe, system, stream, index).inputs
+        resting = np.repeat(moving[-1:], round(20.0 / recipe.window.step), axis=0)
+        bounds = surrogate.error_bounds(np.concatenate([moving, resting]), 0.95)
+        in_motion.append(bounds[len(moving) // 2 : len(moving)])
+        at_rest.append(bounds[-len(resting) // 2 :].max(axis=0))
+    assert np.all(at_rest < np.quantile(np.concatenate(in_motion), 0.99, axis=0))
 
 
 @pytest.mark.parametrize("name", RELEASED)

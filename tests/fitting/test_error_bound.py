@@ -18,7 +18,9 @@ from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.error_bound import (
     _objective,
+    _Seen,
     _span_factors,
+    _thinned,
     fit_bound,
     scaling_of_statistics,
 )
@@ -216,6 +218,18 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     ]
     assert covered[1] > 0.93
     assert covered[0] < covered[1] - 0.05
+
+
+@pytest.mark.parametrize(
+    ("most", "every"), [(1e9, 1), (240.0, 1), (239.0, 2), (25.0, 10), (0.1, 50)]
+)
+def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
+    rng = np.random.default_rng(2)
+    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 3, 2)))
+    found = _thinned(mix, most)
+    for name, values in vars(mix).items():
+        np.testing.assert_array_equal(getattr(found, name), values[:, ::every])
+    assert found.errors.shape[1] >= 1
 
 
 def test_companion_has_learnt_from_other_trajectories(fit: Fit, unseen: Unseen) -> None:

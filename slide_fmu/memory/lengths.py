@@ -20,6 +20,7 @@ from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.recipe.automatic import LENGTHS, nested
+from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Source, System
@@ -163,8 +164,10 @@ def _with_window(recipe: Recipe, n_in: int, n_out: int | None) -> Lengths:
         given = "window.n_out" not in recipe.automatic
         n_out = recipe.window.n_out if given else max(1, round(n_in * OUTPUTS / (1 + OUTPUTS)))
     span = (recipe.estimator and recipe.estimator.span) or 0
-    scored = max(WINDOWS * n_in, LEAST_SAMPLES + n_in, span + n_in)
-    step = recipe.window.step
+    window = recipe.window.model_copy(update={"n_in": n_in, "n_out": n_out})
+    of_bound = bound_samples(recipe.model_copy(update={"window": window}))
+    scored = max(WINDOWS * n_in, LEAST_SAMPLES + n_in, span + n_in, of_bound)
+    step = window.step
     all_values = (n_in, n_out, round(scored * step, 9), round(n_in * step, 9))
     found = {
         key: value

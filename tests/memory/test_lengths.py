@@ -14,6 +14,7 @@ from slide_fmu.memory import lengths, motions
 from slide_fmu.memory.decay import MARGIN, Decay
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
+from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
 from tests.memory.plain_systems import Lag
@@ -90,6 +91,18 @@ def test_lags_of_an_estimator_fit_into_the_window() -> None:
     found = find_lengths(recipe, recipe_system(recipe)).recipe
     assert found.window.n_in - found.window.n_out == 150
     assert found.data.duration >= 4000 * 0.05
+
+
+def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
+    tables = of_lag().model_dump(exclude={"automatic", "network", "training"})
+    for place in KEYS:
+        table, key = place.split(".")
+        del tables[table][key]
+    tables["bound"] = {"long_span": 40.0, "estimate_span": 60.0}
+    recipe = Recipe.model_validate(tables)
+    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    assert found.data.duration == pytest.approx(bound_samples(found) * 0.05)
+    assert found.data.duration > 0.05 * (1024 + found.window.n_in)
 
 
 def test_given_duration_that_is_too_short_is_named() -> None:

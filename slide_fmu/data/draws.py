@@ -6,14 +6,15 @@ Streams keep the splits independent of each other.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import TypeVar
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.excitation.mix import choose_kind
+from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
@@ -48,6 +49,9 @@ PROBE_DRAWS, MOVED = 20, 0.03
 """Among so many draws, those are such motions first in whose middle an input has left its first
 value by this part of its range: a changed model may rest at the same outputs."""
 
+ATTEMPTS = 5
+"""A system that fails on this many draws for one trajectory cannot be measured against."""
+
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
 
@@ -66,6 +70,7 @@ class Draw:
             none, but begins at its own start.
         inputs: inputs in their units, burn-in first, shape (burn_in + N, n_inputs).
         burn_in: number of leading samples in which the initial state decays; they are not used.
+        attempt: number of draws before it, on which the system failed.
     """
 
     kind: int
@@ -73,6 +78,10 @@ class Draw:
     initial: State | None
     inputs: FloatArray
     burn_in: int
+    attempt: int = 0
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -131,7 +140,30 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
     time = step * np.arange(burn_in + count, dtype=np.float64)
     inputs = recipe.data.excitation[kind].inputs(system.inputs, time, factor, rng)
     initial = system.random_state(rng, inputs[0]) if isinstance(system, RandomStates) else None
-    return Draw(kind, factor, initial, inputs, burn_in)
+    return Draw(kind, factor, initial, inputs, burn_in, attempt)
+
+
+def first_that_runs(
+    recipe: Recipe, system: System, stream: Stream, index: int, run: Callable[[Draw], T]
+) -> T:
+    """Return what ``run`` makes of trajectory ``index``; of another draw, where the system fails.
+
+    Raises:
+        SimulationError: it fails on ``ATTEMPTS`` draws; the message names the last kind.
+    """
+    failures = []
+    for attempt in range(ATTEMPTS):
+        drawn = draw(recipe, system, stream, index, attempt)
+        try:
+            return run(drawn)
+        except SimulationError as error:
+            failures.append((names_of(recipe.data.excitation)[drawn.kind], error))
+    kinds, errors = zip(*failures, strict=True)
+    raise SimulationError(
+        f"{ATTEMPTS} motions in a row, of the kinds {sorted(set(kinds))}, could not be simulated, "
+        f"the last one: {errors[-1]}",
+        errors[-1].time,
+    ) from errors[-1]
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:

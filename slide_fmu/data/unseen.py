@@ -10,17 +10,13 @@ from dataclasses import dataclass
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import Stream, draw
+from slide_fmu.data.draws import Draw, Stream, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import System
-from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.simulation import simulate
-
-ATTEMPTS = 5
-"""A system that fails on this many draws for one motion cannot be measured against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +75,9 @@ def measured_motions(recipe: Recipe, source: MeasuredRecords) -> list[UnseenMoti
 
 def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> UnseenMotion:
     """Draw a motion and simulate it; where the system fails on it, another one."""
-    for attempt in range(ATTEMPTS):
-        drawn = draw(recipe, system, stream, index, attempt)
-        try:
-            outputs = simulate(system, drawn.inputs, drawn.initial).outputs
-        except SimulationError as error:
-            failure = error
-        else:
-            return UnseenMotion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
-    raise failure
+
+    def run(drawn: Draw) -> UnseenMotion:
+        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        return UnseenMotion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
+
+    return first_that_runs(recipe, system, stream, index, run)

@@ -13,7 +13,7 @@ from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.credentials.experiment import Experiment
 from slide_fmu.credentials.tables import rounded
-from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
@@ -24,10 +24,8 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.validate import MOST_ATTEMPTS
 
 COMPARED = 300
 """So many samples of the reference stand beside those of the FMU: files stay small."""
@@ -102,16 +100,13 @@ def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
     system = reference_system(recipe)  # its parameters have their start values too
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
-    for attempt in range(MOST_ATTEMPTS):
-        drawn = draw(recipe, system, stream, 0, attempt)
+
+    def run(drawn: Draw) -> _Truth:
         inputs = rounded(drawn.inputs[: _first(surrogate, drawn.burn_in) + COMPARED])
-        try:
-            outputs = simulate(system, inputs, drawn.initial).outputs
-        except SimulationError as error:
-            failure = error
-        else:
-            return _Truth(inputs, drawn.burn_in, outputs, starts)
-    raise failure
+        outputs = simulate(system, inputs, drawn.initial).outputs
+        return _Truth(inputs, drawn.burn_in, outputs, starts)
+
+    return first_that_runs(recipe, system, stream, 0, run)
 
 
 def _measured(surrogate: Surrogate, recipe: Recipe) -> _Truth:

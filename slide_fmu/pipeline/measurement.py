@@ -18,6 +18,7 @@ from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.report import Report
@@ -48,6 +49,8 @@ def measured(fmu: Path, task: Task, bar: Stages, workers: int | None = None) -> 
         StageError: it carries no recipe, its records have changed since, or it is found under the
             name of its own reference.
         CoSimulationError: an FMU reports an error.
+        SimulationError: the reference cannot be simulated on what is drawn; the message begins
+            with what was being measured.
     """
     surrogate, found = read_fmu(fmu)
     recipe = recipe_of_provenance(found, str(fmu))
@@ -55,7 +58,10 @@ def measured(fmu: Path, task: Task, bar: Stages, workers: int | None = None) -> 
     if found is not None and recipe.system.is_record:
         require_same_records(found, recipe, str(fmu))
     progress = bar(_title(task))
-    validation = validate(fmu, surrogate, recipe, task, progress, workers)
+    try:
+        validation = validate(fmu, surrogate, recipe, task, progress, workers)
+    except SimulationError as error:
+        raise SimulationError(f"{_title(task)}: {error}", error.time) from error
     return replace(validation, usual=_usual_error(found))
 
 

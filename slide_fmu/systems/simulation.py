@@ -112,7 +112,7 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
         raise SimulationError(
             f"{name}.{_method(system, k)} gave output {signal.name!r} = {found[k, i]} "
             f"{signal.unit} in sample {k} (t = {k * system.step:.6g} s) under the input {under}; "
-            "expected finite numbers: excite it less (data.excitation), choose a smaller step, or "
+            "expected finite numbers: excite it less, choose a smaller step, or "
             "correct the model",
             k * system.step,
         )

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
-from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE
@@ -37,9 +37,6 @@ FIRST_STEP, LEAST_STEP = 0.3, 0.01
 
 GROWTH, SHRINKAGE = 1.5, 1.5**-0.25
 """With these factors of the step after a success and a failure, one in five succeeds."""
-
-MOST_ATTEMPTS = 5
-"""A system that fails on this many draws for one start cannot be searched."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,15 +89,13 @@ def _target(
     surrogate: Surrogate, recipe: Recipe, system: System, stream: Stream, index: int
 ) -> Target:
     """Draw a start; another one where the reference fails on it."""
-    for attempt in range(MOST_ATTEMPTS):
-        target = Target(surrogate, system, draw(recipe, system, stream, index, attempt))
-        try:
-            target.run(target.drawn.inputs)
-        except SimulationError as error:
-            failure = error
-        else:
-            return target
-    raise failure
+
+    def run(drawn: Draw) -> Target:
+        target = Target(surrogate, system, drawn)
+        target.run(drawn.inputs)
+        return target
+
+    return first_that_runs(recipe, system, stream, index, run)
 
 
 def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:

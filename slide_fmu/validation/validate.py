@@ -16,7 +16,7 @@ from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
-from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.data.draws import TEST, Draw, Stream, draw, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
@@ -28,7 +28,6 @@ from slide_fmu.recipe.systems import (
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, State, System
-from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
@@ -36,10 +35,6 @@ from slide_fmu.validation.measured import validate_records
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
-
-
-MOST_ATTEMPTS = 5
-"""A system that fails on this many draws for one trajectory cannot be measured against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,28 +169,26 @@ def _measure(
     if recipe.parameters:
         values = corner or drawn_parameters(recipe, bench.stream, index)
         models = _Models(recipe.at(values))
-    for attempt in range(MOST_ATTEMPTS):
-        try:
-            found = _measure_draw(bench, models, index, attempt, values)
-            return replace(found, failed=attempt)
-        except SimulationError as error:
-            failure = error
-    raise failure
+
+    def run(drawn: Draw) -> Comparison:
+        return _measure_draw(bench, models, index, drawn, values)
+
+    return first_that_runs(bench.recipe, models.reference, bench.stream, index, run)
 
 
 def _measure_draw(
     bench: _Bench,
     models: _Models,
     index: int,
-    attempt: int,
+    drawn: Draw,
     parameters: Mapping[str, float] | None,
 ) -> Comparison:
-    drawn = draw(bench.recipe, models.reference, bench.stream, index, attempt)
     fmus = bench.fmu, bench.reference
     found = compare(*fmus, bench.surrogate, models.reference, drawn, parameters)
+    found = replace(found, failed=drawn.attempt)
     if models.data is None:
         return found
-    own = draw(bench.recipe, models.data, bench.stream, index, attempt)
+    own = draw(bench.recipe, models.data, bench.stream, index, drawn.attempt)
     outputs = simulate(models.data, own.inputs, own.initial).outputs
     return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 

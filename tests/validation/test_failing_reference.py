@@ -10,6 +10,7 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.pipeline import measurement
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.comparison import Task, Validation
@@ -46,5 +47,18 @@ def test_another_draw_is_measured_and_the_failures_are_counted(tmp_path: Path) -
 
 
 def test_a_reference_that_always_fails_ends_the_validation(tmp_path: Path) -> None:
-    with pytest.raises(SimulationError, match="no solution at t = "):
+    with pytest.raises(SimulationError, match="5 motions in a row, .*: no solution at t"):
         measured(-1.0, tmp_path)
+
+
+def test_a_failure_says_what_was_being_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: object) -> Validation:
+        raise SimulationError("no solution", 0.5)
+
+    monkeypatch.setattr(measurement, "validate", failing)
+    fmu = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    with pytest.raises(
+        SimulationError, match="^validation on kinds that were held out: no solution$"
+    ) as raised:
+        measurement.measured(fmu, Task(seed=3, held_out=True), lambda stage: silent)
+    assert raised.value.time == 0.5

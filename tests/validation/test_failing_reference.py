@@ -47,7 +47,7 @@ def test_another_draw_is_measured_and_the_failures_are_counted(tmp_path: Path) -
 
 
 def test_a_reference_that_always_fails_ends_the_validation(tmp_path: Path) -> None:
-    with pytest.raises(SimulationError, match="5 motions in a row, .*: no solution at t"):
+    with pytest.raises(SimulationError, match=r"5 motions in a row, .*: no solution at t"):
         measured(-1.0, tmp_path)
 
 
@@ -58,7 +58,7 @@ def test_a_failure_says_what_was_being_measured(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(measurement, "validate", failing)
     fmu = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
     with pytest.raises(
-        SimulationError, match="^validation on kinds that were held out: no solution$"
+        SimulationError, match=r"^validation on kinds that were held out: no solution$"
     ) as raised:
         measurement.measured(fmu, Task(seed=3, held_out=True), lambda stage: silent)
     assert raised.value.time == 0.5

@@ -48,9 +48,11 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
     """
     kinds = "measured records" if recipe.system.is_record else "excitations"
     window = surrogate.network.memory_length * surrogate.window.step
+    measured_kinds = () if measured is None else measured["validation"].values()
+    held_out = any(figures.get("held_out", False) for figures in measured_kinds)
     found = [
-        f"How it answers to inputs of other kinds than the {kinds} that it was trained on is not "
-        "known.",
+        f"How it answers to inputs of other kinds than the {kinds} that it was trained on is "
+        + ("known of those alone that were held out and measured." if held_out else "not known."),
         "Outside the ranges of its inputs nothing is known but what was measured beyond the "
         "range; the output inputs_in_range is false there.",
         f"Its outputs count from {window:.6g} s after the start on, when the output window_filled "

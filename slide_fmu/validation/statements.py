@@ -141,8 +141,11 @@ def _data(recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
         rows = [{"name": split, "trajectories": recipe.count(split)} for split in SPLITS]
         times = {"duration_s": data.duration, "burn_in_s": data.burn_in, "seed": data.seed}
         found.append(table("data.trajectories", "Part", rows, **times))
-    seeds = sorted(provenance.get("seeds", {}).items())
-    found.append(table("training", "Seed", ({"of": k, "value": v} for k, v in seeds)))
+    seeds = {k: v for k, v in provenance.get("seeds", {}).items() if v is not None}
+    if recipe.bound is not None:
+        seeds["error_bound"] = recipe.bound.seed
+    of_all = ({"of": k, "value": v} for k, v in sorted(seeds.items()))
+    found.append(table("training", "Seed", of_all))
     if "start" in provenance:
         found.append(table("training.start", "Fmu", _rows([provenance["start"]])))
     versions = sorted(provenance.get("versions", {}).items())

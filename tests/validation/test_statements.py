@@ -12,6 +12,7 @@ from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.limits import limits
 from slide_fmu.validation.statements import statements
 from tests.own_records import RECIPE
+from tests.recipes import tiny_state_space_recipe
 from tests.validation.measured import FINER, PLAIN, figures_of
 
 
@@ -45,7 +46,7 @@ def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
 
 
 def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
-    found = told(finer, {"seeds": {"data": 3}, "versions": {"numpy": "2.0"}})
+    found = told(finer, {"seeds": {"data": 3, "training": None}, "versions": {"numpy": "2.0"}})
     (row,) = found["validity.inputs"]
     (signal,) = finer.surrogate.inputs
     assert (row.get("name"), row.get("unit")) == (signal.name, signal.unit)
@@ -55,6 +56,14 @@ def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
     assert parts["train"] == str(FINER.data.train)
     assert [dict(row.attrib) for row in found["training"]] == [{"of": "data", "value": "3"}]
     assert [dict(r.attrib) for r in found["versions"]] == [{"package": "numpy", "version": "2.0"}]
+
+
+def test_seeds_of_an_error_bound_are_told(finer: Validation) -> None:
+    recipe = tiny_state_space_recipe(bound={"seed": 7}, data={"duration": 4.0})
+    entries = statements(finer.surrogate, recipe, {"seeds": {"training": 3}})
+    (found,) = (entry.value for entry in entries if entry.keyword == "training")
+    seeds = {row.get("of"): row.get("value") for row in found}
+    assert seeds == {"training": "3", "error_bound": "7"}
 
 
 def test_order_of_kept_figures_does_not_matter(finer: Validation) -> None:
@@ -76,6 +85,14 @@ def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation
     sentence = "The error of this surrogate has not been measured."
     assert sentence in limits(finer.surrogate, FINER, None)
     assert sentence not in limits(finer.surrogate, FINER, figures_of(finer))
+
+
+def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) -> None:
+    found = figures_of(finer)
+    assert limits(finer.surrogate, FINER, found)[0].endswith("trained on is not known.")
+    found["validation"]["others"] = {**found["validation"]["in range"], "held_out": True}
+    first = limits(finer.surrogate, FINER, found)[0]
+    assert first.endswith("is known of those alone that were held out and measured.")
 
 
 @pytest.mark.parametrize(("error", "warned"), [(0.3, True), (0.1, False)])

@@ -65,18 +65,6 @@ class Kind(Table, abc.ABC):
             for name, value in chosen.items()
         }
 
-    def is_part_of(self, other: Kind) -> bool:
-        """Tell whether another one draws all that this one draws, whatever their weights are.
-
-        They are of one kind, its ranges hold those of this one, and all else is the same.
-        """
-        fields = type(self).model_fields
-        return type(self) is type(other) and all(
-            _holds(getattr(other, name), value, ... not in get_args(fields[name].annotation))
-            for name, value in self
-            if name != "weight"
-        )
-
     @abc.abstractmethod
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         """Say in one sentence, without its full stop, what the inputs do.
@@ -108,13 +96,6 @@ class Kind(Table, abc.ABC):
         Returns:
             Inputs in the units of their signals, time first, then channel: shape (N, n_inputs).
         """
-
-
-def _holds(whole: object, part: object, may_be_range: bool) -> bool:
-    """Tell whether two values are the same, or ranges of which one holds the other."""
-    if isinstance(whole, tuple) and isinstance(part, tuple) and may_be_range:
-        return bool(whole[0] <= part[0] and part[-1] <= whole[-1])
-    return whole == part
 
 
 def _as_text(value: object, is_list: bool) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -187,18 +186,25 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _kinds_stand_in_one_table(self) -> Recipe:
-        tables = {
-            "data.excitation": self.data.excitation,
-            "bound.excitation": self.further_kinds(),
-            "validation.excitation": self.validation.excitation,
-        }
-        for (known_in, known), (name, kinds) in itertools.combinations(tables.items(), 2):
-            for kind in kinds:
-                if any(kind.is_part_of(other) for other in known):
+        learnt, further = (
+            [kind.model_dump(exclude={"weight"}) for kind in kinds]
+            for kinds in (self.data.excitation, self.further_kinds())
+        )
+        for kind in self.further_kinds():
+            if kind.model_dump(exclude={"weight"}) in learnt:
+                raise ValueError(
+                    f"bound.excitation has a {kind.kind!r} that is in data.excitation too; "
+                    "expected kinds, or settings of them, that no network learns from: remove it "
+                    "from one of them"
+                )
+        for kind in self.validation.excitation:
+            settings = kind.model_dump(exclude={"weight"})
+            for table, known in (("data", learnt), ("bound", further)):
+                if settings in known:
                     raise ValueError(
-                        f"{name} has a {kind.kind!r} that is in {known_in} too, or within the "
-                        "ranges of one there; expected kinds, or settings of them, that nothing "
-                        f"of {known_in} covers: change it, or remove it from one of them"
+                        f"validation.excitation has a {kind.kind!r} that is in {table}.excitation "
+                        "too; expected kinds, or settings of them, that nothing is learnt from: "
+                        "remove it from one of them"
                     )
         return self
 

@@ -81,36 +81,6 @@ def test_kind_that_the_bound_learns_from_cannot_be_held_out() -> None:
         )
 
 
-@pytest.mark.parametrize(
-    ("changes", "covered"),
-    [
-        ({}, True),
-        ({"duration": [0.3, 0.4]}, True),
-        ({"duration": [0.2, 0.4]}, True),
-        ({"duration": [0.1, 0.4]}, False),
-        ({"duration": [0.3, 0.6]}, False),
-        ({"duration": [0.3, 0.4], "amplitude": [0.5, 0.9]}, True),
-        ({"duration": [0.3, 0.4], "amplitude": [0.5, 1.1]}, False),
-        ({"kind": "steps"}, False),
-    ],
-)
-def test_kind_within_the_ranges_of_one_that_is_learnt_cannot_be_held_out(
-    changes: dict[str, Any], covered: bool
-) -> None:
-    learnt = {"kind": "binary", "weight": 1.0, "duration": [0.2, 0.5], "amplitude": [0.4, 1.0]}
-    kind = {**learnt, "weight": 3.0, **changes}
-
-    def made() -> None:
-        bound, held_out = {"excitation": [learnt]}, {"excitation": [kind]}
-        tiny_state_space_recipe(bound=bound, validation=held_out, data=LONG)
-
-    if not covered:
-        made()
-        return
-    with pytest.raises(ValueError, match=r"within the ranges of one there; expected kinds"):
-        made()
-
-
 @pytest.mark.parametrize("table", ["data", "bound", "validation"])
 def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
     table: str,

@@ -149,21 +149,21 @@ def first_that_runs(
     """Return what ``run`` makes of trajectory ``index``; of another draw, where the system fails.
 
     Raises:
-        SimulationError: it fails on ``ATTEMPTS`` draws; the message names the last kind.
+        SimulationError: it fails on ``ATTEMPTS`` draws; the message names their kinds.
     """
-    failures = []
+    names, kinds = names_of(recipe.data.excitation), set()
     for attempt in range(ATTEMPTS):
-        drawn = draw(recipe, system, stream, index, attempt)
         try:
+            drawn = draw(recipe, system, stream, index, attempt)
+            kinds.add(names[drawn.kind])
             return run(drawn)
         except SimulationError as error:
-            failures.append((names_of(recipe.data.excitation)[drawn.kind], error))
-    kinds, errors = zip(*failures, strict=True)
+            last = error
+    of_kinds = f", of the kinds {sorted(kinds)}," if kinds else ""
     raise SimulationError(
-        f"{ATTEMPTS} motions in a row, of the kinds {sorted(set(kinds))}, could not be simulated, "
-        f"the last one: {errors[-1]}",
-        errors[-1].time,
-    ) from errors[-1]
+        f"{ATTEMPTS} motions in a row{of_kinds} could not be simulated, the last one: {last}",
+        last.time,
+    ) from last
 
 
 def probe(recipe: Recipe, system: System) -> FloatArray:

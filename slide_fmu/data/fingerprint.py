@@ -6,11 +6,13 @@ Data of other values, or of a model that has changed since, are told by them.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -37,13 +39,10 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     if system["kind"] == "class":  # stores of earlier versions know no other
         for key in ("kind", "inputs", "outputs"):
             del system[key]
-    fingerprint = {
-        "system": system,
-        "step": recipe.window.step,
-        "data": recipe.data.model_dump(
-            mode="json", exclude={*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
-        ),
-    }
+    left_out = {*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
+    data = recipe.data.model_dump(mode="json", exclude=left_out)
+    data["excitation"] = _of_kinds(recipe.data.excitation)
+    fingerprint = {"system": system, "step": recipe.window.step, "data": data}
     if recipe.parameters:
         tables = recipe.model_dump(mode="json", include={"parameters"})
         fingerprint["parameters"] = {
@@ -54,9 +53,14 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
     if recipe.further_kinds():
-        kinds = [kind.model_dump(mode="json") for kind in recipe.further_kinds()]
-        fingerprint["bound"] = {"excitation": kinds}
+        fingerprint["bound"] = {"excitation": _of_kinds(recipe.further_kinds())}
     return dict(json.loads(json.dumps(fingerprint)))
+
+
+def _of_kinds(kinds: Sequence[Excitation]) -> list[dict[str, Any]]:
+    """Return their settings; stores of earlier versions know of no rest."""
+    found = [kind.model_dump(mode="json") for kind in kinds]
+    return [{k: v for k, v in table.items() if (k, v) != ("rest", 0.0)} for table in found]
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

@@ -63,7 +63,7 @@ FAR = 3.0
 """The logarithm of a squared error over the expected one from which on it is far outside."""
 
 FURTHER_SHARE = 0.05
-"""Samples of further kinds are at most this part of the others that the head learns from.
+"""Samples of further kinds are about this part of the others that the head learns from, at most.
 
 Bounds in range are hardly wider for them then. Neighbouring samples resemble each other, so that
 little is lost by leaving some out."""

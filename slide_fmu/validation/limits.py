@@ -72,8 +72,8 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
         )
     if surrogate.bound is not None and surrogate.bound.span is not None:
         found.append(
-            "An error estimate is made of what the bound is made of: where that is too small, "
-            "so is the estimate."
+            "An error estimate is made of what the bound's head expects: outside of the domain, "
+            "read one as a lower bound."
         )
     if surrogate.bound is not None:
         in_range = None if measured is None else next(iter(ordered(measured).values()))

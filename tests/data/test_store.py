@@ -123,6 +123,17 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     assert "reference" not in data_fingerprint(finer)["system"]
 
 
+def test_store_of_a_version_without_rests_is_that_of_kinds_that_do_not_rest() -> None:
+    ramps = {"kind": "speed_ramps", "weight": 1.0, "speed": 8.0, "acceleration": 20.0}
+    held = {"kind": "held_random", "weight": 1.0}
+    recipe = tiny_recipe(data={"excitation": [ramps, held]})
+    first, second = data_fingerprint(recipe)["data"]["excitation"]
+    assert "rest" not in first
+    assert second == recipe.data.excitation[1].model_dump(mode="json")
+    resting = tiny_recipe(data={"excitation": [{**ramps, "rest": 0.2}, held]})
+    assert data_fingerprint(resting)["data"]["excitation"][0]["rest"] == 0.2
+
+
 @pytest.mark.parametrize(
     ("key", "changes"),
     [

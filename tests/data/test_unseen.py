@@ -50,6 +50,24 @@ def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.Monk
     np.testing.assert_array_equal(motion.inputs, second.inputs)
 
 
+def test_another_start_is_drawn_where_one_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model may fail while it looks for a start."""
+    recipe, failing = tiny_recipe(), [True]
+    system = type(reference_system(recipe))
+    random_state = system.random_state
+
+    def sometimes(self: object, *arguments: object) -> object:
+        if failing:
+            failing.pop()
+            raise SimulationError("no equilibrium")
+        return random_state(self, *arguments)
+
+    monkeypatch.setattr(system, "random_state", sometimes)
+    (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
+    second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
+    np.testing.assert_array_equal(motion.inputs, second.inputs)
+
+
 def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 

@@ -224,7 +224,7 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])
 
 
-def test_local_scales_of_samples_without_a_prediction_are_left_out(load: Load) -> None:
+def test_expected_errors_of_samples_without_a_prediction_are_left_out(load: Load) -> None:
     """Where an input rests, an estimate is the same over the output window as over its span."""
     shape = dataclasses.replace(PLAIN, cell=CellShape(contraction=0.1))
     surrogate = with_span(bounded_surrogate(shape, BLOCKS), 40)

@@ -29,6 +29,7 @@ from tests.fmu.small_shapes import (
     RAMP,
     ROLES,
     SMALL,
+    SPANNED,
     small_surrogate,
 )
 from tests.limits import HANGS
@@ -95,7 +96,8 @@ def _python_accepts(data: bytes) -> bool | None:
 
 
 @pytest.mark.parametrize(
-    "shape", [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES, PARAMETRIC, BOUNDED]
+    "shape",
+    [SMALL, ONE_SAMPLE, CELLS, MOVING, GATED, DIRECTOR, ROLES, PARAMETRIC, BOUNDED, SPANNED],
 )
 def test_damaged_payloads_are_read_within_their_arrays(
     driver: Path, tmp_path: Path, shape: Shape
@@ -129,14 +131,16 @@ def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC, BOUNDED])
+@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC, BOUNDED, SPANNED])
 def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(small_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
     assert len(_run(driver, "run", loaded.uri, loaded.guid, "10")) == 10
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC, BOUNDED])
+@pytest.mark.parametrize(
+    "shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC, BOUNDED, SPANNED]
+)
 def test_damaged_states_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(small_surrogate(shape))
     _run(driver, "damage", loaded.uri, loaded.guid)

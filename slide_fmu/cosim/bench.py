@@ -161,7 +161,7 @@ class Bench:
         whole, _ = fmu_times(self._fmu, self.surrogate, rows)
         self.add("fmu_set_step_get_without_estimates", whole)
         if self.surrogate.bound is not None:
-            whole, _ = fmu_times(self._fmu, self.surrogate, rows, bounds=True)
+            whole, _ = fmu_times(self._fmu, self.surrogate, rows, estimates=True, bounds=True)
             self.add("fmu_set_step_get_with_bounds", whole)
         for name, batch in self.batches.items():
             begin = time.process_time()
@@ -175,7 +175,7 @@ class Bench:
             ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
             (doStep through fmpy), ``fmu_set_step_get`` (set, doStep and get, with error estimates
             if there are any), ``fmu_set_step_get_without_estimates``, with an error bound
-            ``fmu_set_step_get_with_bounds`` (bounds and novelty in place of estimates), ``numpy``
+            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), ``numpy``
             (one step in numpy, without FMI and estimate), and times that were added; ``batch``,
             windows per second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th
             and 90th percentile of the times in microseconds.

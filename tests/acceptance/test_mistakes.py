@@ -123,16 +123,19 @@ def test_training_refuses_a_window_that_was_made_too_short(
     "table", essential(["training", "estimator.pretraining", "estimator.training"], "training")
 )
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
-    (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")
+    # a process keeps the module that it has imported, so each case has one of its own
+    module = f"lopsided_in_{table.replace('.', '_')}"
+    (tmp_path / f"{module}.py").write_text(LOPSIDED, encoding="utf-8")
     text = SMALL_DUFFING.replace("flip_signs = true\n", "")
-    text = text.replace("mbs_models.oscillators:DuffingOscillator", "lopsided:Lopsided")
+    text = text.replace("mbs_models.oscillators:DuffingOscillator", f"{module}:Lopsided")
     pretraining = "[estimator.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
     text = text.replace("[estimator.training]", f"{pretraining}\n[estimator.training]")
     text = text.replace(f"[{table}]", f"[{table}]\nflip_signs = true")
     recipe = tmp_path / "lopsided.toml"
     recipe.write_text(text, encoding="utf-8")
     runs = tmp_path / "runs"
-    assert invoke("generate", recipe, "--runs", runs, "--workers", 1).exit_code == 0
+    made = invoke("generate", recipe, "--runs", runs, "--workers", 1)
+    assert made.exit_code == 0, made.output
     result = invoke("train", recipe, "--runs", runs)
     assert result.exit_code == 1
     assert "the range of 'position' is -1.0 .. 3.0 m" in result.output

@@ -100,7 +100,7 @@ class RedundantRobot:
                 mass=ARM.masses[i],
                 COM=ARM.centres[i],
                 inertia=ARM.inertias[i],
-                localHT=exu.HT(rotation=turn, translation=[ARM.a[i], 0.0, ARM.d[i]]),
+                localHT=exu.HT(rotation=turn, translation=ARM.steps[i].tolist()),
                 PDcontrol=(STIFFNESS[i], DAMPING[i]),
             )
             robot.AddLink(link)

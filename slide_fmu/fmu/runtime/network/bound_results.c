@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double MOST_EXPONENT = 60;  /* of what the head gives, to base 2; so is what is no number */
+static const double MOST_EXPONENT = 60;  /* of the head, to base 2; so is what is no number */
 static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
 static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
 

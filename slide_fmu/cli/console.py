@@ -88,9 +88,33 @@ def show_validation(figures: dict[str, Any], title: str, to: Console | None = No
         if "relative_noise_floor" in output:
             place.print(_told_noise(output))
     if figures["error_estimate"] is not None:
-        place.print(f"error estimate: {_told_estimate(figures['error_estimate'])}")
+        _show_estimate(figures, place)
     if "error_bound" in figures:
         _show_bound(figures["error_bound"], place)
+
+
+def _show_estimate(figures: dict[str, Any], place: Console) -> None:
+    """Print how far error estimates are from true errors, next to the best constant."""
+    from slide_fmu.validation.trust_tables import estimate_cells, estimates_of
+
+    found = estimates_of(figures)
+    if not found:
+        place.print("error estimate: nothing is known of its deviation from the true error")
+        return
+    place.print(f"error estimate over {figures['error_estimate']['span_samples']} samples")
+    table = table_of(
+        "output",
+        "mean relative deviation",
+        "95 % within",
+        "the best constant: mean",
+        "95 % within",
+        "error more than twice the estimate",
+        "95 % of the errors below",
+        "rank correlation",
+    )
+    for one in found:
+        table.add_row(*estimate_cells(*one))
+    place.print(table)
 
 
 def _show_bound(bound: dict[str, Any], place: Console) -> None:
@@ -129,17 +153,6 @@ def _told_noise(output: dict[str, Any]) -> str:
     if "free_relative_rmse" not in output:
         return noise
     return f"{noise}; free of the window the error is {100 * output['free_relative_rmse']:.3g} %"
-
-
-def _told_estimate(figures: dict[str, Any]) -> str:
-    """Say how far error estimates are from true errors."""
-    mean, most = (figures[f"{key}_relative_deviation"] for key in ("mean", "p95"))
-    if mean == 0:  # errors that are told apart never agree to the last bit
-        return (
-            "all errors, estimated and true, are smaller than what it tells apart "
-            "(estimator.resolution)"
-        )
-    return f"mean relative deviation {100 * mean:.3g} %, 95 % within {100 * most:.3g} %"
 
 
 def show_remark(remark: str | None) -> None:

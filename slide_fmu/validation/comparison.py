@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.measures import relative_deviation, rms
+from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
@@ -204,26 +204,6 @@ class Validation:
             ]
         return {"parameters": {"names": names, **worst}}
 
-    def relative_deviations(self, euclidean: bool = False) -> FloatArray:
-        """Return relative deviations of all error estimates, samples and outputs in one vector.
-
-        With ``euclidean`` they are those of the norm over all outputs, in their common unit.
-        """
-        table = self.recipe.estimator
-        told_apart = sys.float_info.min if table is None else table.resolution
-        resolution = told_apart * self.surrogate.output_scaling.scale
-        parts = []
-        for c in self.comparisons:
-            if c.estimate is not None:
-                scored = ~np.isnan(c.true_error).any(axis=1)
-                if table is None:  # relative to no error at all, nothing deviates
-                    scored &= (c.true_error > 0).all(axis=1)
-                values = [c.estimate[scored], c.true_error[scored], resolution[None]]
-                if euclidean:
-                    values = [np.linalg.norm(value, axis=1) for value in values]
-                parts.append(relative_deviation(*values).ravel())
-        return np.concatenate(parts)
-
     def _output(self, index: int) -> dict[str, Any]:
         signal = self.surrogate.outputs[index]
         reference, error = _joined(self.comparisons)
@@ -281,31 +261,25 @@ class Validation:
     def _estimate(self) -> dict[str, Any] | None:
         if not self.surrogate.estimates_errors:
             return None
-        units = {signal.unit for signal in self.surrogate.outputs}
-        found: dict[str, Any] = {
-            **_deviation(self.relative_deviations()),
-            "span_samples": self.surrogate.estimated_samples,
-            "has_floor": self.recipe.estimator is not None,
-        }
-        if len(self.surrogate.outputs) > 1 and len(units) == 1:
-            found["euclidean"] = _deviation(self.relative_deviations(euclidean=True))
-        found["without_floor"] = [
-            {"name": signal.name, **estimate_figures(estimates, errors)}
-            for index, signal in enumerate(self.surrogate.outputs)
-            for estimates, errors in [self._estimated(index)]
-            if np.any(errors > 0)  # relative to no error at all, nothing deviates
+        signals, (estimates, errors) = self.surrogate.outputs, self._estimated()
+        outputs = [
+            {"name": signal.name, **estimate_figures(estimates[:, index], errors[:, index])}
+            for index, signal in enumerate(signals)
+            if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
         ]
+        found = {"span_samples": self.surrogate.estimated_samples, "without_floor": outputs}
+        if len(signals) > 1 and len({signal.unit for signal in signals}) == 1 and outputs:
+            norms = (np.linalg.norm(values, axis=1) for values in (estimates, errors))
+            found["euclidean"] = estimate_figures(*norms)
         return found
 
-    def _estimated(self, index: int) -> tuple[FloatArray, FloatArray]:
-        """Return all scored estimates of an output, and the true errors, (N,) each."""
-        estimates, errors = [], []
-        for c in self.comparisons:
-            if c.estimate is not None:
-                scored = ~np.isnan(c.true_error[:, index])
-                estimates.append(c.estimate[scored, index])
-                errors.append(c.true_error[scored, index])
-        return np.concatenate(estimates), np.concatenate(errors)
+    def _estimated(self) -> tuple[FloatArray, FloatArray]:
+        """Return all scored estimates, and the true errors, (N, n_outputs) each."""
+        chosen = [c for c in self.comparisons if c.estimate is not None]
+        errors = np.concatenate([c.true_error for c in chosen])
+        estimates = np.concatenate([c.estimate for c in chosen if c.estimate is not None])
+        scored = ~np.isnan(errors).any(axis=1)
+        return estimates[scored], errors[scored]
 
     def _bound(self) -> dict[str, Any]:
         """Return how far bound and domain can be trusted, where there are some."""
@@ -375,13 +349,6 @@ def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
     """Return reference and error of all samples of comparisons, shape (n, n_outputs) each."""
     reference = np.concatenate([c.reference for c in comparisons])
     return reference, np.concatenate([c.error for c in comparisons])
-
-
-def _deviation(values: FloatArray) -> dict[str, float]:
-    return {
-        "mean_relative_deviation": float(np.mean(values)),
-        "p95_relative_deviation": float(np.quantile(values, 0.95)),
-    }
 
 
 def _quantiles(values: Sequence[float]) -> dict[str, float]:

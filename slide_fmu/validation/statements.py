@@ -24,8 +24,6 @@ OF_OUTPUTS = (
 Errors of older FMUs are relative to ``rms_reference``, about zero.
 """
 
-OF_ESTIMATES = "mean_relative_deviation", "p95_relative_deviation"
-
 
 def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
     """Return all that is known about a surrogate.
@@ -162,20 +160,6 @@ def _accuracy(measured: Figures) -> list[Entry]:
     """Give the measured errors, and what estimates, bounds and stability tests are worth."""
     validations = ordered(measured)
     found = [joined("accuracy", _accuracy_tables(validations))]
-    estimates = [
-        {
-            "inputs": name,
-            "of": what,
-            "span_samples": estimate["span_samples"],
-            **{key: figures[key] for key in OF_ESTIMATES},
-        }
-        for name, validation in validations.items()
-        if (estimate := validation["error_estimate"]) is not None
-        for what, figures in (("outputs", estimate), ("norm", estimate.get("euclidean")))
-        if figures is not None
-    ]
-    if estimates:
-        found.append(table("error_estimate", "Deviation", estimates))
     found += trust_entries(validations)
     if "stability" in measured:
         found.append(table("stability", "Test", _rows(measured["stability"])))

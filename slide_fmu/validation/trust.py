@@ -29,6 +29,12 @@ BROKEN = 2.0
 HARMFUL = 3.0
 """An error is harmful if it is so many times what is usual."""
 
+TOO_SMALL = 2.0
+"""An error estimate was too small where the true error is more than so many times as large."""
+
+MOST_TOO_SMALL = 1e9
+"""An estimate of zero counts as too small by this factor."""
+
 OFTEN = 0.05
 """A trajectory counts as flagged if more than this part of its samples are."""
 
@@ -116,15 +122,22 @@ def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any
     At least one error must be.
 
     Returns:
-        Mean and 95 % quantile of the relative deviation, those of the best constant, and the rank
-        correlation.
+        Mean and 95 % quantile of the relative deviation, those of the best constant, the share of
+        errors more than ``TOO_SMALL`` times their estimate, the 95 % quantile of error over
+        estimate, and the rank correlation.
     """
     known = errors > 0
     estimate, error = estimates[known], errors[known]
-    constant = best_constant(error)
+    mean, p95 = _deviations(estimate, error)
+    constant_mean, constant_p95 = _deviations(best_constant(error), error)
+    above = error / np.maximum(estimate, error / MOST_TOO_SMALL)
     return {
-        **_deviations(np.abs(estimate - error) / error),
-        "best_constant": _deviations(np.abs(constant - error) / error),
+        "mean": mean,
+        "p95": p95,
+        "constant_mean": constant_mean,
+        "constant_p95": constant_p95,
+        "too_small_share": float(np.mean(above > TOO_SMALL)),
+        "too_small_factor": float(np.quantile(above, 0.95)),
         "rank_correlation": rank_correlation(estimate, error),
     }
 
@@ -158,8 +171,7 @@ def rank_correlation(one: FloatArray, other: FloatArray) -> float | None:
     return float(spearmanr(one, other).statistic)
 
 
-def _deviations(values: FloatArray) -> dict[str, float]:
-    return {
-        "mean_relative_deviation": float(np.mean(values)),
-        "p95_relative_deviation": float(np.quantile(values, 0.95)),
-    }
+def _deviations(estimates: FloatArray | float, errors: FloatArray) -> tuple[float, float]:
+    """Return mean and 95 % quantile of the relative deviation."""
+    values = np.abs(estimates - errors) / errors
+    return float(np.mean(values)), float(np.quantile(values, 0.95))

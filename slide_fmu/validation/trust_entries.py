@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from slide_fmu.credentials.metadata import Entry, Row, table
-from slide_fmu.validation.trust_tables import DEVIATIONS, Figures
+from slide_fmu.validation.trust_tables import OF_ESTIMATES, Figures, estimates_of
 
 OF_BOUNDS = (
     *("coverage", "coverage_of_worst_trajectories", "width", "skill"),
@@ -19,7 +19,7 @@ OF_DOMAINS = "flagged", "trajectories_flagged"
 def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
     """Return the tables of the figures that validations have; none of those of older FMUs."""
     found = [
-        table("error_estimate.without_floor", "Deviation", _estimates(validations)),
+        table("error_estimate", "Deviation", _estimates(validations)),
         table("error_bound", "Bound", _bounds(validations)),
         table("error_bound.excitations", "Excitation", _kinds(validations)),
         table("error_bound.harm", "Harm", _harm(validations)),
@@ -29,15 +29,10 @@ def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
 
 def _estimates(validations: Mapping[str, Figures]) -> Iterator[Row]:
     for name, validation in validations.items():
-        for output in (validation["error_estimate"] or {}).get("without_floor", []):
-            constant = output["best_constant"]
-            yield {
-                "inputs": name,
-                "output": output["name"],
-                **{key: output[key] for key in DEVIATIONS},
-                **{f"best_constant_{key}": constant[key] for key in DEVIATIONS},
-                "rank_correlation": output["rank_correlation"],
-            }
+        for output, figures in estimates_of(validation):
+            span = validation["error_estimate"]["span_samples"]
+            of_output = {"inputs": name, "output": output, "span_samples": span}
+            yield {**of_output, **{key: figures[key] for key in OF_ESTIMATES}}
 
 
 def _bounds(validations: Mapping[str, Figures]) -> Iterator[Row]:

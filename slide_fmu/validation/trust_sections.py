@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation import trust_charts
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.report import Section
@@ -21,23 +20,13 @@ def estimate_section(validations: Mapping[str, Validation]) -> Section:
         "The FMU estimates the RMSE of its outputs over the last "
         f"{first.surrogate.estimated_samples} samples. Here it is compared with the true "
         "error; the band holds deviations up to 37.5 %. "
-        f"{_floor(first.recipe)}The estimate of every output stands beside the best constant: the "
+        "The estimate of every output stands beside the best constant: the "
         "one number whose mean relative deviation from the true errors is least. An estimate that "
-        "does no better says nothing of a single span. The rank correlation is that of estimated "
-        "and true errors."
+        "does no better says nothing of a single span. Then follows how often and how far it was "
+        "too small. The rank correlation is that of estimated and true errors."
     )
     rows = estimate_rows({name: v.figures() for name, v in validations.items()})
     return Section("Error estimate", text, rows, charts=trust_charts.estimate_charts(validations))
-
-
-def _floor(recipe: Recipe) -> str:
-    """Say down to where the errors of an estimator deviate from the true ones."""
-    if recipe.estimator is None:
-        return ""
-    return (
-        f"Errors below {recipe.estimator.resolution:g} of the output's scale count as equal: "
-        "where both lie there, they do not deviate. This floor does not hold for what follows. "
-    )
 
 
 def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:

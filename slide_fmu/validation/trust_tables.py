@@ -16,36 +16,53 @@ Figures = Mapping[str, Any]
 OF_HARM = "harmful", "harmful_flagged", "harmless_flagged", "harmful_unnoticed"
 """Figures of harmful errors (``slide_fmu.validation.trust.harm_figures``)."""
 
-DEVIATIONS = "mean_relative_deviation", "p95_relative_deviation"
+OF_ESTIMATES = (
+    *("mean", "p95", "constant_mean", "constant_p95"),
+    *("too_small_share", "too_small_factor", "rank_correlation"),
+)
+"""Figures of an error estimate (``slide_fmu.validation.trust.estimate_figures``)."""
+
+
+def estimates_of(figures: Figures) -> list[tuple[str, Figures]]:
+    """Return what of estimates was measured, with its name; nothing of figures of older versions.
+
+    That is every output, and the norm of those that have one unit.
+    """
+    found = figures.get("error_estimate") or {}
+    named = [(output["name"], output) for output in found.get("without_floor", [])]
+    if "euclidean" in found:
+        named.append(("norm of the outputs", found["euclidean"]))
+    return [(name, values) for name, values in named if "too_small_share" in values]
 
 
 def estimate_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
-    """Return a table of the deviations of error estimates, its heading first.
-
-    Validations without figures beside a constant, as older FMUs keep them, have three columns.
-    """
-    estimates = {name: v["error_estimate"] for name, v in validations.items()}
-    compared = any("without_floor" in estimate for estimate in estimates.values())
+    """Return a table of the deviations of error estimates, its heading first."""
     rows: list[Sequence[str]] = [
         (
             "inputs",
+            "output",
             "error estimate: mean relative deviation",
             "95 % within",
-            *(["the best constant: mean", "95 % within", "rank correlation"] if compared else []),
+            "the best constant: mean",
+            "95 % within",
+            "error more than twice the estimate",
+            "95 % of the errors below",
+            "rank correlation",
         )
     ]
-    blank = [""] * (3 if compared else 0)
-    for name, estimate in estimates.items():
-        if estimate.get("has_floor", True) or len(estimate["without_floor"]) > 1:
-            rows.append((name, *_deviations(estimate), *blank))
-        if "euclidean" in estimate:
-            norm = f"{name}, norm of the outputs"
-            rows.append((norm, *_deviations(estimate["euclidean"]), *blank))
-        for output in estimate.get("without_floor", []):
-            part = f"{name}, {output['name']} without floor"
-            constant, rank = _deviations(output["best_constant"]), output["rank_correlation"]
-            rows.append((part, *_deviations(output), *constant, _correlation(rank)))
+    for name, validation in validations.items():
+        rows += [(name, *estimate_cells(*one)) for one in estimates_of(validation)]
     return rows
+
+
+def estimate_cells(name: str, figures: Figures) -> Sequence[str]:
+    """Return name, deviations, those of the constant, how often and how far it was too small."""
+    return (
+        name,
+        *(percent(figures[key]) for key in OF_ESTIMATES[:5]),
+        f"{figures['too_small_factor']:.3g} times the estimate",
+        _correlation(figures["rank_correlation"]),
+    )
 
 
 def bound_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
@@ -141,10 +158,6 @@ def _harm_cells(harm: Figures) -> list[str]:
 
 def _outside(bound: Figures) -> Sequence[str]:
     return percent(bound["flagged"]), percent(bound["trajectories_flagged"])
-
-
-def _deviations(figures: Figures) -> Sequence[str]:
-    return [percent(figures[key]) for key in DEVIATIONS]
 
 
 def _correlation(value: float | None) -> str:

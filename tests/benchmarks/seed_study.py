@@ -107,8 +107,10 @@ def summary(seeds: Sequence[dict[str, Any]]) -> dict[str, Any]:
             values = [s["outputs"][index][key] for s in seeds]
             result[f"{output['name']}_{key}"] = statistics(values)
     if seeds[0]["error_estimate"] is not None:
-        for key in ("mean_relative_deviation", "p95_relative_deviation"):
-            result[key] = statistics([s["error_estimate"][key] for s in seeds])
+        for index, output in enumerate(seeds[0]["error_estimate"]["without_floor"]):
+            for key in ("mean", "p95"):
+                found = [s["error_estimate"]["without_floor"][index][key] for s in seeds]
+                result[f"{output['name']}_estimate_{key}_deviation"] = statistics(found)
     return result
 
 

@@ -31,7 +31,21 @@ FIGURES = {
             "max_error": 0.5,
         }
     ],
-    "error_estimate": {"mean_relative_deviation": 0.1, "p95_relative_deviation": 0.2},
+    "error_estimate": {
+        "span_samples": 8,
+        "without_floor": [
+            {
+                "name": "position",
+                "mean": 0.1,
+                "p95": 0.2,
+                "constant_mean": 0.3,
+                "constant_p95": 0.4,
+                "too_small_share": 0.05,
+                "too_small_factor": 1.5,
+                "rank_correlation": 0.9,
+            }
+        ],
+    },
 }
 
 
@@ -150,18 +164,20 @@ def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPat
     (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]
     for cell in ("1 m", "0.25 m", "25 %", "0.5 m"):
         assert f" {cell} " in row
-    assert lines[-1] == ("error estimate: mean relative deviation 10 %, 95 % within 20 %")
+    (estimated,) = [line for line in lines if line.strip(" │┃|").startswith("position ")]
+    for cell in ("10 %", "20 %", "30 %", "40 %", "5 %", "1.5 times the estimate", "0.90"):
+        assert f" {cell} " in estimated
 
 
-def test_estimate_of_errors_below_its_resolution_is_told_as_such(
+def test_estimate_that_older_versions_measured_with_a_floor_has_no_figures(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
     monkeypatch.setattr(console, "console", messages)
-    none = {"mean_relative_deviation": 0.0, "p95_relative_deviation": 0.0}
-    console.show_validation({**FIGURES, "error_estimate": none}, "in range")
+    floor = {"mean_relative_deviation": 0.0459, "p95_relative_deviation": 0.0}
+    console.show_validation({**FIGURES, "error_estimate": floor}, "in range")
     last = messages.file.getvalue().splitlines()[-1]
-    assert last.startswith("error estimate: all errors, estimated and true, are smaller than")
+    assert last.startswith("error estimate: nothing is known")
     assert "%" not in last
 
 

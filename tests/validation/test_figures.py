@@ -95,36 +95,26 @@ def estimated(estimates: list[list[float]], true: list[list[float]]) -> Comparis
     )
 
 
-def test_deviation_of_estimates_is_relative_to_true_errors_above_the_resolution() -> None:
-    """The resolution is 0.01 of the scale 2; samples whose span is not whole do not count."""
-    one = estimated([[9, 9], [1.5, 0.1], [0.01, 0.5]], [[NAN, NAN], [1.0, 0.2], [0.015, 0.001]])
+def test_deviation_of_estimates_has_no_floor() -> None:
+    """Samples whose span is not whole do not count, and errors of zero do not either."""
+    one = estimated([[9, 9], [1.5, 0.1], [0.01, 0.5]], [[NAN, NAN], [1.0, 0.0], [0.015, 0.001]])
     two = estimated([[0.3, 0.1]], [[0.1, 0.1]])
-    found = validation(one, replace(two, estimate=None), two)
-    expected = [0.5, 0.5, 0.0, 0.48 / 0.02, 2.0, 0.0]
-    assert found.relative_deviations() == pytest.approx(expected)
-    figures = found.figures()["error_estimate"]
-    assert figures["mean_relative_deviation"] == pytest.approx(np.mean(expected))
-    assert figures["p95_relative_deviation"] == pytest.approx(np.quantile(expected, 0.95))
+    figures = validation(one, replace(two, estimate=None), two).figures()["error_estimate"]
+    first, second = figures["without_floor"]
+    assert first["mean"] == pytest.approx(np.mean([0.5, 0.005 / 0.015, 2.0]))
+    assert second["mean"] == pytest.approx(np.mean([499.0, 0.0]))
     assert figures["span_samples"] == 2
 
 
 def test_norm_of_several_outputs_of_one_unit_is_scored_too() -> None:
     one = estimated([[3.0, 4.0], [1.0, 0.0]], [[0.6, 0.8], [3.0, 4.0]])
     euclidean = validation(one).figures()["error_estimate"]["euclidean"]
-    assert euclidean["mean_relative_deviation"] == pytest.approx((4.0 + 0.8) / 2)
+    assert euclidean["mean"] == pytest.approx((4.0 + 0.8) / 2)
     mixed = validation(one, surrogate=surrogate_of(("m", "rad")))
     assert "euclidean" not in mixed.figures()["error_estimate"]
     single = estimated([[3.0]], [[1.0]])
     alone = validation(single, surrogate=surrogate_of(("m",)))
     assert "euclidean" not in alone.figures()["error_estimate"]
-
-
-def test_norm_has_the_resolution_of_the_outputs_together() -> None:
-    """0.02 in each of two outputs is 0.0283 in their norm."""
-    one = estimated([[0.0, 0.1]], [[0.0, 0.025]])
-    (found,) = validation(one).relative_deviations(euclidean=True)
-    floor = 0.02 * math.sqrt(2)
-    assert found == pytest.approx((0.1 - floor) / floor)
 
 
 def test_without_an_estimator_there_are_no_figures_of_estimates() -> None:

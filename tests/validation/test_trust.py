@@ -151,12 +151,20 @@ def test_estimate_figures_stand_beside_the_best_constant_without_errors_of_zero(
     estimates = np.array([9.0, 1.5, 2.0, 3.0])
     found = estimate_figures(estimates, errors)
     deviations = [0.5, 0.0, 0.25]
-    assert found["mean_relative_deviation"] == pytest.approx(np.mean(deviations))
-    assert found["p95_relative_deviation"] == pytest.approx(np.quantile(deviations, 0.95))
+    assert found["mean"] == pytest.approx(np.mean(deviations))
+    assert found["p95"] == pytest.approx(np.quantile(deviations, 0.95))
     # weights 1, 1/2, 1/4: half of their sum is reached at the first
     assert best_constant(errors[1:]) == 1
-    assert found["best_constant"]["mean_relative_deviation"] == pytest.approx((0.5 + 0.75) / 3)
+    assert found["constant_mean"] == pytest.approx((0.5 + 0.75) / 3)
+    assert found["constant_p95"] == pytest.approx(np.quantile([0.0, 0.5, 0.75], 0.95))
     assert found["rank_correlation"] == pytest.approx(1)
+
+
+def test_estimate_figures_say_how_often_and_how_far_an_estimate_was_too_small() -> None:
+    errors = np.array([0.0, 1.0, 2.0, 2.1, 8.0])
+    found = estimate_figures(np.array([0.0, 2.0, 1.0, 1.0, 1.0]), errors)
+    assert found["too_small_share"] == 2 / 4  # twice the estimate is not more than twice of it
+    assert found["too_small_factor"] == pytest.approx(np.quantile([0.5, 2.0, 2.1, 8.0], 0.95))
 
 
 def test_harm_of_one_output_is_noticed_whatever_another_one_does() -> None:

@@ -66,10 +66,10 @@ def test_estimates_are_compared_without_floor_where_their_span_is_whole() -> Non
     )
     first, second = validation(some).figures()["error_estimate"]["without_floor"]
     assert first["name"] == "y0"
-    assert first["mean_relative_deviation"] == pytest.approx(0.25)
-    assert first["best_constant"]["mean_relative_deviation"] == pytest.approx(0.25)
+    assert first["mean"] == pytest.approx(0.25)
+    assert first["constant_mean"] == pytest.approx(0.25)
     assert first["rank_correlation"] == pytest.approx(1)
-    assert second["mean_relative_deviation"] == pytest.approx(0.5)
+    assert second["mean"] == pytest.approx(0.5)
     assert second["rank_correlation"] is None
 
 
@@ -79,17 +79,18 @@ def test_output_without_any_error_has_no_deviation_without_floor() -> None:
     assert only["name"] == "y1"
 
 
-def test_rows_of_estimates_have_the_constant_beside_and_old_figures_do_not() -> None:
+def test_rows_of_estimates_have_the_constant_next_to_them_and_old_figures_none() -> None:
     figures = validation(FIRST, SECOND).figures()
-    heading, floor, norm, first, second = estimate_rows({"in range": figures})
-    assert heading[3:] == ("the best constant: mean", "95 % within", "rank correlation")
-    assert floor[0] == "in range"
-    assert list(floor[3:]) == ["", "", ""]
-    assert norm[0] == "in range, norm of the outputs"
-    assert first[0] == "in range, y0 without floor"
-    assert second[1:] == ("100 %", "100 %", "0 %", "0 %", "")  # estimated 0.5, true 0.25
-    del figures["error_estimate"]["without_floor"]
-    assert {len(row) for row in estimate_rows({"in range": figures})} == {3}
+    heading, first, second, norm = estimate_rows({"in range": figures})
+    assert len(heading) == len(first)
+    assert heading[4:6] == ("the best constant: mean", "95 % within")
+    assert [row[:2] for row in (first, second, norm)] == [
+        ("in range", name) for name in ("y0", "y1", "norm of the outputs")
+    ]
+    # estimated 0.5, true 0.25
+    assert second[2:] == ("100 %", "100 %", "0 %", "0 %", "0 %", "0.5 times the estimate", "")
+    older = {"name": "y0", "mean_relative_deviation": 1.0, "p95_relative_deviation": 1.0}
+    assert len(estimate_rows({"in range": {"error_estimate": {"without_floor": [older]}}})) == 1
 
 
 def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
@@ -191,12 +192,12 @@ def test_credentials_have_bound_domain_and_where_they_count() -> None:
 
 def test_credentials_of_figures_of_older_versions_have_no_tables_of_trust() -> None:
     figures = validation(FIRST).figures()
-    del figures["error_estimate"]["without_floor"]
+    figures["error_estimate"] = {"mean_relative_deviation": 1.0, "p95_relative_deviation": 1.0}
     own = validation(FIRST)
     provenance = {"measured": {"validation": {"in range": figures}}}
     keywords = {e.keyword for e in statements(own.surrogate, own.recipe, provenance)}
-    assert "error_estimate" in keywords
-    assert not {"error_estimate.without_floor", "error_bound"} & keywords
+    assert "accuracy" in keywords
+    assert not {"error_estimate", "error_bound"} & keywords
 
 
 def test_report_has_two_sections_on_the_bound_with_charts_and_a_picture() -> None:

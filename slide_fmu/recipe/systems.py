@@ -5,6 +5,7 @@ What the recipe's networks see of their inputs is found here too, without data.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -16,6 +17,7 @@ from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
 from slide_fmu.systems.specification import Specification
 
@@ -56,6 +58,45 @@ def reference_system(recipe: Recipe) -> System:
     system = _drivable(load_system(reference_specification(recipe)), recipe)
     if recipe.system.reference:
         _require_same_signals(recipe, recipe_system(recipe), system)
+    return system
+
+
+FINER = 8
+"""So much finer than the FMU's is the step at which a model counts as running by itself."""
+
+
+def finer_steps(recipe: Recipe) -> int:
+    """Return how many of the reference's own steps, or of fine steps, fit into a sample step.
+
+    They are those of ``reference_at_finer_step``: an FMU that names a step goes on by that, and
+    every other model by ``FINER`` steps.
+
+    Raises:
+        LoadError: model, class or parameters are not there, or there are only records.
+    """
+    own = load_system(reference_specification(recipe)).own_step
+    return FINER if own is None else max(1, round(recipe.window.step / own))
+
+
+def reference_at_finer_step(recipe: Recipe, times: int) -> System:
+    """Return the reference system of a recipe with a sample step that is finer.
+
+    Its inputs have the hold that they have in the recipe, over the shorter step.
+
+    Args:
+        recipe: whose reference system it is.
+        times: number of its steps in a sample step of the recipe, at least 1.
+
+    Raises:
+        LoadError: as of ``finer_steps``, or its class has a step of its own.
+    """
+    made, step = reference_specification(recipe), recipe.window.step / times
+    system = load_system(replace(made, step=step))
+    if not math.isclose(system.step, step, rel_tol=1e-9):
+        raise LoadError(
+            f"system {made.model!r}: sample step {system.step:g} s; expected {step:g} s, which "
+            f"is 1/{times} of window.step: let the class take the step that it is given"
+        )
     return system
 
 

@@ -97,7 +97,12 @@ class System(Source):
 
     Implementations are final, cheap to construct (heavy work on first use) and are made again
     in every worker process from what the recipe says about them.
+
+    Attributes:
+        own_step: the step in s by which it goes on inside, where it names one, as an FMU may.
     """
+
+    own_step: float | None = None
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

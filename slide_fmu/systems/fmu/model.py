@@ -91,6 +91,7 @@ class FmuSystem(Stepping):
     def __init__(self, plan: Plan) -> None:
         self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
         self.remarks = remarks_on(plan.file, hold_of(plan.inputs))
+        self.own_step = plan.file.own_step
         self._plan = plan
         self._runs = Runs(self._make_steps)
 

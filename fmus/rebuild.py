@@ -132,17 +132,13 @@ def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) 
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
     """Return the text of the recipe in ``training``, if it says what the released one says.
 
-    A surrogate of an earlier version had no key ``window.inputs``: what it does stands in itself.
+    Version 0.6.0 had the key ``window.inputs = "step_end"`` in place of ``window.planned``.
     """
     place = TRAINING / f"{surrogate.name}.toml"
     text = place.read_text(encoding="utf-8")
-    released = recipe_of_provenance(provenance, surrogate.name)
+    former = provenance["recipe"].replace('inputs = "step_end"', "planned = true")
+    released = recipe_of_provenance({**provenance, "recipe": former}, surrogate.name)
     found, now = (_learnt(recipe) for recipe in (released, parse_recipe(text, str(place))))
-    inputs = "step_end" if surrogate.inputs_at_step_end else "now"
-    if "inputs =" not in provenance["recipe"] and any(
-        signal.hold == "first_order" for signal in surrogate.inputs
-    ):
-        found["window"]["inputs"] = inputs
     if found != now:
         raise StageError(f"{place} says something else than the released FMU: release it again")
     return text

@@ -21,7 +21,7 @@ RESOLUTION = 1e-6
 
 
 def fit_forecast(
-    signals: tuple[Signal, ...], inputs: FloatArray, at_step_end: bool
+    signals: tuple[Signal, ...], inputs: FloatArray, planned: bool
 ) -> InputForecast | None:
     """Fit the forecast of inputs with a first-order hold; None of others.
 
@@ -32,7 +32,7 @@ def fit_forecast(
     Args:
         signals: the inputs.
         inputs: their samples in the training, shape (n_trajectories, N, n_inputs).
-        at_step_end: start value of the FMU's parameter.
+        planned: whether they are planned motions, known ahead.
     """
     if signals[0].hold != "first_order":
         return None
@@ -45,7 +45,7 @@ def fit_forecast(
                 values = np.unwrap(np.arctan2(inputs[:, :, index + 1], values), axis=1)
             weights[index] = _fit(values)
             largest[index] = np.abs(np.diff(values, axis=1)).max()
-    return InputForecast(at_step_end, weights, largest)
+    return InputForecast(planned, False, weights, largest)
 
 
 def _fit(values: FloatArray) -> FloatArray:

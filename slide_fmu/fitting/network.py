@@ -128,8 +128,7 @@ def fit_network(
     history = dataclasses.replace(history, cpu_seconds=spent.keep())
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
-    at_step_end = recipe.window.inputs == "step_end"
-    forecast = fit_forecast(system.inputs, splits[0].inputs, at_step_end)
+    forecast = fit_forecast(system.inputs, splits[0].inputs, recipe.window.planned)
     surrogate = dataclasses.replace(surrogate, forecast=forecast)
     return settled(surrogate, recipe, system), {**tried, part.stage: history}
 

@@ -23,18 +23,16 @@ def moves_of(solved: Solved) -> dict[str, Any]:
     """Return the chosen move and the first baseline as plain values.
 
     Physical parameters are those at which they were chosen, by name. Inputs are columns, whose
-    rows are set at their times in s. The first row is the last one of rest: where inputs are
-    reached at the end of a step, its time is one step before the others'.
+    rows are set at their times in s. The first row is the last one of rest.
     """
-    response, surrogate = solved.found.response, solved.surrogate
+    response = solved.found.response
     shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
     terms = settled, response, solved.task.tolerance, False
     late = max(move.cost(*terms) for move in shown.values()) + AFTER
     last = response.count if np.isinf(late) else min(response.count, round(late / response.step))
     rows = slice(response.lead - 1, response.lead + last)
-    begin = -response.step if surrogate.inputs_at_step_end else 0.0
     records = [response.record(move.motion)[rows] for move in shown.values()]
-    time = begin + response.step * np.arange(len(records[0]))
+    time = response.step * np.arange(len(records[0]))
     return {
         "time": time.tolist(),
         "tolerance": solved.task.tolerance,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -126,15 +125,13 @@ def as_the_reference(
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 
     A reference moves to what its inputs are set to before a step, so that both answer late alike.
-    An FMU that would forecast them instead is written anew, with its provenance, and takes them as
-    reached by the step's end. So is one with parameters, which may start at other values.
+    An FMU whose inputs move would forecast them instead, so it is written anew, with its provenance,
+    and starts with ``inputs_at_step_end`` = 1. So is one with parameters, which may start at other
+    values.
     """
-    if surrogate.hold == "first_order" and not surrogate.inputs_at_step_end:
-        assert surrogate.forecast is not None
-        forecast = dataclasses.replace(surrogate.forecast, at_step_end=True)
-        surrogate = dataclasses.replace(surrogate, forecast=forecast)
-    elif not surrogate.parameters:
+    if surrogate.hold == "zero_order" and not surrogate.parameters:
         return fmu
+    surrogate = surrogate.reaching_inputs_by_step_end()
     fmi: FmiVersion = 3 if read_description(fmu).fmiVersion.startswith("3.") else 2
     return export_fmu(surrogate, path, fmi=fmi, provenance=found)
 

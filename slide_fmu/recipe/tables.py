@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -20,10 +20,9 @@ class WindowRecipe(Table):
         step: sample step h in s.
         n_in: number of input samples; found from the decay time if ``"auto"`` or not given.
         n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
-        inputs: what an importer of the FMU sets inputs with a first-order hold to before a step,
-            unless it sets the parameter ``inputs_at_step_end``: ``"now"``, what they are at its
-            begin, so that the FMU forecasts what they do within it; or ``"step_end"``, what they
-            reach by its end, which suits set points that are known ahead.
+        planned: whether inputs with a first-order hold are planned motions, which are known ahead
+            and move between samples as the model moves them. ``slide_fmu.simulate``, ``slide-fmu
+            motion`` and SSPs then give the FMU what they reach by each step's end.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -31,9 +30,19 @@ class WindowRecipe(Table):
     step: PositiveFloat
     n_in: PositiveInt
     n_out: PositiveInt
-    inputs: Literal["now", "step_end"] = "now"
+    planned: bool = False
     remaining_amplitude: float = Field(0.01, gt=0, lt=1)
     allow_short: bool = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_former_key(cls, values: Any) -> Any:
+        if isinstance(values, dict) and "inputs" in values:
+            raise ValueError(
+                f"inputs = {values['inputs']!r} is a key of a former version; expected planned = "
+                "true in place of 'step_end', and no key in place of 'now'"
+            )
+        return values
 
     @model_validator(mode="after")
     def _fits(self) -> WindowRecipe:

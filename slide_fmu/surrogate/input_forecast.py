@@ -33,8 +33,11 @@ class InputForecast:
     given by cosine and sine, the turn is forecast.
 
     Attributes:
+        planned: whether the inputs are planned motions, known ahead, whose curves between samples
+            are the model's own.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
-            that is set counts as reached by the end of the step, so that nothing is forecast.
+            that is set counts as reached by the end of the step, so that nothing is forecast. Only
+            FMUs inside of an SSP start with 1.
         weights: shape (n_inputs, n_candidates, n_past); those of an angle stand with its cosine.
         largest_change: largest change in a sample step, in the inputs' units, of an angle its
             turn in rad, shape (n_inputs,): forecasts are clipped to it.
@@ -44,6 +47,7 @@ class InputForecast:
         ValueError: the shapes do not belong together, or a number is not finite.
     """
 
+    planned: bool = False
     at_step_end: bool = False
     weights: FloatArray = field(default_factory=lambda: np.zeros((1, 0, 1)))
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))

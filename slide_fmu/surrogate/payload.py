@@ -20,7 +20,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     BOUN     := u32 short  u32 long  u32 n_watched               the error bound
                 f64 factor[3][n_outputs]  f64 limit[n_watched]  network  network
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
-    MOVE     := u32 at_step_end  u32 n_candidates  u32 n_past  u32 n_scored
+    MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see slide_fmu/network/bytes.py
@@ -46,7 +46,8 @@ PARA version 7, and all others are written with version 6. In files of version 8
 does not see what the estimator of ESTI expects.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
-held while they are not known, and at_step_end is 1.
+held while they are not known. Flags: 1, the inputs are planned motions; 2, the FMU starts with
+inputs_at_step_end = 1.
 
 Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
 n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
@@ -327,24 +328,31 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
 
 
+PLANNED, AT_STEP_END = 1, 2
+"""Flags of MOVE."""
+
+
 def _encode_forecast(forecast: InputForecast) -> bytes:
     n_inputs, n_candidates, n_past = forecast.weights.shape
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
-    head = struct.pack("<IIII", forecast.at_step_end, *sizes)
+    flags = PLANNED * forecast.planned + AT_STEP_END * forecast.at_step_end
+    head = struct.pack("<IIII", flags, *sizes)
     body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
     return head + body
 
 
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
-    at_step_end, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
-    if at_step_end > 1 or n_candidates > MAX_CANDIDATES or n_past > MAX_PAST:
+    flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
+    if flags > PLANNED + AT_STEP_END or n_candidates > MAX_CANDIDATES or n_past > MAX_PAST:
         raise ValueError(
-            f"forecast with at_step_end {at_step_end}, {n_candidates} candidates of {n_past} "
-            f"samples; expected 0 or 1, at most {MAX_CANDIDATES} and {MAX_PAST}"
+            f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
+            f"samples; expected flags 0 to {PLANNED + AT_STEP_END}, at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
     rows = section.f64(n_inputs * columns).reshape(n_inputs, columns).copy()
     section.done()
     weights = rows[:, 1:].reshape(n_inputs, n_candidates, n_past)
-    return InputForecast(bool(at_step_end), weights, rows[:, 0], n_scored)
+    return InputForecast(
+        bool(flags & PLANNED), bool(flags & AT_STEP_END), weights, rows[:, 0], n_scored
+    )

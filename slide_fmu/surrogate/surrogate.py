@@ -142,9 +142,25 @@ class Surrogate:
 
     @property
     def inputs_at_step_end(self) -> bool:
-        """Say whether the FMU, unless told otherwise, takes inputs as those at the step's end."""
-        first_order = self.hold == "first_order"
-        return first_order and (self.forecast is None or self.forecast.at_step_end)
+        """Say whether the FMU starts with inputs that count as reached by the step's end."""
+        return self.forecast is not None and self.forecast.at_step_end
+
+    @property
+    def planned(self) -> bool:
+        """Say whether the inputs are planned motions, known ahead, with curves of their own."""
+        return self.forecast is not None and self.forecast.planned
+
+    def reaching_inputs_by_step_end(self) -> Surrogate:
+        """Return the surrogate whose FMU starts with ``inputs_at_step_end`` = 1.
+
+        One whose inputs have a zero-order hold has no such parameter and is returned as it is.
+        """
+        if self.hold == "zero_order":
+            return self
+        count = len(self.inputs)
+        without = InputForecast(weights=np.zeros((count, 0, 1)), largest_change=np.zeros(count))
+        forecast = dataclasses.replace(self.forecast or without, at_step_end=True)
+        return dataclasses.replace(self, forecast=forecast)
 
     @property
     def starts(self) -> FloatArray:

@@ -145,6 +145,6 @@ def train(effort: Effort, seed: int, progress: Progress) -> Surrogate:
     with tempfile.TemporaryDirectory() as folder:
         problem = Problem(WINDOW, features, *tensors, Path(folder) / "fit.pt")
         fitted, _ = fit_state_space(problem, network, training, progress)
-    forecast = fit_forecast(ROAD, parts[0][0], at_step_end=False)
+    forecast = fit_forecast(ROAD, parts[0][0], planned=False)
     scalings = scaling, of_outputs
     return Surrogate("quarter_car", WINDOW, ROAD, OUTPUTS, *scalings, fitted, None, forecast)

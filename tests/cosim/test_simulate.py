@@ -46,7 +46,7 @@ def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatAr
     """
     cosines = (0,) if surrogate.inputs[0].angle == "cosine" else ()
     t, u, places = refined(t, u, cosines, STEP)
-    kept = u if surrogate.inputs_at_step_end else evened(t, u, cosines, STEP)
+    kept = u if surrogate.planned else evened(t, u, cosines, STEP)
     window = Resampling(surrogate)
     window.append(STEP, u[0])
     found = [window.results()[0]]
@@ -67,7 +67,7 @@ def test_moving_inputs_give_outputs_at_the_times_whatever_their_distances(
     """Whatever the FMU takes inputs for by default."""
     surrogate = random_surrogate(dataclasses.replace(shape, hold="first_order"))
     if forecasts is not None:
-        surrogate = forecasting(surrogate, at_step_end=forecasts)
+        surrogate = forecasting(surrogate, planned=forecasts)
     t = 3.0 + STEP * np.concatenate([[0.0], np.cumsum((steps * 30)[:30])])
     u = moving_inputs(surrogate, 31)
     found = slide.simulate(exported(surrogate, tmp_path, fmi), t, u)

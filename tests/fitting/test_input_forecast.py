@@ -40,7 +40,7 @@ def errors(forecast: InputForecast, values: FloatArray, index: int = 0) -> tuple
 def test_one_forecast_serves_smooth_and_rough_inputs() -> None:
     """Smooth ones nearly to the end, rough ones no worse than the value that is held."""
     both = np.concatenate([smooth(0), rough(1)])[:, :, None]
-    forecast = fit_forecast(ROAD, both, at_step_end=False)
+    forecast = fit_forecast(ROAD, both, planned=False)
     assert forecast is not None
     wrong, held = errors(forecast, smooth(7, 1)[0])
     assert wrong < 0.04 * held
@@ -50,8 +50,8 @@ def test_one_forecast_serves_smooth_and_rough_inputs() -> None:
 
 def test_fitted_candidates_are_better_than_polynomials() -> None:
     fast = smooth(0)[:, ::2, None]
-    fitted = fit_forecast(ROAD, fast, at_step_end=False)
-    plain = InputForecast(False, POLYNOMIALS[None], np.ones(1))
+    fitted = fit_forecast(ROAD, fast, planned=False)
+    plain = InputForecast(False, False, POLYNOMIALS[None], np.ones(1))
     assert fitted is not None
     values = smooth(7, 1)[0, ::2]
     assert errors(fitted, values)[0] < 0.5 * errors(plain, values)[0]
@@ -60,16 +60,17 @@ def test_fitted_candidates_are_better_than_polynomials() -> None:
 def test_what_the_training_leaves_open_stays_a_polynomial() -> None:
     """Straight lines: every candidate knows them, none is fitted away from what it is."""
     ramps = np.linspace(-1, 1, 400) * np.array([[0.2], [0.9]])
-    forecast = fit_forecast(ROAD, ramps[:, :, None], at_step_end=True)
+    forecast = fit_forecast(ROAD, ramps[:, :, None], planned=True)
     assert forecast is not None
-    assert forecast.at_step_end
+    assert forecast.planned
+    assert not forecast.at_step_end
     np.testing.assert_allclose(forecast.weights[0], POLYNOMIALS, atol=1e-6)
     assert forecast.largest_change == pytest.approx([0.9 * 2 / 399])
 
 
 def test_jumps_leave_the_value_held() -> None:
     values = np.repeat(np.random.default_rng(0).uniform(-1, 1, (8, 40)), 30, axis=1)
-    forecast = fit_forecast(ROAD, values[:, :, None], at_step_end=False)
+    forecast = fit_forecast(ROAD, values[:, :, None], planned=False)
     assert forecast is not None
     found, held = errors(forecast, values[0])
     assert found == held
@@ -78,7 +79,7 @@ def test_jumps_leave_the_value_held() -> None:
 def test_angles_are_forecast_by_their_turn() -> None:
     angles = 8 * smooth(0)
     inputs = np.stack([np.cos(angles), np.sin(angles)], axis=2)
-    forecast = fit_forecast(ANGLE, inputs, at_step_end=False)
+    forecast = fit_forecast(ANGLE, inputs, planned=False)
     assert forecast is not None
     assert forecast.largest_change[0] == pytest.approx(np.abs(np.diff(angles, axis=1)).max())
     assert forecast.largest_change[1] == 0
@@ -93,11 +94,11 @@ def test_angles_are_forecast_by_their_turn() -> None:
 
 
 def test_forecasts_are_no_larger_than_what_was_seen_and_stay_in_the_range() -> None:
-    forecast = InputForecast(False, POLYNOMIALS[None], np.array([0.05]))
+    forecast = InputForecast(False, False, POLYNOMIALS[None], np.array([0.05]))
     past = np.linspace(0.0, -1.0, forecast.n_points)[:, None]  # rises by 0.07
     scaling = range_scaling(ROAD)
     assert forecast.ahead(past, ROAD, scaling) == pytest.approx([0.05])
-    quick = InputForecast(False, POLYNOMIALS[None], np.array([0.2]))
+    quick = InputForecast(False, False, POLYNOMIALS[None], np.array([0.2]))
     assert quick.ahead(past, ROAD, scaling) == pytest.approx([past[0, 0] - past[1, 0]])
     assert quick.ahead(past, ROAD, scaling, 0.05) == pytest.approx([0.0])
     assert quick.ahead(past + 0.95, ROAD, scaling) == pytest.approx([1.0])
@@ -106,10 +107,10 @@ def test_forecasts_are_no_larger_than_what_was_seen_and_stay_in_the_range() -> N
 
 def test_inputs_with_a_zero_order_hold_have_no_forecast() -> None:
     force = (Signal("force", "N", -1.0, 1.0),)
-    assert fit_forecast(force, smooth(0)[:, :, None], at_step_end=False) is None
+    assert fit_forecast(force, smooth(0)[:, :, None], planned=False) is None
 
 
 def test_trajectories_too_short_to_learn_from_leave_polynomials() -> None:
-    forecast = fit_forecast(ROAD, smooth(0, 3, 12)[:, :, None], at_step_end=False)
+    forecast = fit_forecast(ROAD, smooth(0, 3, 12)[:, :, None], planned=False)
     assert forecast is not None
     np.testing.assert_array_equal(forecast.weights[0], POLYNOMIALS)

@@ -19,9 +19,11 @@ from tests.fmu.plain import Resampling, plain_moved
 from tests.fmu.samples import forecast_of
 
 
-def forecasting(surrogate: Surrogate, at_step_end: bool = False) -> Surrogate:
+def forecasting(
+    surrogate: Surrogate, at_step_end: bool = False, planned: bool = False
+) -> Surrogate:
     """The surrogate with a forecast of every input."""
-    forecast = forecast_of(len(surrogate.inputs), at_step_end)
+    forecast = forecast_of(len(surrogate.inputs), at_step_end, planned)
     return dataclasses.replace(surrogate, forecast=forecast)
 
 

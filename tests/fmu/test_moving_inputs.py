@@ -76,17 +76,20 @@ def test_step_gives_what_a_record_gives_that_ends_with_the_forecast(load: Load) 
 
 
 @pytest.mark.parametrize("start", [0, 1])
-def test_inputs_at_the_step_end_are_the_former_meaning_to_the_bit(load: Load, start: int) -> None:
-    """Whether the surrogate or the importer says so."""
+def test_inputs_at_the_step_end_need_no_forecast(load: Load, start: int) -> None:
+    """Whether the surrogate or the importer says so, a forecast changes no bit."""
     shape = Shape(n_inputs=2, n_outputs=2, positions=3, cell=LASTING, hold="first_order")
-    former, told = random_surrogate(shape), forecasting(random_surrogate(shape), bool(start))
-    rows, lengths = moving_inputs(former, 30), [1.0, 2.0, 0.6] * 10
-    native = load(dataclasses.replace(told, name="told")).instance()
+    without = random_surrogate(shape)
+    own = forecasting(without, at_step_end=bool(start), planned=not start)
+    rows, lengths = moving_inputs(without, 30), [1.0, 2.0, 0.6] * 10
+    native, other = (load(dataclasses.replace(s, name=n)).instance() for s, n in
+                     ((own, "own"), (without, "without")))  # fmt: skip
+    set_at_step_end(other, 1.0)
     if not start:
         set_at_step_end(native, 1.0)
     assert get_at_step_end(native.start()) == 1.0
-    expected = go(load(former).instance().start(), former, lengths, rows)
-    np.testing.assert_array_equal(go(native, told, lengths, rows), expected)
+    expected = go(other.start(), without, lengths, rows)
+    np.testing.assert_array_equal(go(native, own, lengths, rows), expected)
 
 
 def set_at_step_end(native: Native, value: float, status: int = OK) -> None:
@@ -107,7 +110,7 @@ def test_without_a_forecast_the_importer_may_still_have_values_held_until_they_a
     native = loaded.instance()
     set_at_step_end(native, 0.0)
     assert get_at_step_end(native.start()) == 0.0
-    assert get_at_step_end(loaded.instance().start()) == 1.0
+    assert get_at_step_end(loaded.instance().start()) == 0.0
     found = []
     for k, value in enumerate([0.0, 1.0, 0.5]):
         assert native.set(value) == native.do_step(k * STEP) == OK

@@ -103,12 +103,14 @@ def test_inputs_that_the_fmu_forecasts_are_set_to_what_they_are_now(tmp_path: Pa
     released = FMUS / "slider_crank" / "slider_crank.fmu"
     surrogate, found = read_fmu(released)
     recipe = recipe_of_provenance(found, "x")
+    surrogate = surrogate.reaching_inputs_by_step_end()
+    known = export_fmu(surrogate, tmp_path / "known.fmu")
     straight = np.zeros((2, 1, 1))
     straight[0] = -1.0  # the director turns on as far as in the step before
-    forecast = InputForecast(False, straight, np.array([0.5, 0.0]))
+    forecast = InputForecast(False, False, straight, np.array([0.5, 0.0]))
     other = dataclasses.replace(surrogate, forecast=forecast)
     fmu = export_fmu(other, tmp_path / "slider_crank.fmu")
-    ahead = make_experiment(released, surrogate, recipe, 3)
+    ahead = make_experiment(known, surrogate, recipe, 3)
     now = make_experiment(fmu, other, recipe, 3)
     for name, values in ahead.inputs.items():
         np.testing.assert_array_equal(now.inputs[name][1:], values[:-1])

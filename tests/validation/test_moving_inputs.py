@@ -104,4 +104,4 @@ def test_side_by_side_system_has_an_fmu_that_takes_inputs_as_the_reference(
         told, provenance = read_fmu(alike)
         assert told.inputs_at_step_end
         assert provenance == {"a": 1}
-        assert (alike == fmu) == at_step_end
+        assert alike != fmu

@@ -185,13 +185,13 @@ static void read_forecast_rows(SlidePayload *payload, SlideCursor *file) {
 static void read_forecast(SlidePayload *payload, SlideCursor *file) {
     SlideForecastView *view = &payload->forecast;
     slide_open_section(file, "MOVE");
-    const uint32_t at_step_end = slide_take_u32(file, "MOVE");
-    view->at_step_end = at_step_end == 1;
+    const uint32_t flags = slide_take_u32(file, "MOVE"); /* 1: planned motions */
+    view->at_step_end = (flags & 2u) != 0;
     view->n_candidates = slide_take_u32(file, "MOVE");
     view->n_past = slide_take_u32(file, "MOVE");
     view->n_scored = slide_take_u32(file, "MOVE");
     slide_check(file,
-                payload->first_order && at_step_end <= 1 &&
+                payload->first_order && flags <= 3 &&
                     view->n_candidates <= MAX_CANDIDATES && view->n_past >= 1 &&
                     view->n_past <= MAX_PAST && view->n_scored >= 1 &&
                     view->n_scored <= MAX_SCORED,
@@ -243,7 +243,7 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     if (payload->has_bound && file->good) {
         slide_bound_check_head(payload, file);
     }
-    payload->forecast = (SlideForecastView){true, 0, 1, 1, NULL};
+    payload->forecast = (SlideForecastView){false, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);
     }

@@ -52,7 +52,9 @@ def rms(values: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
-def plain_call(fmu: Path, times: FloatArray, inputs: FloatArray, read: tuple[str, ...]) -> FloatArray:
+def plain_call(
+    fmu: Path, times: FloatArray, inputs: FloatArray, read: tuple[str, ...]
+) -> FloatArray:
     """Call ``fmpy.simulate_fmu`` with a table of inputs, as users do, at the FMU's own step.
 
     Args:
@@ -132,9 +134,7 @@ def command(folder: Path, *words: str) -> None:
     )
 
 
-def made(
-    folder: Path, name: str, prepare: Callable[[Path], str], *options: str
-) -> Path:
+def made(folder: Path, name: str, prepare: Callable[[Path], str], *options: str) -> Path:
     """Make an FMU by ``init`` and ``run`` with defaults, unless the folder has it; its path."""
     fmu = folder / "runs" / name / f"{name}.fmu"
     if not fmu.exists():
@@ -162,7 +162,9 @@ def record(runs: Path) -> list[Row]:
     times, force, travel = table[last, 0], table[last, 1], table[last, 2]
     found = slide.simulate(fmu, times, force)
     first = surrogate.network.memory_length
-    error = rms((found[:, 0] - travel)[first:, None]) / (travel[first:] - travel[first:].mean()).std()
+    error = (
+        rms((found[:, 0] - travel)[first:, None]) / (travel[first:] - travel[first:].mean()).std()
+    )
     printed = scored["validation"]["in range"]["outputs"][0]["relative_rmse"]
     return [row("record: slide_fmu.simulate", "travel", printed, float(error[0]))]
 

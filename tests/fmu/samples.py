@@ -305,9 +305,7 @@ CANDIDATES = np.array([[-1.0, 0.0, 0.0], [-3.02, 1.0, 0.0], [-5.9, 4.0, -1.0]])
 """A straight line, about a parabola, about a cubic."""
 
 
-def forecast_of(
-    n_inputs: int, at_step_end: bool = False, planned: bool = False
-) -> InputForecast:
+def forecast_of(n_inputs: int, at_step_end: bool = False, planned: bool = False) -> InputForecast:
     """A forecast of some inputs, not the same for all."""
     weights = np.array([CANDIDATES * (1 - 0.01 * index) for index in range(n_inputs)])
     return InputForecast(planned, at_step_end, weights, np.linspace(0.3, 0.4, n_inputs), 5)

@@ -3,7 +3,8 @@
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
 of both is its own error. Where it errs less, the difference is the surrogate's error itself. So a
 recipe may give it more units and a longer training (``bound.companion``). A training may end in a
-worse minimum, so there are several attempts (``bound.attempts``).
+worse minimum, so there are several attempts (``bound.attempts``). One that goes on from the
+surrogate's network cannot, and takes little time.
 """
 
 from __future__ import annotations
@@ -47,12 +48,15 @@ def fit_companion(
         TrainingError: a training diverged.
     """
     assert recipe.bound is not None
+    from_surrogate = recipe.bound.companion.start == "surrogate"
+    begun = (*machine[:2], surrogate) if from_surrogate else machine
     found: list[tuple[float, Surrogate, History]] = []
     for attempt in range(recipe.bound.attempts):
         stage = STAGE if attempt == 0 else f"{STAGE}, attempt {attempt + 1}"
-        part = Part(stage, "companion", surrogate.output_scaling)
+        split = "train" if recipe.data.companion == "train" else "companion"
+        part = Part(stage, split, surrogate.output_scaling)
         other = companion_recipe(recipe, attempt)
-        fitted, histories = fit_network(other, machine, places, device, progress, part)
+        fitted, histories = fit_network(other, begun, places, device, progress, part)
         history = histories[stage]
         found.append((min(history.validation_error), fitted, history))
         if found[-1][0] <= ACCURATE * error:

@@ -14,9 +14,7 @@ import math
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-
-ROUNDING = 1e-9
-"""Odds that are this little below a whole number are that number."""
+from slide_fmu.surrogate.error_bound import least_trajectories
 
 
 def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
@@ -29,8 +27,7 @@ def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
     Raises:
         ValueError: there are too few trajectories for the confidence.
     """
-    count = len(ratios)
-    least = math.floor(confidence / (1 - confidence) + ROUNDING) + 1
+    count, least = len(ratios), least_trajectories(confidence)
     if count < least:
         raise ValueError(
             f"calibration for a confidence of {confidence:g} with {count} trajectories; expected "

@@ -39,9 +39,11 @@ from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
     MOST_EXPONENT,
+    NO_BOUND,
     SMALLEST,
     USUAL_CONFIDENCE,
     ErrorBound,
+    calibrated,
     filling_length,
     local_scales,
     statistics_of,
@@ -123,7 +125,7 @@ def fit_bound(
     n_outputs = calibration.errors.shape[2]
     # errors of zero count as the least that the head knows: factors are positive
     ratios = np.maximum(calibration.errors / found[..., :n_outputs], 2.0**-MOST_EXPONENT)
-    factors = np.stack([conformal_factors(ratios, confidence) for confidence in CONFIDENCES])
+    factors = np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
     block, estimate = span_block(recipe, surrogate.window.step), None
     if block is not None:
@@ -131,6 +133,13 @@ def fit_bound(
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits
     return ErrorBound(*parts, surrogate.estimator, estimate), history
+
+
+def _factors(ratios: FloatArray, confidence: float) -> FloatArray:
+    """Return the factors for a confidence; too few trajectories for it bound nothing."""
+    if confidence > USUAL_CONFIDENCE and confidence not in calibrated(len(ratios)):
+        return np.full(ratios.shape[2], NO_BOUND)
+    return conformal_factors(ratios, confidence)
 
 
 def _require_finite(name: str, mix: _Seen) -> None:

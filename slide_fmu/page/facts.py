@@ -41,7 +41,7 @@ def facts_of(surrogate: Surrogate) -> dict[str, Any]:
             for key in FLAGS
             if BY_KEY[key].name in references
         },
-        "confidence": _confidence(references),
+        "confidence": _confidence(surrogate, references),
     }
 
 
@@ -67,8 +67,9 @@ def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[dict
     ]
 
 
-def _confidence(references: dict[str, int]) -> dict[str, Any] | None:
-    if CONFIDENCE not in references:
+def _confidence(surrogate: Surrogate, references: dict[str, int]) -> dict[str, Any] | None:
+    if surrogate.bound is None:
         return None
-    low, high, start = BY_KEY["CONFIDENCE"].bounds
+    high = surrogate.bound.confidences[-1]
+    low, _, start = BY_KEY["CONFIDENCE"].bounds
     return {"low": low, "high": high, "start": start, "reference": references[CONFIDENCE]}

@@ -128,7 +128,7 @@ def measure_cost(job: Job, executor: str | None) -> Cost:
         )
     check_recipe(job.recipe)
     name = f"recipe {job.recipe.name!r}"
-    recipe = with_resolved(job.recipe, least_numbers(job.recipe), name)
+    recipe = with_resolved(job.recipe, least_numbers(job.recipe, 0.0), name)
     data = recipe.data.model_copy(update={"train": WRITTEN})
     recipe = recipe.model_copy(update={"data": data})
     with _own_folder(job.folder.path) as folder:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.fmu.export import MODULE, read_fmu, read_json
-from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
+from slide_fmu.surrogate.error_bound import ErrorBound
 
 
 def describe_fmu(fmu: Path) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def _of_bound(bound: ErrorBound | None, step: float) -> dict[str, Any]:
         "error_bound": {
             "companion_parameters": bound.companion.count_parameters(),
             "head_parameters": bound.head.count_parameters(),
-            "confidences": list(CONFIDENCES),
+            "confidences": list(bound.confidences),
             "blocks_s": [length * step for length in bound.blocks],
             **({} if bound.span is None else {"estimate_span_s": bound.span.samples * step}),
         }

@@ -2,7 +2,8 @@
 
 Trajectories are made, and learnt from, in stages of twice as many; the curve ends where a doubling
 does not pay, or cannot, since what was learnt holds on other motions too. What was found lies in
-the run folder, point by point, so that a curve that was killed goes on.
+the run folder, point by point, so that a curve that was killed goes on. So does the time that a
+trajectory takes, from which the numbers of an error bound follow.
 """
 
 from __future__ import annotations
@@ -24,11 +25,13 @@ from slide_fmu.data.identity import identity
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
+from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.recipe.automatic import NUMBERS, nested
+from slide_fmu.pipeline.simulation_time import simulation_time
+from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.record.model import MeasuredRecords
 
 FIRST, MOST = 32, 256
@@ -44,6 +47,12 @@ many, or one for so many trajectories to learn from, if that is more."""
 ESTIMATOR, ESTIMATOR_SHARE = 128, 8
 """An error estimator learns from at least the first number of trajectories, and from as many as
 the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
+BOUND_TIME = 100.0
+"""To simulate the trajectories of an error bound, one after the other, takes at most this time in
+s where the least numbers of them do."""
+BOUND, CALIBRATION = (30, 100), (60, 200)
+"""The least and the largest numbers of trajectories from which a bound learns, and by which it is
+calibrated. With the least, a confidence of 0.95 asks for 96.6 % of the calibration's samples."""
 
 
 def find_numbers(
@@ -64,6 +73,8 @@ def find_numbers(
     """
     if "data.train" in recipe.automatic and not recipe.system.is_record:
         _extend_curve(recipe, folder, _Staged(recipe, folder, bar, place, beside))
+    if _needs_cost(recipe) and kept_cost(recipe, folder) is None:
+        _measure_cost(recipe, folder, bar)
     found = known_numbers(recipe, folder)
     assert found is not None
     return found
@@ -85,25 +96,88 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
         if curve.reason is None:
             return None
         train = curve.points[-1].trajectories
-    return _numbers_with(recipe, train)
+    cost = kept_cost(recipe, folder)
+    if cost is None and _needs_cost(recipe):
+        return None
+    return _numbers_with(recipe, train, cost or 0.0)
 
 
-def least_numbers(recipe: Recipe) -> Resolved:
-    """Return the numbers that a recipe leaves open, if its curve ends as soon as it can."""
+def least_numbers(recipe: Recipe, cost: float) -> Resolved:
+    """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
+
+    The cost is the time in s in which one process simulates a trajectory.
+    """
     if recipe.system.is_record:
         return _numbers_of_records(recipe)
     open_curve = "data.train" in recipe.automatic
-    return _numbers_with(recipe, FIRST if open_curve else recipe.data.train)
+    return _numbers_with(recipe, FIRST if open_curve else recipe.data.train, cost)
 
 
-def _numbers_with(recipe: Recipe, train: int) -> Resolved:
-    """Return the numbers that a recipe leaves open, with so many trajectories to learn from."""
+def _numbers_with(recipe: Recipe, train: int, cost: float) -> Resolved:
+    """Return the numbers that a recipe leaves open, with so many trajectories to learn from.
+
+    One of them is simulated in the time ``cost`` in s.
+    """
     estimator = recipe.data.estimator
     if "data.estimator" in recipe.automatic:
         estimator = max(ESTIMATOR, train)
     least = max(VALIDATION, train // SHARE), max(VALIDATION, estimator // ESTIMATOR_SHARE)
-    all_numbers = dict(zip(NUMBERS, (train, least[0], estimator, least[1]), strict=True))
+    all_numbers: dict[str, int | str] = dict(
+        zip(
+            (*NUMBERS, *BOUND_NUMBERS),
+            (train, least[0], estimator, least[1], *numbers_of_bound(train, cost)),
+            strict=True,
+        )
+    )
     return nested({key: n for key, n in all_numbers.items() if key in recipe.automatic})
+
+
+def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
+    """Return numbers of trajectories of an error bound: of companion, head and calibration.
+
+    They are as many as help where a trajectory costs little time in s. Where it costs more, the
+    companion learns from those of the surrogate, and the others are fewer.
+    """
+    most = BOUND[1] + CALIBRATION[1]
+    if cost * (train + most) <= BOUND_TIME:
+        return train, BOUND[1], CALIBRATION[1]
+    part = BOUND_TIME / (cost * most)
+    head, calibration = (
+        min(max(least, int(part * largest)), largest) for least, largest in (BOUND, CALIBRATION)
+    )
+    return "train", head, calibration
+
+
+def _needs_cost(recipe: Recipe) -> bool:
+    return any(key in recipe.automatic for key in BOUND_NUMBERS)
+
+
+def kept_cost(recipe: Recipe, folder: RunFolder) -> float | None:
+    """Return the time in s that a trajectory of a recipe takes, if it was measured.
+
+    Raises:
+        DamagedFileError: the file that holds it is damaged.
+    """
+    if not folder.cost.exists() or not _needs_cost(recipe):
+        return None
+    record = read_kept(folder.cost, ("recipe", "probe", "seconds"))
+    about, motion = _identity(recipe)
+    if record["recipe"] != about or not same_motion(np.array(record["probe"]), motion):
+        return None
+    return float(record["seconds"])
+
+
+def _measure_cost(recipe: Recipe, folder: RunFolder, bar: Stages) -> None:
+    """Measure the time that a trajectory takes, and keep it: numbers must not change any more."""
+    progress = bar("time of a simulation")
+    progress(0, 1)
+    seconds, _, _ = guarded_recipe(recipe, recipe_system(recipe), simulation_time)
+    (about, motion), data = _identity(recipe), recipe.data
+    cost = seconds * (data.duration + data.burn_in)
+    record = {"recipe": about, "probe": motion.tolist(), "seconds": cost}
+    folder.path.mkdir(parents=True, exist_ok=True)
+    write_whole(folder.cost, json.dumps(sealed(record), indent=1).encode("utf-8"))
+    progress(1, 1)
 
 
 def _numbers_of_records(recipe: Recipe) -> Resolved:

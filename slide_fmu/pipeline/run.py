@@ -175,7 +175,9 @@ def _with_search(report: Report, job: Job, surrogate: Surrogate, seed: int) -> R
     if not starts:
         return report
     attacks = attack(surrogate, job.recipe, seed, starts, job.bar("search for unnoticed errors"))
-    data = {**report.data, "adversarial": attack_figures(attacks)}
+    assert surrogate.bound is not None
+    figures = attack_figures(attacks, surrogate.bound.confidences[-1])
+    data = {**report.data, "adversarial": figures}
     sections = [*report.sections, adversarial_section(attacks, surrogate)]
     return replace(report, data=data, sections=sections)
 

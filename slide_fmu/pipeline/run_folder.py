@@ -147,6 +147,11 @@ class RunFolder:
         return self.path / "learning_curve.json"
 
     @property
+    def cost(self) -> Path:
+        """The file that keeps how long a trajectory is simulated, where numbers follow from it."""
+        return self.path / "cost.json"
+
+    @property
     def sizing(self) -> Path:
         """The figures of the last sizing of the window lie here."""
         return self.path / "window.json"

@@ -12,11 +12,11 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.excitation.mix import names_of
-from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.numbers import least_numbers
+from slide_fmu.pipeline.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -26,9 +26,6 @@ from slide_fmu.systems.base import OFFERS, Source, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.record.model import MeasuredRecords
 
-TIMED, TIMED_SAMPLES = 2.0, 100
-"""Motions are simulated for at least this time in s, to say how long a simulated second takes. The
-first of them has so many samples, beside its lead-in, and is enough where it takes that long."""
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
 MOST_TIME = 10.0
@@ -58,7 +55,8 @@ class Trial:
     def figures(self) -> dict[str, Any]:
         """Return the figures as plain values, as written to JSON."""
         data = self.recipe.data
-        least = least_numbers(self.recipe)
+        cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
+        least = least_numbers(self.recipe, cost)
         recipe = with_resolved(self.recipe, least, f"recipe {self.recipe.name!r}")
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
@@ -117,7 +115,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     if isinstance(system, MeasuredRecords):
         said = (*remarks_on_division(job.recipe, system), *said)
     if isinstance(system, System):
-        seconds, failed, said = guarded_recipe(job.recipe, system, _seconds)
+        seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
         said = (*said, *guarded_recipe(job.recipe, system, _failures_of_other_kinds))
     progress(3, STEPS)
     said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
@@ -125,29 +123,6 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.recipe, system, sizing, seconds, told)
-
-
-def _seconds(recipe: Recipe) -> tuple[float, str | None, tuple[str, ...]]:
-    """Return the wall time in s of a simulated second, of motions as the data have them.
-
-    The text says that some of them failed; it is None if none did. What the system remarks on
-    itself after these motions follows.
-    """
-    system, tolerance = recipe_system(recipe), Tolerance(recipe.data.most_failures)
-    short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
-    begin, simulated = time.perf_counter(), 0.0
-    while simulated == 0.0 or time.perf_counter() - begin < TIMED:
-        duration = recipe.data.duration if simulated else short
-        stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-        drawn = draw(recipe, system, stream, tolerance.tried)
-        tolerance.tried += 1
-        try:
-            simulate_draw(system, drawn)
-        except SimulationError as error:
-            tolerance.hear(error)
-        else:
-            simulated += duration + recipe.data.burn_in
-    return (time.perf_counter() - begin) / simulated, tolerance.remark, system.remarks
 
 
 def _failures_of_other_kinds(recipe: Recipe) -> tuple[str, ...]:

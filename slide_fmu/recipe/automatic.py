@@ -20,11 +20,19 @@ NUMBERS = ("data.train", "data.validation", "data.estimator", "data.estimator_va
 ESTIMATOR_NUMBERS = NUMBERS[2:]
 """Those of the error estimator; a recipe without one leaves none of them open."""
 
-AUTOMATIC = LENGTHS + NUMBERS
+BOUND_NUMBERS = ("data.companion", "data.bound", "data.calibration")
+"""Those of the error bound, which follow from what a simulation costs. A recipe that gives
+``data.train`` and leaves them out has their defaults."""
+
+AUTOMATIC = LENGTHS + NUMBERS + BOUND_NUMBERS
 """All keys that may be ``"auto"``; each has its first guess in ``_GUESSES`` below."""
 
 GUESSED_NUMBER = 8
 """The first guess of a number of trajectories."""
+
+LEAST_CALIBRATION = 20
+"""The usual confidence of an error bound, 0.95, cannot be calibrated with fewer trajectories
+(``slide_fmu.fitting.conformal``)."""
 
 GUESSED_N_OUT = 64
 """The first guess of an output window, in samples; that of an input window is three times it."""
@@ -37,9 +45,12 @@ def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
     for place in AUTOMATIC:
         if without_estimator and place in ESTIMATOR_NUMBERS:
             continue
+        if place in BOUND_NUMBERS and tables.get("bound") is None:
+            continue
         table, key = place.split(".")
         given = tables.get(table)
-        if isinstance(given, dict) and given.get(key, AUTO) == AUTO:
+        left_out = None if place in BOUND_NUMBERS and "data.train" not in found else AUTO
+        if isinstance(given, dict) and given.get(key, left_out) == AUTO:
             found.append(place)
     return tuple(found)
 
@@ -95,10 +106,15 @@ def _guess_number(tables: dict[str, Any]) -> int:
     return GUESSED_NUMBER
 
 
+def _guess_of_bound(tables: dict[str, Any]) -> int:
+    return LEAST_CALIBRATION
+
+
 _GUESSES = {
     "window.n_in": _guess_n_in,
     "window.n_out": _guess_n_out,
     "data.duration": _guess_time,
     "data.burn_in": _guess_time,
     **dict.fromkeys(NUMBERS, _guess_number),
+    **dict.fromkeys(BOUND_NUMBERS, _guess_of_bound),
 }

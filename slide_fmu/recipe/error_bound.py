@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
@@ -13,10 +13,6 @@ from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceReci
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe
 
-LEAST_CALIBRATION = 100
-"""A confidence of 0.99 cannot be calibrated with fewer trajectories
-(``slide_fmu.fitting.conformal``)."""
-
 
 class CompanionRecipe(Table):
     """The table ``bound.companion`` says in what a companion differs from the surrogate.
@@ -25,11 +21,15 @@ class CompanionRecipe(Table):
     scale: then bounds are narrower. It costs more time where the bound is read.
 
     Attributes:
+        start: ``"random"``, or ``"surrogate"``: its training goes on from the surrogate's network,
+            of the same size, which takes a small part of the time. What both have learnt from the
+            same trajectories, they share; what they have learnt from others shows the error.
         hidden: its number of units; as ``network.hidden`` if not given.
         iterations: as ``training.iterations`` if not given.
         stretches: as ``training.stretches`` if not given.
     """
 
+    start: Literal["random", "surrogate"] = "random"
     hidden: PositiveInt | None = None
     iterations: PositiveInt | None = None
     stretches: PositiveInt | None = None
@@ -92,7 +92,7 @@ def require_bound(recipe: Recipe) -> None:
                 "remove the key"
             )
         return
-    remedy = "remove the table [bound]"
+    remedy = "remove the tables [bound] and [bound.companion]"
     if recipe.system.is_record:
         raise ValueError(
             "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
@@ -101,7 +101,8 @@ def require_bound(recipe: Recipe) -> None:
     if recipe.parameters:
         raise ValueError(
             f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "
-            f"a surrogate with physical parameters is not built: {remedy}, or the parameters"
+            f"a surrogate with physical parameters is not built: {remedy}, or the parameters; a "
+            "table [estimator] in their place gives an error estimate"
         )
     if not isinstance(recipe.network, StateSpaceRecipe):
         raise ValueError(
@@ -113,6 +114,12 @@ def require_bound(recipe: Recipe) -> None:
         raise ValueError(
             f"[bound] with training.start = {start!r}; expected none: the companion would begin "
             f"with the same network, and share its errors: {remedy}, or the key"
+        )
+    if recipe.bound.companion.start == "surrogate" and recipe.bound.companion.hidden is not None:
+        raise ValueError(
+            f"bound.companion.hidden = {recipe.bound.companion.hidden} with bound.companion.start "
+            "= 'surrogate'; expected one of them: a companion that begins with the surrogate's "
+            "network has its size"
         )
     _require_further(recipe.data.further, recipe.bound)
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:
@@ -143,7 +150,7 @@ def _require_further(count: int, bound: BoundRecipe) -> None:
 def companion_recipe(recipe: Recipe, attempt: int) -> Recipe:
     """Return the recipe by which an attempt, counted from 0, fits the companion's network."""
     assert recipe.bound is not None
-    own = recipe.bound.companion.model_dump(exclude_none=True)
+    own = recipe.bound.companion.model_dump(exclude_none=True, exclude={"start"})
     seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
     size = {name: own.pop(name) for name in ("hidden",) if name in own}
     return recipe.model_copy(

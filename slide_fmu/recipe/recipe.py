@@ -307,8 +307,8 @@ class Recipe(Table):
             return 0
         if split in OF_BOUND and self.bound is None:
             return 0
-        if split == "companion" and self.data.companion == 0:
-            return self.count("train")
+        if split == "companion" and self.data.companion in (0, "train"):
+            return 0 if self.data.companion == "train" else self.count("train")
         if split == FURTHER:
             return self._further_count()
         return int(getattr(self.data, split))

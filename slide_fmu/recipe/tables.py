@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.error_bound import LEAST_CALIBRATION
+from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.measured import Part
 
@@ -64,8 +64,11 @@ class DataRecipe(Table):
             not given.
         estimator, estimator_validation: those of the error estimator, if there is one; likewise.
         companion, bound, calibration: numbers of trajectories of the error bound, if there is one:
-            those from which its companion learns, as many as ``train`` if 0; those from which it
-            learns the scale of the error; and those by which it is calibrated.
+            those from which its companion learns, as many as ``train`` if 0, and those of the
+            surrogate itself if ``"train"``; those from which it
+            learns the scale of the error; and those by which it is calibrated, at least 100 for
+            bounds with a confidence of 0.99. If ``"auto"``, or if they and ``train`` are not
+            given, they follow from the time that a simulation takes.
         further: number of trajectories of ``bound.excitation``, from which the bound learns too;
             half as many as ``bound`` if 0.
         budget_minutes: time for the learning curve and its data; it ends before a doubling that
@@ -91,9 +94,9 @@ class DataRecipe(Table):
     validation: PositiveInt
     estimator: int = Field(0, ge=0)
     estimator_validation: int = Field(0, ge=0)
-    companion: int = Field(0, ge=0)
+    companion: Annotated[int, Field(ge=0)] | Literal["train"] = 0
     bound: int = Field(100, ge=2)
-    calibration: int = Field(2 * LEAST_CALIBRATION, ge=LEAST_CALIBRATION)
+    calibration: int = Field(200, ge=LEAST_CALIBRATION)
     further: int = Field(0, ge=0)
     budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)

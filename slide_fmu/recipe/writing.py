@@ -20,6 +20,9 @@ from slide_fmu.systems.specification import SignalChoice
 WIDTH = 96
 """Comments are wrapped to this many columns."""
 
+SHORT, LONG = 6, 60
+"""The means of an error bound are over times of so many steps."""
+
 
 @dataclass(frozen=True)
 class DraftSignal:
@@ -85,9 +88,7 @@ def recipe_text(draft: Draft) -> str:
         "remaining_amplitude = 0.001",
         "",
         *_excitation_lines(draft),
-        *comment_lines("The FMU estimates its own error; without this table it does not."),
-        "[estimator]",
-        "",
+        *_bound_lines(draft.step),
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
     ]
     return "\n".join(lines)
@@ -121,6 +122,28 @@ def _lines(table: Mapping[str, Any], name: str) -> list[str]:
         raise RecipeError(
             f"{name}: {dict(table)} ({error}); expected numbers, texts, lists and dictionaries"
         ) from error
+
+
+def _bound_lines(step: float) -> list[str]:
+    """Return the tables of an error bound, whose means are over times that suit the step in s."""
+    short, long = (value_text(float(f"{count * step:.3g}")) for count in (SHORT, LONG))
+    return [
+        *comment_lines(
+            "The FMU gives a bound of its own error at every step, and an estimate of it over "
+            "estimate_span, in s; without this table it does not. How many trajectories that "
+            "takes follows from how long one is simulated."
+        ),
+        "[bound]",
+        f"short_span = {short}",
+        f"long_span = {long}",
+        f"estimate_span = {long}",
+        "",
+        "# The second network behind the bound goes on from the first one.",
+        "[bound.companion]",
+        'start = "surrogate"',
+        "iterations = 40",
+        "",
+    ]
 
 
 _STABILITY = (

@@ -13,6 +13,7 @@ estimate.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,13 @@ SMALLEST = 1e-30
 MOST_EXPONENT = 60.0
 """A local scale is at most two to this power, relative to the output's scale; so is one that is
 not a number. It is at least two to the negative power."""
+
+NO_BOUND = 2.0**MOST_EXPONENT
+"""The factor for a confidence that too few trajectories were there to calibrate: no finite bound
+has it."""
+
+ROUNDING = 1e-9
+"""Odds that are this little below a whole number are that number."""
 
 MOST_NOVELTY = 1e9
 """A novelty is at most this one; so is one that is not a number."""
@@ -140,6 +148,12 @@ class ErrorBound:
             )
 
     @property
+    def confidences(self) -> tuple[float, ...]:
+        """The confidences for which it is calibrated, rising."""
+        known = np.all(self.factors < NO_BOUND, axis=1)
+        return tuple(c for c, one in zip(CONFIDENCES, known, strict=True) if one)
+
+    @property
     def _n_seen(self) -> int:
         """The number of states and features."""
         return len(self.companion.cell.a) + len(self.companion.roles.drive)
@@ -213,10 +227,11 @@ class ErrorBound:
         Raises:
             ValueError: the confidence lies outside of those that are calibrated.
         """
-        if not CONFIDENCES[0] <= confidence <= CONFIDENCES[-1]:
+        low, *_, high = self.confidences
+        if not low <= confidence <= high:
             raise ValueError(
-                f"confidence {confidence:g}; expected {CONFIDENCES[0]:g} to {CONFIDENCES[-1]:g}, "
-                "for which the error bound is calibrated"
+                f"confidence {confidence:g}; expected {low:g} to {high:g}, for which the error "
+                "bound is calibrated"
             )
         return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
 
@@ -233,6 +248,19 @@ class ErrorBound:
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
         return np.where(outside, np.maximum(bounds, known), bounds)
+
+
+def least_trajectories(confidence: float) -> int:
+    """Return how many trajectories the calibration for a confidence needs.
+
+    Of N of them a share of c (N + 1) / N is to be covered (``slide_fmu.fitting.conformal``).
+    """
+    return math.floor(confidence / (1 - confidence) + ROUNDING) + 1
+
+
+def calibrated(trajectories: int) -> tuple[float, ...]:
+    """Return the confidences that so many trajectories are enough to calibrate, rising."""
+    return tuple(c for c in CONFIDENCES if least_trajectories(c) <= trajectories)
 
 
 def local_scales(exponents: FloatArray) -> FloatArray:

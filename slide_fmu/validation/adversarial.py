@@ -22,7 +22,7 @@ from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
-from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
@@ -98,14 +98,14 @@ def _target(
     return first_that_runs(recipe, system, stream, index, run)
 
 
-def attack_figures(attacks: Sequence[Attack]) -> dict[str, Any]:
-    """Return the figures of a search as plain values."""
+def attack_figures(attacks: Sequence[Attack], highest: float) -> dict[str, Any]:
+    """Return the figures of a search as plain values, with the highest confidence of bounds."""
     names = "before", "after", "after_highest"
     ratios = {name: [getattr(found, name) for found in attacks] for name in names}
     return {
         "starts": len(attacks),
         "changes_tried": CHILDREN,
-        "confidences": [USUAL_CONFIDENCE, CONFIDENCES[-1]],
+        "confidences": [USUAL_CONFIDENCE, highest],
         **ratios,
         "broken": sum(ratio > BROKEN for ratio in ratios["after"]),
         "broken_at_highest": sum(ratio > BROKEN for ratio in ratios["after_highest"]),
@@ -151,7 +151,7 @@ def _attack(target: Target, inputs: FloatArray, before: float) -> Attack:
     """Measure what a search has found."""
     whole, surrogate = target.run(inputs), target.surrogate
     after, step = target.worst(whole)
-    highest, _ = target.worst(whole, CONFIDENCES[-1])
+    highest, _ = target.worst(whole, target.highest)
     bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
     return Attack(before, after, highest, inputs, target.errors(whole), bounds, inside, step)
 

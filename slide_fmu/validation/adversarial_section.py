@@ -19,7 +19,8 @@ SHOWN = 120
 
 def adversarial_section(attacks: Sequence[Attack], surrogate: Surrogate) -> Section:
     """Show what the search found, and the worst of it."""
-    figures = attack_figures(attacks)
+    assert surrogate.bound is not None
+    figures = attack_figures(attacks, surrogate.bound.confidences[-1])
     usual, highest = figures["confidences"]
     rows = [("error over its bound, largest in the domain", "median", "worst", "broken")]
     for name, text in (

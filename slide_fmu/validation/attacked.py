@@ -92,6 +92,12 @@ class Target:
         return float(ratios[step]), step
 
     @property
+    def highest(self) -> float:
+        """The highest confidence of the bounds."""
+        assert self.surrogate.bound is not None
+        return self.surrogate.bound.confidences[-1]
+
+    @property
     def first(self) -> int:
         """The first sample that counts."""
         assert self.surrogate.bound is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from slide_fmu.recipe.recipe import FURTHER, Recipe
-from slide_fmu.surrogate.error_bound import CONFIDENCES
+from slide_fmu.surrogate.error_bound import calibrated
 from slide_fmu.validation.tables import percent
 from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 
@@ -53,7 +53,7 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
         measured: the figures in range of the FMU's validation; None where it was not measured.
     """
     assert recipe.bound is not None
-    low, high = (f"{100 * end:g}" for end in (CONFIDENCES[0], CONFIDENCES[-1]))
+    low, *_, high = (f"{100 * c:g}" for c in calibrated(recipe.count("calibration")))
     found = [
         "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
         f"calibrated by {recipe.count('calibration')} trajectories of the same mix.",

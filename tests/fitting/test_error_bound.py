@@ -27,6 +27,7 @@ from slide_fmu.fitting.error_bound import (
     scaling_of_statistics,
 )
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
@@ -279,6 +280,28 @@ def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     surrogate = fitted(other, folder).surrogate
     assert surrogate.bound is not None
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
+
+
+def test_companion_goes_on_from_the_surrogate_on_its_own_trajectories_or_on_others(
+    fit: Fit, folder: Path, unseen: Unseen
+) -> None:
+    """Few trajectories calibrate no bound of 99 %; what is covered stays what was promised."""
+    values = RECIPE.model_dump()
+    values["bound"]["companion"] = {"start": "surrogate", "iterations": 8}
+    for companion in ("train", 6):
+        values["data"] |= {"companion": companion, "bound": 30, "calibration": 60}
+        other = fitted(Recipe.model_validate(values), folder)
+        bound = other.surrogate.bound
+        assert bound is not None
+        assert bound.companion.cell.e.shape == fit.surrogate.network.cell.e.shape
+        assert not np.array_equal(bound.companion.cell.e, fit.surrogate.network.cell.e)
+        assert bound.confidences == (0.9, 0.95)
+        high = {v.name: v.high for v in fmu_variables(other.surrogate)}["confidence"]
+        assert high == 0.95
+        with pytest.raises(ValueError, match=r"confidence 0.99; expected 0.9 to 0.95"):
+            other.surrogate.error_bounds(unseen.inputs[0], 0.99)
+        bounds = bounds_of(other.surrogate, unseen, 0.95)
+        assert 0.9 < np.mean(unseen.errors <= bounds) < 0.995
 
 
 def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
 from slide_fmu.memory import motions
-from slide_fmu.pipeline import first_look, trial
+from slide_fmu.pipeline import first_look, simulation_time, trial
 from slide_fmu.pipeline.proposal import Wish, propose
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.systems.errors import SimulationError
@@ -70,7 +70,7 @@ def invoke(*arguments: object) -> Result:
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(first_look, "SAMPLES", 300)
-    monkeypatch.setattr(trial, "TIMED", 0.2)
+    monkeypatch.setattr(simulation_time, "TIMED", 0.2)
     monkeypatch.setattr(motions, "MOTIONS", 12)
     monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
 

@@ -202,6 +202,48 @@ def test_estimator_gets_numbers_too(tmp_path: Path, train: int, learnt: int, jud
     assert counts == {"estimator": learnt, "estimator_validation": judged}
 
 
+BOUNDED = with_data("train = 6").replace("duration = 2.0", "duration = 3.0") + (
+    "[bound]\nlong_span = 0.3\n"
+)
+
+
+def bounded_text() -> str:
+    """A recipe of which only the numbers of the bound are open."""
+    return BOUNDED.replace("train = 6\n", 'train = 6\ncompanion = "auto"\nbound = "auto"\n')
+
+
+@pytest.mark.parametrize(
+    ("cost", "expected"),
+    [
+        (0.01, (6, 100, 200)),  # 306 of them take 3 s
+        (0.4, ("train", 83, 166)),  # 306 would take 122 s
+        (0.5, ("train", 66, 133)),
+        (60.0, ("train", 30, 60)),
+    ],
+)
+def test_dear_simulations_are_fewer_for_the_bound(
+    cost: float, expected: tuple[int | str, int, int]
+) -> None:
+    assert numbers.numbers_of_bound(6, cost) == expected
+
+
+def test_numbers_of_a_bound_follow_from_the_time_of_a_simulation_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (1.0, None, ()))
+    job = opened(tmp_path, bounded_text())
+    with pytest.raises(RecipeError, match=r'data.bound is "auto" and was not found yet'):
+        job.recipe.count("bound")
+    job = choose_numbers(job, Workplace(), overwrite=False)
+    assert job.resolved == {"data": {"companion": "train", "bound": 30, "validation": FEW}}
+    assert job.recipe.count("companion") == 0
+    # another, faster day
+    monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (0.0, None, ()))
+    assert opened(tmp_path, bounded_text()).resolved == job.resolved
+    other = opened(tmp_path, bounded_text().replace("damping = 40.0", "damping = 41.0"))
+    assert other.recipe.automatic
+
+
 def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
     job = opened(tmp_path)
     with pytest.raises(RecipeError, match=r'data.train is "auto" and was not found yet; make the'):

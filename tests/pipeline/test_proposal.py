@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli import app
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
-from slide_fmu.pipeline import first_look, trial
+from slide_fmu.pipeline import first_look, simulation_time
 from slide_fmu.pipeline.draft_signals import parse_range
 from slide_fmu.pipeline.proposal import Wish, propose
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
@@ -313,7 +313,7 @@ validation = 1
 def test_window_that_is_too_short_is_told_once(
     lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trial, "TIMED", 0.1)
+    monkeypatch.setattr(simulation_time, "TIMED", 0.1)
     monkeypatch.setattr(motions, "MOTIONS", 12)
     monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
     (tmp_path / "lag.toml").write_text(SHORT)

@@ -14,9 +14,16 @@ from slide_fmu.recipe.error_bound import (
     span_block,
     span_length,
 )
+from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
+AUTOMATIC = """
+name = "mine"
+description = "a lag"
+system = { model = "lag.py", kind = "function" }
+window = { step = 0.1 }
+"""
 LONG = {"duration": 4.0}
 """Trajectories as long as a bound needs."""
 
@@ -26,6 +33,30 @@ def test_bound_has_trajectories_of_its_own() -> None:
     assert [recipe.count(split) for split in OF_BOUND] == [recipe.data.train, 100, 200, 0]
     other = tiny_state_space_recipe(bound={}, data={"companion": 3, "bound": 7, **LONG})
     assert [other.count(split) for split in OF_BOUND] == [3, 7, 200, 0]
+
+
+def test_companion_may_learn_from_the_trajectories_of_the_surrogate() -> None:
+    recipe = tiny_state_space_recipe(bound={}, data={"companion": "train", **LONG})
+    assert recipe.count("companion") == 0
+
+
+@pytest.mark.parametrize(
+    ("data", "open_keys"),
+    [
+        ("", {"companion", "bound", "calibration"}),
+        ("bound = 40", {"companion", "calibration"}),
+        ("train = 5", set()),
+        ('train = 5\ncalibration = "auto"', {"calibration"}),
+    ],
+)
+def test_numbers_of_a_bound_are_found_where_those_of_the_surrogate_are(
+    data: str, open_keys: set[str]
+) -> None:
+    recipe = parse_recipe(f"{AUTOMATIC}[data]\n{data}\n[bound]\n", "mine.toml")
+    of_bound = {"data.companion", "data.bound", "data.calibration"}
+    assert {key.removeprefix("data.") for key in of_bound & {*recipe.automatic}} == open_keys
+    without = parse_recipe(f"{AUTOMATIC}[data]\n", "mine.toml")
+    assert not of_bound & {*without.automatic}
 
 
 def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
@@ -143,7 +174,12 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"data": {"calibration": 99}}, "calibration"),
+        ({"data": {"calibration": 19, **LONG}}, "calibration"),
+        ({"data": {"companion": "validation", **LONG}}, "companion"),
+        (
+            {"bound": {"companion": {"start": "surrogate", "hidden": 3}}},
+            "a companion that begins with the surrogate's network has its size",
+        ),
         ({"bound": {"hidden": []}}, "hidden"),
         ({"bound": {"companion": {"hidden": 0}}}, r"bound.companion.hidden|companion.hidden"),
         ({"bound": {"companion": {"units": "tanh"}}}, "units"),

@@ -42,7 +42,12 @@ def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
     assert {n: t.choice(n) for n, t in recipe.system.inputs.items()} == {ROAD.name: ROAD}
     assert {n: t.choice(n) for n, t in recipe.system.outputs.items()} == {TRAVEL.name: TRAVEL}
     assert recipe.window.step == 0.01
-    assert recipe.estimator is not None
+    assert recipe.estimator is None
+    assert recipe.bound is not None
+    spans = recipe.bound.short_span, recipe.bound.long_span, recipe.bound.estimate_span
+    assert spans == (0.06, 0.6, 0.6)
+    assert recipe.bound.companion.start == "surrogate"
+    assert {"data.companion", "data.bound", "data.calibration"} <= set(recipe.automatic)
     assert "window.n_in" in recipe.automatic
 
 

@@ -154,7 +154,7 @@ def test_errors_outside_of_the_domain_do_not_count() -> None:
 
 def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
     found = [replace(attacks[0], after=value, after_highest=1.0) for value in (1.5, 2.5, 3.0)]
-    figures = attack_figures(found)
+    figures = attack_figures(found, 0.99)
     assert (figures["starts"], figures["changes_tried"]) == (3, CHILDREN)
     assert (figures["broken"], figures["broken_at_highest"]) == (2, 0)
 

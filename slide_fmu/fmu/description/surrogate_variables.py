@@ -168,6 +168,8 @@ def _variable(
         of_signal if bound == "signal" else of_surrogate if bound == "surrogate" else bound
         for bound, of_signal in zip(kind.bounds, own, strict=True)
     )
+    if kind.key == "CONFIDENCE" and surrogate.bound is not None:
+        high = surrogate.bound.confidences[-1]
     if fmi == 3 and kind.high_fmi_3 is not None:
         high = kind.high_fmi_3
     return Variable(

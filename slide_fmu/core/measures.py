@@ -34,3 +34,13 @@ def relative_deviation(
     """
     floor_true = np.maximum(true, resolution)
     return np.asarray(np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true)
+
+
+def best_constant(errors: FloatArray) -> float:
+    """Return the constant whose mean relative deviation from positive errors, (N,), is least.
+
+    It is the median of the errors with the weights 1 / error.
+    """
+    ordered = np.sort(errors)
+    weights = np.cumsum(1.0 / ordered)
+    return float(ordered[np.searchsorted(weights, 0.5 * weights[-1])])

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import torch
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import Part, fit_network
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -48,18 +50,30 @@ def fit_companion(
         TrainingError: a training diverged.
     """
     assert recipe.bound is not None
-    from_surrogate = recipe.bound.companion.start == "surrogate"
-    begun = (*machine[:2], surrogate) if from_surrogate else machine
+    split = "train" if recipe.data.companion == "train" else "companion"
+    goes_on = recipe.bound.companion.start == "surrogate"
     found: list[tuple[float, Surrogate, History]] = []
     for attempt in range(recipe.bound.attempts):
         stage = STAGE if attempt == 0 else f"{STAGE}, attempt {attempt + 1}"
-        split = "train" if recipe.data.companion == "train" else "companion"
-        part = Part(stage, split, surrogate.output_scaling)
+        # the surrogate is chosen by the usual trajectories: by them, its network might just stay
+        part = Part(stage, split, surrogate.output_scaling, split if goes_on else "validation")
+        begun = (*machine[:2], surrogate) if goes_on else machine
         other = companion_recipe(recipe, attempt)
         fitted, histories = fit_network(other, begun, places, device, progress, part)
+        if goes_on and _same(fitted, surrogate):
+            goes_on = False  # it teaches nothing: the next attempt begins anew
+            if attempt + 1 < recipe.bound.attempts:
+                continue
         history = histories[stage]
         found.append((min(history.validation_error), fitted, history))
-        if found[-1][0] <= ACCURATE * error:
+        if goes_on or found[-1][0] <= ACCURATE * error:
             break
     _, companion, history = min(found, key=lambda one: one[0])
     return companion, history
+
+
+def _same(one: Surrogate, other: Surrogate) -> bool:
+    """Tell whether the networks of two surrogates are the same."""
+    networks = one.network, other.network
+    cells = [network.cell.arrays() for network in networks if isinstance(network, StateSpace)]
+    return all(np.array_equal(cells[0][name], cells[1][name]) for name in cells[0])

@@ -11,12 +11,13 @@ import torch
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.data.identity import identity
-from slide_fmu.data.store import read_split, require_origin, require_trajectories
+from slide_fmu.data.store import Split, read_split, require_origin, require_trajectories
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.companion import fit_companion
 from slide_fmu.fitting.error_bound import fit_bound
+from slide_fmu.fitting.estimate_worth import useless_estimate
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import fit_network
@@ -27,6 +28,9 @@ from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
+
+OF_ESTIMATOR = "estimator_validation"
+"""The estimator's weights are chosen by these trajectories."""
 
 BOUND = "error bound"
 """The stage of the head has this name in the progress and in the figures."""
@@ -75,14 +79,38 @@ def fit_surrogate(
     machine, places = (system, offered, known), (store, checkpoints)
     if recipe.estimator is not None:
         estimator, more = _fit_estimator(recipe, surrogate, offered, places, device, progress)
-        surrogate = dataclasses.replace(surrogate, estimator=estimator)
-        histories |= more
+        with_estimator = dataclasses.replace(surrogate, estimator=estimator)
+        useless = useless_estimate(with_estimator, _in_range(recipe, store))
+        surrogate = surrogate if useless else with_estimator
+        histories |= with_remark(more, useless)
     if recipe.bound is not None:
         error = min(histories["surrogate"].validation_error)
         bound, more = _fit_bound(recipe, surrogate, error, machine, places, device, progress)
         surrogate = dataclasses.replace(surrogate, bound=bound)
+        if bound.span is not None:
+            calibration = read_split(store, "calibration", recipe.count("calibration"))
+            useless = useless_estimate(surrogate, calibration)
+            more = with_remark(more, useless)
+            if useless:
+                surrogate = dataclasses.replace(surrogate, bound=bound.without_estimate())
         histories |= more
     return Fit(surrogate, histories)
+
+
+def with_remark(histories: dict[str, History], remark: str | None) -> dict[str, History]:
+    """Return histories, the last of which carries a remark."""
+    *_, last = histories
+    return {**histories, last: dataclasses.replace(histories[last], remark=remark)}
+
+
+def _in_range(recipe: Recipe, store: Path) -> Split:
+    """Return the trajectories in range that chose the estimator; all if there are none."""
+    assert recipe.estimator is not None
+    split = read_split(store, OF_ESTIMATOR, recipe.count(OF_ESTIMATOR))
+    beyond = recipe.estimator.draws_beyond
+    kept = [i for i in range(len(split.inputs)) if recipe.system.is_record or not beyond(i)]
+    parts = {name: values[kept] for name, values in vars(split).items() if values is not None}
+    return Split(**parts) if kept else split
 
 
 def _fit_estimator(
@@ -97,8 +125,7 @@ def _fit_estimator(
     assert recipe.estimator is not None
     store, checkpoints = places
     learnt, validation = (
-        read_split(store, name, recipe.count(name))
-        for name in ("estimator", "estimator_validation")
+        read_split(store, name, recipe.count(name)) for name in ("estimator", OF_ESTIMATOR)
     )
     key = checkpoint_key(
         surrogate.to_bytes().hex(),

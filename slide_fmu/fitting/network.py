@@ -46,11 +46,13 @@ class Part:
         stage: its name in the progress and in the figures.
         split: trajectories that it learns from.
         output_scaling: from the standard deviations of these trajectories if None.
+        judged_by: trajectories by which the best of the training is chosen.
     """
 
     stage: str
     split: str
     output_scaling: Affine | None = None
+    judged_by: str = "validation"
 
 
 def fit_network(
@@ -68,7 +70,7 @@ def fit_network(
     """
     system, offered, known = machine
     store, checkpoints = places
-    kinds = (part.split, "validation", *(["beyond"] if recipe.data.beyond else []))
+    kinds = (part.split, part.judged_by, *(["beyond"] if recipe.data.beyond else []))
     splits = [read_split(store, kind, recipe.count(kind)) for kind in kinds]
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*system.inputs, *system.outputs))

@@ -47,7 +47,7 @@ many, or one for so many trajectories to learn from, if that is more."""
 ESTIMATOR, ESTIMATOR_SHARE = 128, 8
 """An error estimator learns from at least the first number of trajectories, and from as many as
 the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
-BOUND_TIME = 100.0
+BOUND_TIME = 60.0
 """To simulate the trajectories of an error bound, one after the other, takes at most this time in
 s where the least numbers of them do."""
 BOUND, CALIBRATION = (30, 100), (60, 200)

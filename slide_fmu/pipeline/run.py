@@ -245,7 +245,7 @@ def _search_sections(
     if not trained.surrogate.network.is_affine:
         linear = linear_size_remark(data["sizes_tried"], min(history["validation_error"]))
     falling, off = remark_on_training(recipe, history), remark_on_error(recipe, data)
-    remarks = (off, history.get("remark"), falling, linear)
+    remarks = (off, *(h.get("remark") for h in trained.histories.values()), falling, linear)
     data["remark"] = "; ".join(remark for remark in remarks if remark is not None) or None
     if data["sizes_tried"] or data["remark"]:
         sections.append(learning_sections.sizes_section(data["sizes_tried"], data["remark"]))

@@ -173,8 +173,10 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     known = known_start(recipe, system)
     fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar, known)
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
-    history = fit.histories["surrogate"]
-    remarks = history.remark, remark_on_training(recipe, asdict(history))
+    remarks = (
+        *(history.remark for history in fit.histories.values()),
+        remark_on_training(recipe, asdict(fit.histories["surrogate"])),
+    )
     return {
         "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
         "parameters": fit.surrogate.network.count_parameters(),

@@ -13,6 +13,7 @@ estimate.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ from slide_fmu.core.block_means import N_BLOCKS, block_means
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.base import Float32Array
-from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.span_estimate import SpanEstimate
@@ -180,6 +181,15 @@ class ErrorBound:
         """The number of samples of the inputs that the error estimate of ``span`` must know."""
         assert self.span is not None
         return filling_length(self.companion, self.blocks[1] + self.span.block, None)
+
+    def without_estimate(self) -> ErrorBound:
+        """Return the same bound, whose head gives no RMS errors, and so no error estimate."""
+        head, n_outputs = self.head, self.companion.n_values
+        *before, last = head.layers
+        kept = Layer(last.weights[:n_outputs], last.bias[:n_outputs], last.activation)
+        layers = (*before, kept)
+        smaller = FeedForward(layers, head.n_samples, head.features, ages=head.ages)
+        return dataclasses.replace(self, head=smaller, span=None)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
         """Evaluate along B records, in each of which the first input counts as held before it.

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.measures import best_constant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 
@@ -140,16 +141,6 @@ def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any
         "too_small_factor": float(np.quantile(above, 0.95)),
         "rank_correlation": rank_correlation(estimate, error),
     }
-
-
-def best_constant(errors: FloatArray) -> float:
-    """Return the constant whose mean relative deviation from positive errors, (N,), is least.
-
-    It is the median of the errors with the weights 1 / error.
-    """
-    ordered = np.sort(errors)
-    weights = np.cumsum(1.0 / ordered)
-    return float(ordered[np.searchsorted(weights, 0.5 * weights[-1])])
 
 
 def pinball_loss(errors: FloatArray, bounds: FloatArray) -> float:

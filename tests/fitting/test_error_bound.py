@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting import error_bound
+from slide_fmu.fitting import fit as fit_module
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.error_bound import (
     _objective,
@@ -26,6 +28,7 @@ from slide_fmu.fitting.error_bound import (
     fit_bound,
     scaling_of_statistics,
 )
+from slide_fmu.fitting.estimate_worth import useless_estimate
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.recipe import Recipe
@@ -335,6 +338,31 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     constant = np.log(np.concatenate(true))
     assert abs(np.median(ratios)) < 0.2
     assert np.abs(ratios).mean() < 0.8 * np.abs(constant - np.median(constant)).mean()
+
+
+def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
+    fit: Fit, folder: Path, unseen: Unseen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its head does not learn RMS errors here; the bound is the same without what they were."""
+    recipe = RECIPE.model_copy(
+        update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4, "steps": 60})}
+    )
+    monkeypatch.setattr(error_bound, "WEIGHT_OF_RMS", 0.0)
+    other = fitted(recipe, folder)
+    assert not other.surrogate.estimates_errors
+    remark = other.histories[BOUND].remark
+    assert remark is not None
+    assert re.search(
+        r"no error estimate.* on 200 trajectories .* is \d+(\.\d+)? % off on average for "
+        r"position, the best constant \d+(\.\d+)? %$",
+        remark,
+    )
+    monkeypatch.setattr(fit_module, "useless_estimate", lambda *given: None)
+    kept = fitted(recipe, folder).surrogate
+    assert kept.estimates_errors
+    assert useless_estimate(kept, read_split(folder / "store", "calibration")) == remark
+    bounds = [bounds_of(one, unseen, 0.9) for one in (other.surrogate, kept)]
+    np.testing.assert_allclose(*bounds, rtol=1e-6)
 
 
 def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error() -> None:

@@ -216,8 +216,8 @@ def bounded_text() -> str:
     ("cost", "expected"),
     [
         (0.01, (6, 100, 200)),  # 306 of them take 3 s
-        (0.4, ("train", 83, 166)),  # 306 would take 122 s
-        (0.5, ("train", 66, 133)),
+        (0.4, ("train", 50, 100)),  # 306 would take 122 s
+        (0.5, ("train", 40, 80)),
         (60.0, ("train", 30, 60)),
     ],
 )

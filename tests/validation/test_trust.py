@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from slide_fmu.core.measures import best_constant
 from slide_fmu.validation.trust import (
-    best_constant,
     bound_figures,
     domain_figures,
     estimate_figures,

@@ -1,0 +1,51 @@
+"""An error estimate is kept where it says more than the best constant would.
+
+It is judged on trajectories in range that the surrogate has not learnt from, and by which the
+figures of the FMU are not measured: an estimate that a constant beats would only look like one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.measures import best_constant, moving_rms
+from slide_fmu.data.store import Split
+from slide_fmu.fitting.estimator import streamed_errors
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
+    """Say why the error estimate of a surrogate is not kept; None where it is worth reading.
+
+    It is not if for one of the outputs its mean relative deviation from the true errors, over all
+    spans in the split, is not below that of the constant for which it is least.
+    """
+    span = surrogate.estimated_samples
+    first = surrogate.window.memory_length
+    if surrogate.estimator is None:
+        assert surrogate.bound is not None
+        first = max(first, surrogate.bound.estimate_length - span)
+    scale = surrogate.output_scaling.scale
+    errors = streamed_errors(surrogate, split)[:, first + 1 :] * scale
+    if errors.shape[1] < span:
+        return None
+    true = np.concatenate([moving_rms(one, span) for one in errors])
+    last = errors.shape[1] - span + 1
+    found = np.concatenate([surrogate.estimate_error(one)[-last:] for one in split.inputs])
+    for index, signal in enumerate(surrogate.outputs):
+        known = true[:, index] > 0
+        if not known.any():
+            continue
+        error, estimate = true[known, index], found[known, index]
+        own, constant = (
+            float(np.mean(np.abs(value - error) / error))
+            for value in (estimate, best_constant(error))
+        )
+        if not own < constant:
+            return (
+                "the FMU has no error estimate, since it would say no more than a constant: on "
+                f"{len(split.inputs)} trajectories that nothing has learnt from it is "
+                f"{100 * own:.3g} % off on average for {signal.name}, the best constant "
+                f"{100 * constant:.3g} %"
+            )
+    return None

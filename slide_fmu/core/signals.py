@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Literal, get_args
@@ -112,6 +113,29 @@ def _require_number(name: str, what: str, value: object) -> None:
     optional = value is None and what not in ("low", "high")
     if not optional and (isinstance(value, bool) or not isinstance(value, Real)):
         raise ValueError(f"signal {name!r}: {what} {value!r}; expected a number")
+
+
+def within_ranges(signals: Sequence[Signal], values: FloatArray) -> FloatArray:
+    """Return values (..., n_signals), with those outside of their ranges at the nearest ends."""
+    low, high = (np.array([getattr(signal, end) for signal in signals]) for end in ("low", "high"))
+    return np.clip(values, low, high)
+
+
+def outside_of_range(signals: Sequence[Signal], values: FloatArray) -> str | None:
+    """Name the signal that is furthest outside of its range, relative to that; None if none is.
+
+    Values have the shape (N, n_signals).
+    """
+    low, high = (np.array([getattr(signal, end) for signal in signals]) for end in ("low", "high"))
+    over = np.maximum(low - values, values - high) / (high - low)
+    if not np.any(over > 0.0):
+        return None
+    sample, channel = np.unravel_index(np.argmax(over), over.shape)
+    signal = signals[int(channel)]
+    return (
+        f"input {signal.name} = {values[sample, channel]:.6g} lies outside of its range "
+        f"{signal.low:g}..{signal.high:g}"
+    )
 
 
 PERIODS = {"rad": 2 * math.pi, "deg": 360.0}

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.core.signals import FloatArray, Trajectory, within_ranges
 from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, System
@@ -48,6 +48,10 @@ PROBE_ATTEMPTS = 5
 PROBE_DRAWS, MOVED = 20, 0.03
 """Among so many draws, those are such motions first in whose middle an input has left its first
 value by this part of its range: a changed model may rest at the same outputs."""
+
+BEYOND_ATTEMPTS = 2
+"""A trajectory beyond the range on which the system fails is drawn so often; then it is left out,
+and one within the range takes its place."""
 
 ATTEMPTS = 5
 """A system that fails on this many draws for one trajectory cannot be measured against."""
@@ -86,7 +90,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream of trajectory seeds says what its trajectories have in common.
+    """A stream of trajectory seeds describes what its trajectories have in common.
 
     Attributes:
         number: one of the values of ``STREAMS``, or ``TEST``, ``PROBE``, ``STABILITY``.
@@ -100,6 +104,11 @@ class Stream:
     factors: tuple[float, float]
     duration: float
 
+    @property
+    def beyond(self) -> bool:
+        """Whether inputs may leave their ranges, which a recipe must ask for."""
+        return self.factors[1] > 1.0
+
 
 def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     """Return the stream that trajectory ``index`` of a split belongs to.
@@ -108,11 +117,19 @@ def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     """
     factors = (1.0, 1.0)
     if recipe.estimator is not None and split.startswith("estimator"):
-        beyond = recipe.estimator.draws_beyond(index)
-        factors = recipe.estimator.amplitude_factor if beyond else factors
+        factors = recipe.estimator.factors(index)
     if split == "beyond":
         factors = recipe.data.beyond_factor
     return Stream(STREAMS[split], recipe.data.seed, factors, recipe.data.duration)
+
+
+def attempted(stream: Stream, attempt: int) -> Stream:
+    """Return the stream of a further attempt at a trajectory of the data.
+
+    Inputs stay in their ranges where the system has failed ``BEYOND_ATTEMPTS`` times beyond.
+    """
+    left_out = stream.beyond and attempt >= BEYOND_ATTEMPTS
+    return replace(stream, factors=(1.0, 1.0)) if left_out else stream
 
 
 def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0) -> Draw:
@@ -126,6 +143,25 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
     Raises:
         ValueError: the stream's trajectories hold no sample, or more than fit into memory.
     """
+    drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt)
+    if isinstance(system, RandomStates):
+        return replace(drawn, initial=system.random_state(rng, drawn.inputs[0]))
+    return drawn
+
+
+def draw_inputs(
+    recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0
+) -> Draw:
+    """Draw the inputs of a trajectory alone: the system is asked for its signals and no state.
+
+    Arguments and errors are those of ``draw``.
+    """
+    return _drawn_inputs(recipe, system, stream, index, attempt)[0]
+
+
+def _drawn_inputs(
+    recipe: Recipe, system: System, stream: Stream, index: int, attempt: int
+) -> tuple[Draw, np.random.Generator]:
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
         raise ValueError(
@@ -139,8 +175,9 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
     kind = choose_kind(recipe.data.excitation, rng)
     time = step * np.arange(burn_in + count, dtype=np.float64)
     inputs = recipe.data.excitation[kind].inputs(system.inputs, time, factor, rng)
-    initial = system.random_state(rng, inputs[0]) if isinstance(system, RandomStates) else None
-    return Draw(kind, factor, initial, inputs, burn_in, attempt)
+    if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
+        inputs = within_ranges(system.inputs, inputs)
+    return Draw(kind, factor, None, inputs, burn_in, attempt), rng
 
 
 def first_that_runs(

@@ -1,6 +1,7 @@
 """Trajectories that could not be simulated are kept beside the store, with their inputs.
 
-Another draw takes the place of each; where too many fail, the run ends.
+Another draw takes the place of each; where too many fail, the run ends. Those beyond the range
+are left out, and do not count: nobody knows whether a model can be simulated there.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import BEYOND_ATTEMPTS, attempted, split_stream
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
 
@@ -85,14 +87,47 @@ def allowed_failures(recipe: Recipe) -> int:
 
 def too_many_failures(store: Path, recipe: Recipe) -> str | None:
     """Say why a run ends if more trajectories failed than may fail; None while it may go on."""
-    count, allowed = len(list(failures_folder(store).glob("*.json"))), allowed_failures(recipe)
+    names = [path.stem for path in sorted(failures_folder(store).glob("*.json"))]
+    counted = [name for name in names if not is_beyond(recipe, name)]
+    count, allowed = len(counted), allowed_failures(recipe)
     if count <= allowed:
         return None
-    first = kept_failures(store)[0]
+    first = next(one for one in kept_failures(store) if one.name == counted[0])
     tables = "data.excitation, bound.excitation" if recipe.further_kinds() else "data.excitation"
     return (
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
         f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
         f"what was said, for example {first.name}: {first.error}. Correct the model, narrow the "
         f"ranges of its inputs (system.inputs, {tables}), or allow more"
+    )
+
+
+def is_beyond(recipe: Recipe, name: str) -> bool:
+    """Tell whether a failure of a name was a draw whose inputs could leave their ranges."""
+    split, index, attempt = name.rsplit("_", 2)
+    return attempted(split_stream(recipe, split, int(index)), int(attempt)).beyond
+
+
+def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
+    """Say which trajectories beyond the range were left out; None if none was.
+
+    Raises:
+        DamagedFileError: the file of a failure is damaged.
+    """
+    failed = [one for one in kept_failures(store) if is_beyond(recipe, one.name)]
+    lost = [one for one in failed if one.attempt == BEYOND_ATTEMPTS - 1]
+    if not lost:
+        return None
+    splits = {split for split in SPLITS if recipe.count(split)}
+    wanted = sum(
+        split_stream(recipe, split, index).beyond
+        for split in splits
+        for index in range(recipe.count(split))
+    )
+    of_data = [one for one in lost if one.split == "beyond"]
+    keys = ["data.beyond"] * bool(of_data) + ["estimator.beyond"] * (len(of_data) < len(lost))
+    return (
+        f"{len(lost)} of {wanted} trajectories beyond the ranges of the inputs, which "
+        f"{' and '.join(keys)} asks for, could not be simulated. They are left out, and as many "
+        f"within the ranges take their place; the first failed so: {failed[0].error}"
     )

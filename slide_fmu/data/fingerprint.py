@@ -13,6 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -55,6 +56,28 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     if recipe.further_kinds():
         fingerprint["bound"] = {"excitation": _of_kinds(recipe.further_kinds())}
     return dict(json.loads(json.dumps(fingerprint)))
+
+
+def former_factors(fingerprint: dict[str, Any], split: str, index: int) -> tuple[float, float]:
+    """Return the range of the amplitude factor that a store's trajectory was drawn with.
+
+    Without an estimator in the fingerprint no trajectory of one was made.
+    """
+    estimator = fingerprint.get("estimator")
+    if split == "beyond":
+        low, high = fingerprint["data"]["beyond_factor"]
+        return low, high
+    if estimator is None or not split.startswith("estimator"):
+        return 1.0, 1.0
+    low, high = estimator["amplitude_factor"]
+    return drawn_factors((low, high), estimator["in_range"], index)
+
+
+def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
+    """Return a fingerprint without how far inputs leave their ranges (``former_factors``)."""
+    data = {k: v for k, v in fingerprint["data"].items() if k != "beyond_factor"}
+    found = {k: v for k, v in fingerprint.items() if k != "estimator"}
+    return {**found, "data": data}
 
 
 def _of_kinds(kinds: Sequence[Excitation]) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.data.apart import ended_process
 from slide_fmu.data.failures import too_many_failures
 from slide_fmu.data.identity import identity
+from slide_fmu.data.mending import forget_damaged
 from slide_fmu.data.own_files import keep_own_files
 from slide_fmu.data.parameter_draws import as_row
 from slide_fmu.data.pool import IN_FLIGHT, as_done
@@ -47,7 +48,8 @@ def generate(
     executor this process makes them. Several processes may do so at once, on one store: each
     trajectory is made by one of them, and each process ends when all trajectories are there. The
     progress is called at the start and after every job. A trajectory that cannot be simulated is
-    kept beside the store (``slide_fmu.data.failures``), and another draw takes its place.
+    kept beside the store (``slide_fmu.data.failures``), and another draw takes its place. One
+    whose files are lost or damaged is made again.
 
     Args:
         recipe: what is made; all its numbers are known.
@@ -71,6 +73,7 @@ def generate(
     path = path.absolute()
     source = recipe_source(recipe)
     open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
+    forget_damaged(recipe, path, shard)
     if isinstance(source, MeasuredRecords):
         return _keep_stretches(recipe, source, path, progress)
     wanted, total = _missing(recipe, path, shard)

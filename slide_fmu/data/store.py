@@ -3,7 +3,8 @@
 Several processes write trajectories at once: each writes whole chunks of its own and sets the
 trajectory's ``done`` flag last. A process that dies leaves a trajectory without its flag, which
 is then made again. The store keeps a fingerprint of the recipe and a short motion of the model, so
-that data of other values, or of a model that has changed since, is refused.
+that data of other values, or of a model that has changed since, is refused. Where a recipe changes
+how far inputs leave their ranges, the trajectories that are drawn as before stay.
 """
 
 from __future__ import annotations
@@ -27,10 +28,22 @@ from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.claims import locked
 from slide_fmu.data.errors import StoreError
-from slide_fmu.data.fingerprint import data_fingerprint, first_difference, same_motion
+from slide_fmu.data.draws import split_stream
+from slide_fmu.data.failures import failures_folder
+from slide_fmu.data.fingerprint import (
+    data_fingerprint,
+    first_difference,
+    former_factors,
+    same_kinds_of_draws,
+    same_motion,
+)
 from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
+
+READ_AT_ONCE, FEW = 64, 3
+"""So many trajectories are read at once to see whether they are whole. Where not so many, and not
+more than half, are damaged, these are made again; more are damage of the store itself."""
 
 ROOM_PATIENCE = 60.0
 """Time in s in which other programs make room in a store, one after the other."""
@@ -63,8 +76,10 @@ there are physical parameters, of these, (n_parameters,)."""
 def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
     """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
 
-    A store that has room is not written to; several programs take turns to make some. A changed
-    model is noticed by the outputs of its short motion, ``slide_fmu.data.draws.probe``.
+    Trajectories that the recipe draws with other factors than before are missing then, and so are
+    their failures; others stay. A store that has room is not written to; several programs take
+    turns to make some. A changed model is noticed by the outputs of its short motion,
+    ``slide_fmu.data.draws.probe``.
 
     Raises:
         StoreError: the store is damaged, or was made from another recipe or model; nothing is
@@ -74,7 +89,7 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
     """
     if not path.exists():
         _create_store(path, recipe, shapes, probe)
-    require_origin(path, recipe, probe)
+    require_origin(path, recipe, probe, redrawn=True)
     if not _lacks(path, recipe, shapes):
         return
     with locked(path.with_name(f".{path.name}.room"), ROOM_PATIENCE) as free:
@@ -94,7 +109,9 @@ def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None
     """
     found = _attributes(path)["fingerprint"]
     both = {**found, **data_fingerprint(recipe)}
-    lacks: list[Callable[[], None]] = [partial(_name_origin, path, both)] if both != found else []
+    lacks: list[Callable[[], None]] = []
+    if both != found:
+        lacks = [partial(_forget_redrawn, path, recipe), partial(_name_origin, path, both)]
     for split in SPLITS:
         count = recipe.count(split)
         with _damage_reported(path, split):
@@ -106,6 +123,35 @@ def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None
                 if group[f"{split}/{name}"].shape[0] < count:
                     lacks.append(partial(_lengthen, path, split, name, count))
     return lacks
+
+
+def _forget_redrawn(path: Path, recipe: Recipe) -> None:
+    """Forget the trajectories that the recipe draws with other factors than the store did."""
+    found = _attributes(path)["fingerprint"]
+    estimating = recipe.estimator is not None and "estimator" in found
+    for split in ("beyond", *(("estimator", "estimator_validation") if estimating else ())):
+        with _damage_reported(path, split):
+            room = range(_group(path, "r")[f"{split}/done"].shape[0])
+        changed = [
+            index
+            for index in room
+            if former_factors(found, split, index) != split_stream(recipe, split, index).factors
+        ]
+        forget_trajectories(path, split, changed)
+
+
+def forget_trajectories(path: Path, split: str, indices: Sequence[int]) -> None:
+    """Take trajectories for missing, with their failures, so that they are made again.
+
+    Raises:
+        OSError: the store cannot be written; it names the path.
+    """
+    with writing(path), _damage_reported(path, split):
+        group = _group(path, "r+")
+        for index in indices:
+            group[f"{split}/done"][index] = 0
+            for file in failures_folder(path).glob(f"{split}_{index}_*"):
+                file.unlink(missing_ok=True)
 
 
 def _name_origin(path: Path, fingerprint: dict[str, Any]) -> None:
@@ -146,10 +192,11 @@ def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray)
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
+def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool = False) -> None:
     """Refuse a store that was made from another recipe, or from a model that has changed since.
 
-    Recipes with and without error estimator may share a store. The probe is as of ``open_store``.
+    Recipes with and without error estimator may share a store. The probe is as of ``open_store``,
+    after which inputs may leave their ranges otherwise than before: these are ``redrawn``.
 
     Raises:
         StoreError: there is no store, a value differs (the message names the first that does), or
@@ -173,17 +220,30 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray) -> None:
         for table in ("estimator", "bound"):
             if table not in one:
                 other.pop(table, None)
-    difference = first_difference(found, wanted)
-    if difference is not None:
-        raise StoreError(
-            f"{path} was generated from other values: {difference}; restore the recipe, or "
-            "generate again (slide-fmu generate RECIPE --overwrite)"
-        )
+    _require_same_values(path, found, wanted, redrawn)
     if not same_motion(np.array(attributes["probe"]), probe):
         raise StoreError(
             f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
             "here; the model has changed since: generate again (slide-fmu generate RECIPE "
             "--overwrite)"
+        )
+
+
+def _require_same_values(
+    path: Path, found: dict[str, Any], wanted: dict[str, Any], redrawn: bool
+) -> None:
+    """Refuse fingerprints that differ, or differ in more than what is redrawn."""
+    same, command = same_kinds_of_draws, "slide-fmu generate RECIPE --overwrite"
+    difference = first_difference(same(found), same(wanted))
+    if difference is None and not redrawn:
+        difference = first_difference(found, wanted)
+        command = (
+            "slide-fmu generate RECIPE, which keeps the trajectories that are drawn as before"
+        )
+    if difference is not None:
+        raise StoreError(
+            f"{path} was generated from other values: {difference}; restore the recipe, or "
+            f"generate again ({command})"
         )
 
 
@@ -234,6 +294,28 @@ def missing_trajectories(
         there = [index for index in wanted if index in written]
         done = dict(zip(there, _read(flags, there), strict=True))
     return [index for index in wanted if not done.get(index)]
+
+
+def remove_damaged_flags(path: Path, split: str) -> None:
+    """Remove the flags of a split that cannot be read: their trajectories count as missing.
+
+    Raises:
+        StoreError: the store is damaged otherwise.
+    """
+    with _damage_reported(path, split):
+        group = _group(path, "r")
+        if split not in group:  # of earlier versions
+            return
+        flags = group[f"{split}/done"]
+        there = sorted(_written(path, flags))
+        with contextlib.suppress(RuntimeError, ValueError):
+            _read(flags, there)
+            return
+        for index in there:
+            try:
+                flags[index]
+            except (RuntimeError, ValueError):
+                (path / flags.path / flags.metadata.encode_chunk_key((index,))).unlink()
 
 
 def _written(path: Path, flags: Any) -> set[int]:
@@ -320,20 +402,60 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
         names = ("inputs", "outputs", "kinds", *(["parameters"] if has_parameters else []))
         rows = range(group[f"{split}/done"].shape[0] if count is None else count)
         found = {name: _read(group[f"{split}/{name}"], rows) for name in names}
-        kinds = found.pop("kinds").astype(np.int64)
-        read = Split(kinds=kinds, **found)
-        # a chunk whose file is lost reads as the fill value, which is not a number
-        measured = _attributes(path)["fingerprint"]["system"].get("kind") == KIND
-        for values in (read.inputs, read.outputs, read.parameters):
-            if values is None:
-                continue
-            # measured outputs may be missing before those that are scored, but not all of them
-            enough = np.any if measured and values is read.outputs else np.all
-            whole = enough(np.isfinite(values), axis=tuple(range(1, values.ndim)))
-            broken = np.flatnonzero(~whole)
-            if broken.size:
-                raise ValueError(f"trajectory {broken[0]} is not whole")
-        return read
+        broken = np.flatnonzero(~_are_whole(path, found))
+        if broken.size:
+            raise ValueError(f"trajectory {broken[0]} is not whole")
+        return Split(kinds=found.pop("kinds").astype(np.int64), **found)
+
+
+def _are_whole(path: Path, found: dict[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    """Tell which trajectories, read from a split's arrays by name, are whole, shape (n,).
+
+    A chunk whose file is lost reads as the fill value, which is not a number.
+    """
+    measured = _attributes(path)["fingerprint"]["system"].get("kind") == KIND
+    whole = np.ones(len(found["kinds"]), dtype=bool)
+    for name in found.keys() - {"kinds"}:
+        # measured outputs may be missing before those that are scored, but not all of them
+        enough = np.any if measured and name == "outputs" else np.all
+        whole &= enough(np.isfinite(found[name]), axis=tuple(range(1, found[name].ndim)))
+    return whole
+
+
+def damaged_trajectories(path: Path, split: str, indices: Sequence[int]) -> list[int]:
+    """List those of finished trajectories of which a file is missing or damaged, rising.
+
+    Raises:
+        StoreError: it is more than the files of a few trajectories.
+    """
+    damaged: list[int] = []
+    with _damage_reported(path, split):
+        group = _group(path, "r")
+        names = [
+            n for n in ("inputs", "outputs", "kinds", "parameters") if f"{split}/{n}" in group
+        ]
+        arrays = {name: group[f"{split}/{name}"] for name in names}
+        for first in range(0, len(indices), READ_AT_ONCE):
+            rows = indices[first : first + READ_AT_ONCE]
+            try:
+                found = {name: _read(array, rows) for name, array in arrays.items()}
+                broken = [
+                    row for row, w in zip(rows, _are_whole(path, found), strict=True) if not w
+                ]
+            except (RuntimeError, ValueError):
+                broken = [row for row in rows if not _is_whole(path, arrays, row)]
+            damaged += broken
+        if len(damaged) > max(FEW, len(indices) // 2):
+            raise ValueError(f"{len(damaged)} of {len(indices)} trajectories cannot be read")
+    return damaged
+
+
+def _is_whole(path: Path, arrays: dict[str, Any], row: int) -> bool:
+    try:
+        found = {name: _read(array, [row]) for name, array in arrays.items()}
+        return bool(_are_whole(path, found).all())
+    except (RuntimeError, ValueError):
+        return False
 
 
 @contextlib.contextmanager
@@ -344,7 +466,8 @@ def _damage_reported(path: Path, split: str) -> Iterator[None]:
     except (RuntimeError, ValueError, KeyError, TypeError) as error:
         raise StoreError(
             f"{path}: a file of split {split!r} is damaged or missing ({error}); generate again "
-            "(slide-fmu generate RECIPE --overwrite)"
+            "(slide-fmu generate RECIPE makes a damaged trajectory alone again, and with "
+            "--overwrite all of them)"
         ) from error
 
 

@@ -14,7 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slide_fmu.data.claims import claimed
-from slide_fmu.data.draws import draw, simulate_draw, split_stream
+from slide_fmu.data.draws import (
+    BEYOND_ATTEMPTS,
+    attempted,
+    draw,
+    draw_inputs,
+    simulate_draw,
+    split_stream,
+)
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import Failure, allowed_failures, keep_failure
 from slide_fmu.data.identity import identity
@@ -135,17 +142,20 @@ def _use(folder: Path) -> bool:
 
 def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) -> None:
     """Simulate a trajectory and write it; further draws take the place of one that fails."""
-    stream = split_stream(recipe, split, index)
+    stream, kinds = split_stream(recipe, split, index), recipe.drawn_for(split)
     parameters = drawn_parameters(recipe, stream, index)
     if parameters:
         system = recipe_system(recipe.at(parameters))
-    for attempt in range(allowed_failures(recipe) + 1):
-        drawn = draw(recipe.drawn_for(split), system, stream, index, attempt)
+    beyond = BEYOND_ATTEMPTS if stream.beyond else 0
+    for attempt in range(beyond + allowed_failures(recipe) + 1):
+        at = attempted(stream, attempt)
         try:
+            drawn = draw(kinds, system, at, index, attempt)
             trajectory = simulate_draw(system, drawn)
         except SimulationError as error:
             failure = Failure(split, index, attempt, error.time, _told(error, parameters))
-            keep_failure(path, failure, system, drawn.inputs)
+            inputs = draw_inputs(kinds, system, at, index, attempt).inputs
+            keep_failure(path, failure, system, inputs)
         else:
             values = as_row(parameters) if parameters else None
             write_trajectory(path, split, index, trajectory, drawn.kind, values)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slide_fmu.core.signals import within_ranges
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.modes import time_to_decay
 from slide_fmu.memory.motions import MEASURED_DECAYS, Linearized, Motions
@@ -72,6 +73,7 @@ def _rate_near_rest(motions: Motions, expected: float) -> float | None:
     half = np.array([0.5 * (signal.high - signal.low) for signal in system.inputs])
     rng = np.random.default_rng(0)
     kick = start + KICK * half * rng.uniform(-1.0, 1.0, (KICK_SAMPLES, len(start)))
+    kick = within_ranges(system.inputs, kick)
     count = int(np.ceil(MEASURED_DECAYS * expected / system.step))
     rest, state = np.tile(start, (count, 1)), system.rest_state(start)
     quiet = simulate(system, np.concatenate([np.tile(start, (len(kick), 1)), rest]), state)

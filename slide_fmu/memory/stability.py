@@ -15,7 +15,7 @@ import numpy as np
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import STABILITY, Stream, draw
+from slide_fmu.data.draws import STABILITY, Stream, draw_inputs
 from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
@@ -229,4 +229,6 @@ def _inputs(recipe: Recipe, source: Source, count: int, factor: float) -> FloatA
         return inputs_beyond(recipe, source, count, RECORDS, factor)
     assert isinstance(source, System)
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
-    return np.array([draw(recipe, source, stream, i).inputs[-count:] for i in range(RECORDS)])
+    return np.array(
+        [draw_inputs(recipe, source, stream, i).inputs[-count:] for i in range(RECORDS)]
+    )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, within_ranges
 from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.credentials.experiment import Experiment
@@ -103,6 +103,7 @@ def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
 
     def run(drawn: Draw) -> _Truth:
         inputs = rounded(drawn.inputs[: _first(surrogate, drawn.burn_in) + COMPARED])
+        inputs = within_ranges(system.inputs, inputs)  # an end may have more digits than a file
         outputs = simulate(system, inputs, drawn.initial).outputs
         return _Truth(inputs, drawn.burn_in, outputs, starts)
 

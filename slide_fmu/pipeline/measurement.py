@@ -13,8 +13,10 @@ import numpy as np
 from slide_fmu.core.files import find_file
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.importable import make_models_importable
+from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -97,20 +99,39 @@ def validation_report(validation: Validation) -> Report:
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
     """Return what a released FMU is measured on.
 
-    That is in range; beyond, if it tells its error; and on kinds of excitation that the recipe
-    holds out.
+    That is in range; beyond, if it tells its error and the recipe asks for inputs there; and on
+    kinds of excitation that the recipe holds out.
 
     An error estimator has its own range of amplitudes; with an error bound alone it is that of the
     trajectories beyond the range. Nothing is known of what lies beyond records.
     """
     found = {IN_RANGE: Task(seed, trajectories)}
-    if recipe.estimator is not None and not recipe.system.is_record:
+    tells = recipe.estimator is not None or recipe.bound is not None
+    if recipe.estimator is not None and recipe.estimator.beyond and not recipe.system.is_record:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
-    elif recipe.bound is not None:
+    elif tells and recipe.data.beyond:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
     if recipe.validation.excitation:
         found[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
     return found
+
+
+def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
+    """Say which trajectories beyond the range the model failed on; none within it.
+
+    Args:
+        job: the recipe, whose data lie in its run folder.
+        beyond: what was measured beyond the range, if anything was.
+    """
+    found = [remark_on_beyond(job.recipe, job.folder.store)]
+    if beyond is not None and beyond.left_out:
+        count = len(beyond.left_out) + len(beyond.comparisons)
+        found.append(
+            f"{len(beyond.left_out)} of {count} trajectories beyond the range could not be "
+            f"simulated, so the figures there are those of the others; the first failed so: "
+            f"{beyond.left_out[0]}"
+        )
+    return [remark for remark in found if remark is not None]
 
 
 def _title(task: Task) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +19,7 @@ from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.credentials import Documents, credentials
 from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.pipeline.job import Job, provenance
-from slide_fmu.pipeline.measurement import IN_RANGE, measured, tasks
+from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, measured, remarks_on_range, tasks
 from slide_fmu.pipeline.numbers import kept_curve
 from slide_fmu.pipeline.quality import remark_on_error, remark_on_training
 from slide_fmu.pipeline.run_folder import Trained
@@ -34,6 +34,7 @@ from slide_fmu.pipeline.touching import touched, with_drawing
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation import accuracy_sections, learning_sections
@@ -129,11 +130,19 @@ def measure_trained(
     require_same_answers(surrogate, recipe.name)
     export_fmu(surrogate, fmu, provenance=origin)
     validations: dict[str, Validation] = {}
+    lost: list[str] = []
     for name, task in wanted.items():
-        found = measured(fmu, task, job.bar, workers)
+        try:
+            found = measured(fmu, task, job.bar, workers)
+        except SimulationError as error:
+            if name != BEYOND:
+                raise
+            lost.append(f"no trajectory beyond the range could be measured: {error}")
+            continue
         usual = next(iter(validations.values()), found).usual_error()
         validations[name] = replace(found, usual=usual)
-    report = _full_report(trained, job, sizing, validations, tests)
+    remarks = [*lost, *remarks_on_range(job, validations.get(BEYOND))]
+    report = _full_report(trained, job, sizing, validations, tests, remarks)
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
@@ -204,6 +213,7 @@ def _full_report(
     sizing: AnySizing,
     validations: dict[str, Validation],
     tests: tuple[AmplitudeTest, ...],
+    remarks: Sequence[str],
 ) -> Report:
     surrogate, recipe = trained.surrogate, job.recipe
     data: dict[str, Any] = {
@@ -226,7 +236,8 @@ def _full_report(
     sections.append(learning_sections.sizing_section(sizing))
     if trained.histories:
         sections.append(learning_sections.training_section(trained.histories))
-        sections += _search_sections(trained, recipe, kept_curve(recipe, job.folder), data)
+        curve = kept_curve(recipe, job.folder)
+        sections += _search_sections(trained, recipe, curve, data, remarks)
     if recipe.system.is_record:
         source = recipe_source(recipe)
         assert isinstance(source, MeasuredRecords)
@@ -236,7 +247,11 @@ def _full_report(
 
 
 def _search_sections(
-    trained: Trained, recipe: Recipe, curve: Curve, data: dict[str, Any]
+    trained: Trained,
+    recipe: Recipe,
+    curve: Curve,
+    data: dict[str, Any],
+    more: Sequence[str],
 ) -> list[Section]:
     """Show what was searched for: sizes of the network, numbers of trajectories."""
     sections, history = [], trained.histories["surrogate"]
@@ -245,7 +260,8 @@ def _search_sections(
     if not trained.surrogate.network.is_affine:
         linear = linear_size_remark(data["sizes_tried"], min(history["validation_error"]))
     falling, off = remark_on_training(recipe, history), remark_on_error(recipe, data)
-    remarks = (off, *(h.get("remark") for h in trained.histories.values()), falling, linear)
+    of_stages = (found.get("remark") for found in trained.histories.values())
+    remarks = (off, *of_stages, falling, linear, *more)
     data["remark"] = "; ".join(remark for remark in remarks if remark is not None) or None
     if data["sizes_tried"] or data["remark"]:
         sections.append(learning_sections.sizes_section(data["sizes_tried"], data["remark"]))

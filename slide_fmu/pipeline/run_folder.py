@@ -242,5 +242,5 @@ def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Reci
             "made by slide-fmu run or slide-fmu export"
         )
     place = f"recipe in {source}"
-    recipe = parse_recipe(provenance["recipe"], place)
+    recipe = parse_recipe(provenance["recipe"], place, released=True)
     return with_resolved(recipe, provenance.get("resolved", {}), place)

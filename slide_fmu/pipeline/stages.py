@@ -119,7 +119,8 @@ def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
     Returns:
         Numbers of trajectories by split, the simulated time in s, how many of them were made now
         in which time, by this program and for which shard, and how many had failed, of which
-        others took the place; the learning curve, if there was one.
+        others took the place; a remark on those beyond the range, or None; the learning curve, if
+        there was one.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -127,7 +128,7 @@ def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
         StoreError: the store was made from other values.
         ClusterError: the cluster cannot be used.
     """
-    from slide_fmu.data.failures import kept_failures
+    from slide_fmu.data.failures import kept_failures, remark_on_beyond
 
     check_recipe(job.recipe)
     job.folder.path.mkdir(parents=True, exist_ok=True)
@@ -143,6 +144,7 @@ def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
         "made_now": made,
         "shard": str(place.shard),
         "failed": len(kept_failures(job.folder.store)),
+        "remark": remark_on_beyond(job.recipe, job.folder.store),
         "wall_time_s": time.monotonic() - begin,
         "seed": job.recipe.data.seed,
         **({"learning_curve": curve.figures()} if curve.points else {}),

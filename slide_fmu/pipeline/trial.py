@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.job import Job, open_job
@@ -29,7 +30,7 @@ from slide_fmu.systems.record.model import MeasuredRecords
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
 MOST_TIME = 10.0
-"""Kinds that no network learns from are simulated for about this time in s at most, together."""
+"""Each kind that a run needs is simulated once, for about this time in s at most, together."""
 STEPS = 4
 """A trial shows its progress in so many steps, the first of which ends with the lengths."""
 
@@ -116,7 +117,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
         said = (*remarks_on_division(job.recipe, system), *said)
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
-        said = (*said, *guarded_recipe(job.recipe, system, _failures_of_other_kinds))
+        said = (*said, *guarded_recipe(job.recipe, system, _failures_of_kinds))
     progress(3, STEPS)
     said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
     remarks = sizing.problem, sizing.remark, failed, *said
@@ -125,32 +126,46 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     return Trial(job.recipe, system, sizing, seconds, told)
 
 
-def _failures_of_other_kinds(recipe: Recipe) -> tuple[str, ...]:
-    """Say which kinds that no network learns from could not be simulated, for a short motion each.
+def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
+    """Say which kinds of motions that a run needs could not be simulated, a short motion each.
 
-    Their trajectories are simulated late in a run, and drive a system further than the usual ones.
+    Some trajectories are simulated late in a run, and drive a system further than the usual ones.
     """
     system, begin, said, untried = recipe_system(recipe), time.perf_counter(), list[str](), 0
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
-    stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), short)
-    tables = {
-        "bound.excitation": recipe.further_kinds(),
-        "validation.excitation": recipe.validation.excitation,
-    }
-    for table, kinds in tables.items():
+    for table, kinds, factor in _needed_kinds(recipe):
+        of = f"of {table}"
+        if factor > 1.0:
+            of = f"at {factor:g} times the amplitude, which {table} asks for,"
         for name, kind in zip(names_of(kinds), kinds, strict=True):
             if time.perf_counter() - begin > MOST_TIME:
                 untried += 1
                 continue
+            stream = Stream(PROBE, recipe.data.seed, (factor, factor), short)
             try:
                 simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
             except SimulationError as error:
+                left = " Trajectories that fail there are left out" if factor > 1.0 else ""
                 said.append(
-                    f"a motion of the kind {name!r} of {table} could not be simulated: {error}"
+                    f"a motion of the kind {name!r} {of} could not be simulated: {error}{left}"
                 )
     if untried:
         said.append(
-            f"there was no time to simulate {untried} of the kinds of bound.excitation and "
-            "validation.excitation"
+            f"there was no time to simulate {untried} of the kinds of motions that the run needs"
         )
     return tuple(said)
+
+
+def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:
+    """Give the kinds of excitation that a run needs, with their table and amplitude factor.
+
+    Those that the networks learn from come last: motions of them were simulated already.
+    """
+    yield "bound.excitation", recipe.further_kinds(), 1.0
+    yield "validation.excitation", recipe.validation.excitation, 1.0
+    kinds, estimator = recipe.data.excitation, recipe.estimator
+    if estimator is not None and estimator.beyond:
+        yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
+    if recipe.data.beyond:
+        yield "data.beyond", kinds, recipe.data.beyond_factor[1]
+    yield "data.excitation", kinds, 1.0

@@ -20,6 +20,9 @@ ROUNDING = 1e-9
 """Added before a share of a number is cut to whole trajectories: a tenth of ten is one."""
 
 
+BEYOND_FACTOR = (1.0, 3.0)
+"""Inputs leave their ranges by a factor from this range, where a recipe asks for that."""
+
 DEFAULTS: dict[str, dict[str, Any]] = {
     "network": {
         "family": "feed_forward",
@@ -59,7 +62,10 @@ class EstimatorRecipe(Table):
             the output window if not given.
         lags: the samples that a time-invariant network sees at each position, by their age, 0 the
             newest, rising; all that the window holds before its oldest output if not given.
-        amplitude_factor: range of the factor on the excitation beyond the trained range.
+        beyond: whether it also learns from inputs outside of their declared ranges, which are hard
+            limits otherwise.
+        amplitude_factor: range of the factor on the excitation of these trajectories; 1 to 3 if
+            not given. Without ``beyond`` no factor is above 1.
         in_range: fraction of its trajectories with factor 1.
         resolution: errors below this fraction of the output's scale count as equal.
     """
@@ -70,7 +76,8 @@ class EstimatorRecipe(Table):
     training: TrainingRecipe
     span: PositiveInt | None = None
     lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
-    amplitude_factor: PositiveRange = (1.0, 3.0)
+    beyond: bool = False
+    amplitude_factor: PositiveRange = BEYOND_FACTOR
     in_range: float = Field(0.5, ge=0, le=1)
     resolution: float = Field(1e-3, gt=0, lt=1)
 
@@ -78,9 +85,11 @@ class EstimatorRecipe(Table):
     @classmethod
     def _tables_have_defaults(cls, values: Any) -> Any:
         """The network and its trainings belong together: they are given, or all left out."""
-        if not isinstance(values, dict) or "network" in values:
+        if not isinstance(values, dict):
             return values
-        return {**DEFAULTS, **values}
+        factor = BEYOND_FACTOR if values.get("beyond", False) else (1.0, 1.0)
+        values = {"amplitude_factor": factor, **values}
+        return values if "network" in values else {**DEFAULTS, **values}
 
     def draws_beyond(self, index: int) -> bool:
         """Tell whether trajectory ``index`` is drawn with ``amplitude_factor``.
@@ -88,8 +97,22 @@ class EstimatorRecipe(Table):
         Those in range and those beyond take turns, the first one in range if any is: more
         trajectories leave the first ones as they are.
         """
-        share = 1.0 - self.in_range
-        return int((index + 1) * share + ROUNDING) > int(index * share + ROUNDING)
+        return self.factors(index) != (1.0, 1.0)
+
+    def factors(self, index: int) -> tuple[float, float]:
+        """Return the range of the amplitude factor of trajectory ``index``."""
+        return drawn_factors(self.amplitude_factor, self.in_range, index)
+
+    @model_validator(mode="after")
+    def _ranges_are_limits(self) -> EstimatorRecipe:
+        if self.amplitude_factor[1] > 1.0 and not self.beyond:
+            raise ValueError(
+                f"amplitude_factor = {list(self.amplitude_factor)} drives inputs out of their "
+                "declared ranges, which are hard limits; expected beyond = true with it, or no "
+                "factor above 1: add beyond = true to [estimator] if the model may be simulated "
+                "there, or remove amplitude_factor"
+            )
+        return self
 
     @model_validator(mode="after")
     def _parts_fit(self) -> EstimatorRecipe:
@@ -110,3 +133,12 @@ class EstimatorRecipe(Table):
                 "larger than the one before it"
             )
         return self
+
+
+def drawn_factors(
+    amplitude_factor: tuple[float, float], in_range: float, index: int
+) -> tuple[float, float]:
+    """Return the range of the amplitude factor of an estimator's trajectory ``index``."""
+    share = 1.0 - in_range
+    beyond = int((index + 1) * share + ROUNDING) > int(index * share + ROUNDING)
+    return amplitude_factor if beyond else (1.0, 1.0)

@@ -19,8 +19,11 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.words import expectation, meant_choice, unknown_key, value_text
 
 
-def parse_recipe(text: str, source: str) -> Recipe:
+def parse_recipe(text: str, source: str, released: bool = False) -> Recipe:
     """Read a recipe from TOML text, which messages call ``source``.
+
+    One that an FMU carries was ``released``, perhaps before inputs could leave their ranges only
+    where ``estimator.beyond`` asks for that: a factor above 1 asked for it then.
 
     Raises:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.
@@ -38,6 +41,9 @@ def parse_recipe(text: str, source: str) -> Recipe:
                     f"{source}: {place} holds {found!r}; expected text without control "
                     "characters, since the XML files of an FMU can hold none"
                 )
+        estimator = tables.get("estimator")
+        if released and isinstance(estimator, dict) and "amplitude_factor" in estimator:
+            estimator.setdefault("beyond", True)
         return Recipe.model_validate(tables)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error

@@ -73,8 +73,9 @@ class DataRecipe(Table):
             half as many as ``bound`` if 0.
         budget_minutes: time for the learning curve and its data; it ends before a doubling that
             would take longer. No limit if not given.
-        beyond: number of trajectories beyond the range; a state-space network learns from them
-            too, with a low weight, so that it stays sensible there.
+        beyond: number of trajectories whose inputs leave their declared ranges, which are hard
+            limits without them; a state-space network learns from them too, with a low weight, so
+            that it stays sensible there.
         beyond_factor: range of the factor on their excitation.
         most_failures: part of all trajectories that may fail to be simulated; another draw takes
             the place of each. One is always allowed.

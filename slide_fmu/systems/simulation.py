@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.core.signals import FloatArray, Trajectory, outside_of_range
 from slide_fmu.systems.base import (
     Restorable,
     State,
@@ -34,13 +37,13 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         ValueError: the inputs have the wrong number of channels, or are not finite.
     """
     _check_inputs(system, inputs)
-    if initial is None:
-        return Trajectory(system.step, inputs, _whole(system, inputs))
-    assert isinstance(system, Restorable)
-    system.set_state(initial)
-    return Trajectory(
-        system.step, inputs, _checked(system, inputs, go_on(system, read_only(inputs)))
-    )
+    with _range_named(system, inputs):
+        if initial is None:
+            return Trajectory(system.step, inputs, _whole(system, inputs))
+        assert isinstance(system, Restorable)
+        system.set_state(initial)
+        outputs = go_on(system, read_only(inputs))
+        return Trajectory(system.step, inputs, _checked(system, inputs, outputs))
 
 
 def simulate_states(
@@ -59,10 +62,25 @@ def simulate_states(
         SimulationError, ValueError: as of ``simulate``.
     """
     _check_inputs(system, inputs)
-    system.set_state(initial)
     states: list[State] = []
-    outputs = go_on(system, read_only(inputs), lambda: states.append(system.get_state()))
-    return _checked(system, inputs, outputs), states
+    with _range_named(system, inputs):
+        system.set_state(initial)
+        outputs = go_on(system, read_only(inputs), lambda: states.append(system.get_state()))
+        return _checked(system, inputs, outputs), states
+
+
+@contextmanager
+def _range_named(system: System, inputs: FloatArray) -> Iterator[None]:
+    """Name the input that lies outside of its range, if any does, where the block fails."""
+    try:
+        yield
+    except SimulationError as error:
+        outside = outside_of_range(system.inputs, inputs)
+        if outside is None:
+            raise
+        raise SimulationError(
+            f"{outside}, where the model may fail: {error}", error.time
+        ) from error
 
 
 def _check_inputs(system: System, inputs: FloatArray) -> None:

@@ -132,6 +132,7 @@ class Validation:
         corners: one more trajectory at each corner of the parameters' box, which the other
             figures do not count; none without parameters.
         usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
+        left_out: errors of the system on trajectories beyond the range, which are left out.
     """
 
     task: Task
@@ -140,6 +141,7 @@ class Validation:
     comparisons: tuple[Comparison, ...]
     corners: tuple[Comparison, ...] = ()
     usual: FloatArray | None = None
+    left_out: tuple[str, ...] = ()
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
@@ -177,6 +179,7 @@ class Validation:
             "fmu": self.surrogate.name,
             "trajectories": len(self.comparisons),
             **({"failed": failed} if failed else {}),
+            **({"left_out": list(self.left_out)} if self.left_out else {}),
             "seed": self.task.seed,
             "amplitude": list(self.task.amplitude),
             **({"held_out": True} if self.task.held_out else {}),

@@ -40,16 +40,20 @@ def learnt_matrix(surrogate: Surrogate) -> FloatArray:
 def exact_matrix(system: System, window: Window) -> FloatArray:
     """Return the same matrix from pulses of one sample on the reference system at rest.
 
+    It rests in the middle of the ranges of its inputs, and pulses go to their ends.
+
     Entries are zero where an input comes after an output; shape and order are as of
     ``learnt_matrix``.
     """
     n_inputs, n_outputs = len(system.inputs), len(system.outputs)
     result = np.zeros((window.n_out, n_outputs, window.n_in, n_inputs))
+    middle = np.array([0.5 * (signal.low + signal.high) for signal in system.inputs])
+    rest = np.tile(middle, (1 + window.n_in, 1))  # the system starts under the first sample
+    still = simulate(system, rest).outputs[1:]
     for channel, signal in enumerate(system.inputs):
-        size = 0.5 * (signal.high - signal.low)
-        pulse = np.zeros((1 + window.n_in, n_inputs))  # the system starts under the first sample
-        pulse[1, channel] = size
-        response = simulate(system, pulse).outputs[1:] / size
+        size, pulse = 0.5 * (signal.high - signal.low), rest.copy()
+        pulse[1, channel] += size
+        response = (simulate(system, pulse).outputs[1:] - still) / size
         for row in range(window.n_out):
             newest = window.n_truncated + row
             for column in range(newest + 1):

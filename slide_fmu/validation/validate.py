@@ -14,8 +14,8 @@ import numpy as np
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.core.signals import FloatArray, hold_of, outside_of_range
+from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
@@ -28,6 +28,7 @@ from slide_fmu.recipe.systems import (
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, State, System
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
@@ -73,6 +74,8 @@ def validate(
 
     Of records, the FMU runs on the blocks of the part "test", beside what was measured there.
 
+    Trajectories beyond the range on which the reference fails are left out.
+
     A reference system whose states cannot be set is no FMU: it simulates each record by itself.
 
     Where the recipe has physical parameters, every trajectory has unseen values of them, from a
@@ -90,7 +93,7 @@ def validate(
         CoSimulationError: an FMU reports an error.
         LoadError: the reference system is not installed here.
         SimulationError: the reference, or the model that made the data, could not be simulated,
-            nor on other draws.
+            nor on other draws; beyond the range on no trajectory at all.
         ValueError: the trajectories are too short to score anything.
     """
     if recipe.system.is_record:
@@ -123,15 +126,24 @@ def validate(
                 _measure(bench, models, count + index, corner)
                 for index, corner in enumerate(corners)
             ]
-    return Validation(task, surrogate, recipe, tuple(comparisons), tuple(at_corners))
+    found, lost = _divided(comparisons)
+    return Validation(task, surrogate, recipe, found, tuple(at_corners), left_out=lost)
+
+
+def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
+    """Return the comparisons, and what was wrong with trajectories that are left out."""
+    lost = tuple(one for one in measured if isinstance(one, str))
+    if len(lost) == len(measured):
+        raise SimulationError(lost[0])
+    return tuple(one for one in measured if isinstance(one, Comparison)), lost
 
 
 def _measure_all(
     bench: _Bench, models: _Models, count: int, workers: int | None, progress: Progress
-) -> list[Comparison]:
+) -> list[Comparison | str]:
     """Measure all trajectories in order, by worker processes if the first one took long."""
     begin = time.perf_counter()
-    found = [_measure(bench, models, 0)]
+    found = [_measure_or_leave(bench, models, 0)]
     seconds = time.perf_counter() - begin
     progress(1, count)
     wanted = os.cpu_count() or 1 if workers is None else workers
@@ -141,7 +153,7 @@ def _measure_all(
         with process_pool(workers, _set_up, (bench,)) as pool:
             return found + in_parallel(pool, _measure_here, jobs, lambda n: progress(n + 1, count))
     for index in range(1, count):
-        found.append(_measure(bench, models, index))
+        found.append(_measure_or_leave(bench, models, index))
         progress(index + 1, count)
     return found
 
@@ -154,8 +166,18 @@ def _set_up(bench: _Bench) -> None:
     _here[:] = [(bench, _Models(bench.recipe))]
 
 
-def _measure_here(index: int) -> Comparison:
-    return _measure(*_here[0], index)
+def _measure_here(index: int) -> Comparison | str:
+    return _measure_or_leave(*_here[0], index)
+
+
+def _measure_or_leave(bench: _Bench, models: _Models, index: int) -> Comparison | str:
+    """Measure a trajectory; beyond the range, where the system may fail, return its words."""
+    try:
+        return _measure(bench, models, index)
+    except SimulationError as error:
+        if not bench.stream.beyond:
+            raise
+        return str(error)
 
 
 def _measure(
@@ -210,7 +232,11 @@ def _true_outputs(
     names = [signal.name for signal in system.outputs]
     inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(system.inputs)}
     start = _initial_parameters(system, drawn.initial)
-    true = run_fmu(reference, inputs, names, start, system.step)
+    try:
+        true = run_fmu(reference, inputs, names, start, system.step)
+    except CoSimulationError as error:  # another draw may take its place, as of other references
+        outside = outside_of_range(system.inputs, drawn.inputs)
+        raise SimulationError(f"{outside}: {error}" if outside else str(error)) from error
     return true.values, true.seconds
 
 

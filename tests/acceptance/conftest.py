@@ -61,6 +61,7 @@ flip_signs = true
 validate_every = 200
 
 [estimator]
+beyond = true
 amplitude_factor = [1.0, 3.0]
 
 [estimator.network]
@@ -117,6 +118,7 @@ kept_iterations = 8
 iterations = 12
 
 [estimator]
+beyond = true
 amplitude_factor = [1.0, 2.0]
 
 [estimator.network]

@@ -159,5 +159,5 @@ def test_trial_says_so_where_no_time_is_left_for_kinds(
 ) -> None:
     monkeypatch.setattr(trial, "MOST_TIME", -1.0)
     told = remarks_on_other_kinds(tmp_path, "1.0")
-    assert "there was no time to simulate 2 of the kinds of bound.excitation" in told
+    assert "there was no time to simulate 3 of the kinds of motions that the run needs" in told
     assert "the spring breaks" not in told

@@ -27,8 +27,8 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.claims import locked
-from slide_fmu.data.errors import StoreError
 from slide_fmu.data.draws import split_stream
+from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import failures_folder
 from slide_fmu.data.fingerprint import (
     data_fingerprint,

@@ -251,7 +251,7 @@ def _search_sections(
     recipe: Recipe,
     curve: Curve,
     data: dict[str, Any],
-    more: Sequence[str],
+    more: Sequence[str] = (),
 ) -> list[Section]:
     """Show what was searched for: sizes of the network, numbers of trajectories."""
     sections, history = [], trained.histories["surrogate"]

@@ -145,7 +145,7 @@ def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
             try:
                 simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
             except SimulationError as error:
-                left = " Trajectories that fail there are left out" if factor > 1.0 else ""
+                left = ". Trajectories that fail there are left out" if factor > 1.0 else ""
                 said.append(
                     f"a motion of the kind {name!r} {of} could not be simulated: {error}{left}"
                 )

@@ -44,22 +44,23 @@ class Equations:
         held, still = read_only(u), read_only(np.zeros_like(u))
         return lambda x: self.function(x, held, self.p, still)
 
-    def after_step(self, state: FloatArray, last: FloatArray, rate: FloatArray) -> FloatArray:
-        """Give the state (n,) one sample step later, under inputs that go on from ``last``.
+    def after_step(self, state: FloatArray, last: FloatArray, reached: FloatArray) -> FloatArray:
+        """Give the state (n,) one sample step later, under inputs that move evenly or are held.
 
         Args:
             state: where the step begins, shape (n,).
             last: the inputs there, shape (n_inputs,).
-            rate: their rates in 1/s, constant over the step; zeros for inputs that are held.
+            reached: those at its end, which rounding does not exceed; the same if they are held.
 
         Raises:
             SimulationError: the solver gave up, or the function failed.
         """
         trouble: list[str] = []
-        first, moves, rate = read_only(last), bool(rate.any()), read_only(rate)
+        first, rate = read_only(last), read_only((reached - last) / self.step)
+        moves, low, high = bool(rate.any()), np.minimum(last, reached), np.maximum(last, reached)
 
         def rates(time: float, x: FloatArray) -> FloatArray:
-            u = first + time * rate if moves else first
+            u = np.minimum(np.maximum(first + time * rate, low), high) if moves else first
             try:
                 values = self.function(x, u, self.p, rate)
             except FunctionError as error:
@@ -108,7 +109,7 @@ class Equations:
         state, largest = start, np.abs(start)
         for last, now in itertools.pairwise(path):
             try:
-                state = self.after_step(state, last, (now - last) / self.step)
+                state = self.after_step(state, last, now)
             except SimulationError:  # then the states so far must do
                 break
             largest = np.maximum(largest, np.abs(state))

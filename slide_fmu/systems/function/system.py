@@ -159,7 +159,7 @@ class FunctionSystem(Linearizable):
         last = self._u if hold_of(self.inputs) == "first_order" else inputs
         rate, before = (inputs - last) / self.step, self._equations.function.calls
         try:
-            self._x = self._equations.after_step(self._x, last, rate)
+            self._x = self._equations.after_step(self._x, last, inputs)
         except SimulationError as error:
             raise SimulationError(f"{error}; {self._place(inputs)}", self._time) from error
         self._u, self._du = np.array(inputs, dtype=np.float64), rate

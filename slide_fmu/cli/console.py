@@ -138,6 +138,15 @@ def _show_bound(bound: dict[str, Any], place: Console) -> None:
         f"outside of the domain: {100 * bound['flagged']:.3g} % of the samples, "
         f"{100 * bound['trajectories_flagged']:.3g} % of the trajectories"
     )
+    if "plain" in bound:
+        plain, known = (
+            ", ".join(f"{100 * share:.3g}" for share in bound[key]["coverage"])
+            for key in ("plain", "known_to_step_end")
+        )
+        place.print(
+            f"covered where inputs are set to what they are now: {plain} %; where they are set to "
+            f"what they reach by the step's end: {known} %"
+        )
     if "harm" in bound:
         harm = bound["harm"]
         place.print(

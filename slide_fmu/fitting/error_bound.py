@@ -30,6 +30,7 @@ from slide_fmu.fitting.conformal import conformal_factors
 from slide_fmu.fitting.feature_choice import STILL
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
+from slide_fmu.fitting.plain_call import plain_predictions
 from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.feed_forward.network import FeedForward
@@ -112,8 +113,9 @@ def fit_bound(
             not finite, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
+    plain = plain_predictions(surrogate, splits)
     learnt, calibration, *further = (
-        _seen(surrogate, companion, blocks, split) for split in splits
+        _seen(surrogate, companion, blocks, *pair) for pair in zip(splits, plain, strict=True)
     )
     for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
         _require_finite(name, mix)
@@ -173,14 +175,21 @@ def _span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray
 
 
 def _seen(
-    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
+    surrogate: Surrogate,
+    companion: StateSpace,
+    blocks: tuple[int, int],
+    split: Split,
+    plain: FloatArray,
 ) -> _Seen:
-    """Run both networks along trajectories. What is not finite is refused afterwards."""
+    """Run both networks along trajectories. What is not finite is refused afterwards.
+
+    Errors are those of the outputs in a plain call, (n_trajectories, N, n_outputs).
+    """
     scaled = surrogate.input_scaling.apply(split.inputs)
     networks = companion, surrogate.estimator
     with np.errstate(all="ignore"):
         predicted = surrogate.network.stream(scaled).astype(np.float64)
-        errors = np.abs(predicted - surrogate.output_scaling.apply(split.outputs[:, 1:]))
+        errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
         statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)

@@ -25,8 +25,7 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     if surrogate.estimator is None:
         assert surrogate.bound is not None
         first = max(first, surrogate.bound.estimate_length - span)
-    scale = surrogate.output_scaling.scale
-    errors = streamed_errors(surrogate, split)[:, first + 1 :] * scale
+    errors = streamed_errors(surrogate, split)[:, first + 1 :] * surrogate.output_scaling.scale
     if errors.shape[1] < span:
         return None
     true = np.concatenate([moving_rms(one, span) for one in errors])

@@ -27,6 +27,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
+from slide_fmu.fitting.plain_call import plain_predictions
 from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.base import Float32Array
@@ -288,24 +289,15 @@ def _ranges(features: torch.Tensor) -> Float32Array:
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
-    """Return errors of the newest outputs, relative to the outputs' scale, as in co-simulation.
+    """Return errors of the newest outputs, relative to the outputs' scale, as in a plain call.
 
     The shape is (n_trajectories, N + 1, n_outputs), with zero at sample 0, where nothing is
     predicted.
     """
     result = np.zeros_like(split.outputs)
-    result[:, 1:] = _predicted(surrogate, split) - split.outputs[:, 1:]
+    (predicted,) = plain_predictions(surrogate, [split])
+    result[:, 1:] = predicted - split.outputs[:, 1:]
     return np.asarray(result / surrogate.output_scaling.scale)
-
-
-def _predicted(surrogate: Surrogate, split: Split) -> FloatArray:
-    """Predict all trajectories, (n_trajectories, N, n_outputs), each with its own parameters."""
-    if split.parameters is None:
-        return surrogate.predict_newest_batch(split.inputs)
-    names = [parameter.name for parameter in surrogate.parameters]
-    rows = [dict(zip(names, row, strict=True)) for row in split.parameters.tolist()]
-    pairs = zip(split.inputs, rows, strict=True)
-    return np.stack([surrogate.predict_newest(inputs, given) for inputs, given in pairs])
 
 
 def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:

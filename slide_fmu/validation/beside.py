@@ -12,7 +12,7 @@ from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
 from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.comparison import Comparison, Said
 from slide_fmu.validation.trust import Told
 
 
@@ -44,41 +44,47 @@ def beside(
     filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
     known = dict(parameters or {})
     at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
-    own = run_fmu(fmu, inputs, [*names, *estimates, *bounds, *domain], {**known, **at_end}, step)
+    every = [*names, *estimates, *bounds, *domain]
+    own = run_fmu(fmu, inputs, every, {**known, **at_end}, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
-    columns = np.split(own.values[first:], np.cumsum([len(names), len(estimates), len(bounds)]), 1)
-    predicted, estimated, bounded, about = columns
-    error = predicted - truth[first:]
-    true_error = np.full_like(error, np.nan)
-    if len(error) >= span:
-        true_error[span - 1 :] = moving_rms(error, span)
+
+    def said(values: FloatArray) -> Said:
+        ends = np.cumsum([len(names), len(estimates), len(bounds)])
+        predicted, estimated, bounded, about = np.split(values[first:], ends, 1)
+        error = predicted - truth[first:]
+        true_error = np.full_like(error, np.nan)
+        if len(error) >= span:
+            true_error[span - 1 :] = moving_rms(error, span)
+        told = Told(bounded, *about.T) if bounds else None
+        return Said(predicted, estimated if estimates else None, true_error, told)
+
+    at_once = said(own.values)
+    now = _now(drawn, surrogate)
+    plain = None if now is None else said(run_fmu(fmu, now, every, known, step).values)
     return Comparison(
         drawn.kind,
         step * np.arange(first, len(truth), dtype=np.float64),
         drawn.inputs[first - 1 :],
         truth[first:],
-        predicted,
-        estimated if estimates else None,
-        true_error,
+        at_once.outputs,
+        at_once.estimate,
+        at_once.true_error,
         (own.seconds, seconds),
         None,
-        plain=_plain(fmu, surrogate, drawn, first, known),
+        plain=None if plain is None else plain.outputs,
         parameters=known,
-        told=Told(bounded, *about.T) if bounds else None,
+        told=at_once.told,
         first_told=max(0, filling - first),
+        plainly=plain,
     )
 
 
-def _plain(
-    fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw, first: int, known: dict[str, float]
-) -> FloatArray | None:
-    """Return the outputs from a sample on of an FMU that is told what its inputs are now.
+def _now(drawn: Draw, surrogate: Surrogate) -> dict[str, FloatArray] | None:
+    """Return what an importer sets before each step that says what inputs are now.
 
     ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
     """
     if surrogate.hold == "zero_order":
         return None
     now = np.concatenate([drawn.inputs[:1], drawn.inputs[:-1]])
-    inputs = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
-    names = [signal.name for signal in surrogate.outputs]
-    return run_fmu(fmu, inputs, names, known, surrogate.window.step).values[first:]
+    return {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}

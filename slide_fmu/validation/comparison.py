@@ -59,6 +59,23 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
+class Said:
+    """This is what an FMU gave along a trajectory, at N samples that are scored.
+
+    Attributes:
+        outputs: shape (N, n_outputs).
+        estimate: its error estimates, same shape, or None.
+        true_error: as of ``Comparison``.
+        told: what it said of its bound and its domain, or None.
+    """
+
+    outputs: FloatArray
+    estimate: FloatArray | None
+    true_error: FloatArray
+    told: Told | None
+
+
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """A comparison is one trajectory of both FMUs.
 
@@ -86,6 +103,7 @@ class Comparison:
         parameters: values of the physical parameters, by name; none where there are none.
         told: what the FMU said of its bound and its domain, or None.
         first_told: the first sample at which bound and domain count.
+        plainly: with a first-order hold, all that the FMU said in the run of ``plain``.
     """
 
     kind: int
@@ -103,6 +121,22 @@ class Comparison:
     parameters: Mapping[str, float] = field(default_factory=dict)
     told: Told | None = None
     first_told: int = 0
+    plainly: Said | None = None
+
+    def in_plain_call(self) -> Comparison | None:
+        """Return the comparison of an importer that sets u(t); None where that is no other one."""
+        said = self.plainly
+        if said is None:
+            return None
+        return replace(
+            self,
+            surrogate=said.outputs,
+            estimate=said.estimate,
+            true_error=said.true_error,
+            told=said.told,
+            plain=None,
+            plainly=None,
+        )
 
     def where_told(self) -> Comparison | None:
         """Return the part in which the bound counts; None without a bound, or without samples."""
@@ -113,7 +147,7 @@ class Comparison:
         # every array of a comparison has one row for each sample that is scored
         arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
         cut: dict[str, Any] = {name: values[part] for name, values in arrays.items()}
-        return replace(self, **cut, told=told, first_told=0)
+        return replace(self, **cut, told=told, first_told=0, plainly=None)
 
     @property
     def error(self) -> FloatArray:
@@ -146,12 +180,20 @@ class Validation:
     @property
     def trusted(self) -> tuple[Comparison, ...]:
         """The trajectories where the bound counts; none without a bound."""
-        found = [comparison.where_told() for comparison in self.comparisons]
-        return tuple(one for one in found if one is not None)
+        return _where_told(self.used)
+
+    @property
+    def used(self) -> tuple[Comparison, ...]:
+        """The trajectories as an importer runs them, for which bounds and estimates are made.
+
+        It sets u(t) before the step from t, unless the inputs are planned motions.
+        """
+        plain = [None if self.surrogate.planned else c.in_plain_call() for c in self.comparisons]
+        return tuple(p or c for p, c in zip(plain, self.comparisons, strict=True))
 
     def usual_error(self) -> FloatArray:
         """Return what 95 % of the absolute errors are below, (n_outputs,)."""
-        _, error = _joined(self.comparisons)
+        _, error = _joined(self.used)
         return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
     @property
@@ -218,7 +260,7 @@ class Validation:
             "rmse": float(rms(error)[index]),
             "relative_rmse": float(self.relative(error, reference)[index]),
             "max_error": float(np.max(np.abs(error[:, index]))),
-            "p95_error": float(np.quantile(np.abs(error[:, index]), 0.95)),
+            "p95_error": float(self.usual_error()[index]),
             "relative_rmse_of_trajectories": _quantiles(single),
         }
         differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
@@ -278,7 +320,7 @@ class Validation:
 
     def _estimated(self) -> tuple[FloatArray, FloatArray]:
         """Return all scored estimates, and the true errors, (N, n_outputs) each."""
-        chosen = [c for c in self.comparisons if c.estimate is not None]
+        chosen = [c for c in self.used if c.estimate is not None]
         errors = np.concatenate([c.true_error for c in chosen])
         estimates = np.concatenate([c.estimate for c in chosen if c.estimate is not None])
         scored = ~np.isnan(errors).any(axis=1)
@@ -296,6 +338,10 @@ class Validation:
             bounds = [one.bounds[:, index] for one in told]
             outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
         found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
+        plain = [c.in_plain_call() for c in self.comparisons]
+        if None not in plain:
+            found["plain"] = _covered(_where_told([c for c in plain if c is not None]))
+            found["known_to_step_end"] = _covered(_where_told(self.comparisons))
         if self.usual is not None:
             found["harm"] = harm_figures([np.abs(c.error) for c in trusted], told, self.usual)
         return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
@@ -346,6 +392,18 @@ def meaning_of(surrogate: Surrogate) -> str:
             "says, and answers one step late"
         )
     return "the FMU forecasts what they do within the step, until they are set again"
+
+
+def _where_told(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
+    """Return the parts in which bounds count, of comparisons that have some."""
+    found = [comparison.where_told() for comparison in comparisons]
+    return tuple(one for one in found if one is not None)
+
+
+def _covered(comparisons: Sequence[Comparison]) -> dict[str, list[float]]:
+    """Return the share of samples that bounds cover, of each output."""
+    shares = [np.abs(c.error) <= c.told.bounds for c in comparisons if c.told is not None]
+    return {"coverage": np.concatenate(shares).mean(axis=0).tolist()}
 
 
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

@@ -31,8 +31,8 @@ def estimate_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     found = []
     for title, validation in validations.items():
         unit = validation.surrogate.outputs[0].unit
-        true = np.concatenate([c.true_error.ravel() for c in validation.comparisons])
-        parts = [c.estimate.ravel() for c in validation.comparisons if c.estimate is not None]
+        true = np.concatenate([c.true_error.ravel() for c in validation.used])
+        parts = [c.estimate.ravel() for c in validation.used if c.estimate is not None]
         estimate = np.concatenate(parts)
         some = _thinned((true > 0) & (estimate > 0))
         if not len(some):

@@ -75,10 +75,15 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
             "Error bounds were calibrated beside the model that made the data: what that errs "
             "beside the finer reference is not in them."
         )
-    if moving:
+    if moving and recipe.window.planned:
         found.append(
             "Error bounds were calibrated on inputs that are known to the end of each step: the "
-            "error of telling the FMU only what they are at its begin is not in them."
+            "error of the FMU where it is given only what they are at its start is not in them."
+        )
+    elif moving:
+        found.append(
+            "Error bounds were calibrated for an importer that sets inputs to what they are at the "
+            "start of each step: the error of forecasting them to its end is in them."
         )
     wanted = percent(recipe.bound.false_alarms)
     if measured is None:

@@ -11,6 +11,8 @@ import pytest
 
 from slide_fmu.credentials.metadata import OWN
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.input_forecast import InputForecast
+from slide_fmu.validation.comparison import Said
 from slide_fmu.validation.limits import limits
 from slide_fmu.validation.statements import statements
 from slide_fmu.validation.trust_sections import bound_sections
@@ -234,11 +236,41 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
     plain = bounded(FIRST).recipe
     system = plain.system.model_copy(update={"reference": {"substeps": 9}})
     finer = plain.model_copy(update={"system": system})
-    forecast, model = "known to the end of each step", "errs beside the finer reference"
+    window = plain.window.model_copy(update={"planned": True})
+    planned = plain.model_copy(update={"window": window})
+    known, model = "known to the end of each step", "errs beside the finer reference"
+    forecast = "the error of forecasting them to its end is in them"
     assert model in " ".join(bound_sentences(finer, False, None))
     assert forecast in " ".join(bound_sentences(plain, True, None))
-    for text in (model, forecast):
+    assert known in " ".join(bound_sentences(planned, True, None))
+    for text in (model, forecast, known):
         assert text not in " ".join(bound_sentences(plain, False, None))
+
+
+def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
+    """Known to the step's end the errors are 1 and 1, set to what they are now 3 and 1."""
+    inside = told([[2.0, 2.0]] * 2, STILL[:2])
+    known = comparison([[1.0, 1.0]] * 2, told=inside)
+    outputs = known.reference + [[3.0, 1.0]] * 2
+    said = Said(outputs, np.full((2, 2), 1.0), np.array([[3.0, 1.0]] * 2), inside)
+    found = bounded(replace(known, plain=outputs, plainly=said))
+    figures = found.figures()
+    bound = figures["error_bound"]
+    assert [output["coverage"] for output in bound["outputs"]] == [0.0, 1.0]
+    assert bound["plain"] == {"coverage": [0.0, 1.0]}
+    assert bound["known_to_step_end"] == {"coverage": [1.0, 1.0]}
+    estimated = validation(*found.comparisons).figures()["error_estimate"]
+    first, second = estimated["without_floor"]
+    assert (first["too_small_share"], first["too_small_factor"]) == (1.0, 3.0)
+    assert (second["mean"], second["too_small_share"]) == (0.0, 0.0)
+    assert [output["p95_error"] for output in figures["outputs"]] == [3.0, 1.0]
+    assert figures["outputs"][0]["rmse"] == 1.0  # the accuracy is that of known inputs
+    planned = InputForecast(planned=True)
+    moves = replace(found.surrogate.inputs[0], hold="first_order")
+    other = replace(found.surrogate, inputs=(moves,), forecast=planned)
+    ahead = replace(found, surrogate=other).figures()
+    assert [output["coverage"] for output in ahead["error_bound"]["outputs"]] == [1.0, 1.0]
+    assert ahead["error_bound"]["plain"] == {"coverage": [0.0, 1.0]}
 
 
 @pytest.mark.parametrize("more", [{"amplitude": (1.0, 3.0)}, {"held_out": True}])

@@ -234,6 +234,9 @@ def _full_report(
         data["stability"] = stability_figures(tests)
         sections.append(learning_sections.stability_section(tests, surrogate.window.step))
     sections.append(learning_sections.sizing_section(sizing))
+    useless = [h.get("remark") for name, h in trained.histories.items() if name != "surrogate"]
+    if any(useless):
+        data["no_error_estimate"] = next(text for text in useless if text)
     if trained.histories:
         sections.append(learning_sections.training_section(trained.histories))
         curve = kept_curve(recipe, job.folder)

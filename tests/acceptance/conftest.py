@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
+from tests.estimates import kept_estimates
 from tests.recipes import LINEAR_NETWORK
 
 SMALL_DUFFING = """
@@ -201,14 +202,16 @@ def run_recipe(folder: Path, name: str, text: str) -> Finished:
 @pytest.fixture(scope="session")
 def duffing(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The small Duffing recipe, finished."""
-    return run_recipe(tmp_path_factory.mktemp("duffing"), "small_duffing", SMALL_DUFFING)
+    with kept_estimates():
+        return run_recipe(tmp_path_factory.mktemp("duffing"), "small_duffing", SMALL_DUFFING)
 
 
 @pytest.fixture(scope="session")
 def state_space(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The small state-space recipe, finished."""
     folder = tmp_path_factory.mktemp("state_space")
-    return run_recipe(folder, "small_state_space", SMALL_STATE_SPACE)
+    with kept_estimates():
+        return run_recipe(folder, "small_state_space", SMALL_STATE_SPACE)
 
 
 @pytest.fixture(scope="session")

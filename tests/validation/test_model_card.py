@@ -58,6 +58,18 @@ def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
     assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text
 
 
+def test_card_says_why_there_is_no_error_estimate(finer: Validation) -> None:
+    figures = figures_of(finer)
+    text = "the FMU has no error estimate, since it would say no more than a constant: on 9 | 8"
+    said = "The FMU has no error estimate, since it would say no more than a constant: on 9"
+    shown, plain = (
+        model_card(finer.surrogate, PLAIN, {**figures, **more}, "picture.png")
+        for more in ({"no_error_estimate": text}, {})
+    )
+    assert said in shown.split("## Measured error")[1]
+    assert said not in plain
+
+
 TWO_OF_A_KIND: list[dict[str, Any]] = [
     {"kind": "held_random", "weight": 1.0, "amplitude": [0.1, 0.2]},
     {"kind": "sweep", "weight": 1.0, "angular_frequency": [1.0, 9.0]},

@@ -27,6 +27,7 @@ from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.validate import validate
+from tests.estimates import kept_estimates
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
 from tests.validation.measured import figures_of
@@ -48,7 +49,8 @@ def fit(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     folder = tmp_path_factory.mktemp("learnt")
     generate(RECIPE, folder / "data.zarr", None, silent)
     store, states = folder / "data.zarr", folder / "states"
-    return fit_surrogate(RECIPE, recipe_system(RECIPE), store, states, lambda _name: silent)
+    with kept_estimates():
+        return fit_surrogate(RECIPE, recipe_system(RECIPE), store, states, lambda _name: silent)
 
 
 @pytest.fixture(scope="module")

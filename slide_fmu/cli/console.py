@@ -56,6 +56,21 @@ def show_json(path: str | None, figures: Any) -> None:
         Console().print_json(json.dumps(figures))
 
 
+def show_plain_call(figures: dict[str, Any], to: Console | None = None) -> None:
+    """Print what the plain call of the FMU errs by, where that was measured."""
+    from slide_fmu.validation.plain_call import plain_call_rows
+
+    if "plain_call" in figures:
+        place, found = console if to is None else to, figures["plain_call"]
+        heading, *rows = plain_call_rows(found)
+        place.print("plain call, fmpy.simulate_fmu(fmu, input=table): relative RMSE")
+        table = table_of(*heading)
+        for row in rows:
+            table.add_row(*row)
+        place.print(table)
+        place.print(found["sentence"])
+
+
 def show_validation(figures: dict[str, Any], title: str, to: Console | None = None) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 

@@ -15,6 +15,7 @@ from slide_fmu.cli.console import (
     errors,
     progress_bars,
     show_json,
+    show_plain_call,
     show_remark,
     show_validation,
     write_json,
@@ -157,10 +158,12 @@ def validate(
             report.mkdir(parents=True, exist_ok=True)
         task = Task(seed, trajectories, amplitude, duration, held_out)
         result = validate_fmu_file(fmu, task, bar)
-        figures = result.figures()
+        made = validation_report(result, fmu)
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
-        page = touched(validation_report(result), fmu).write(folder)
+        page = touched(made, fmu).write(folder)
+    figures = dict(made.data)
     write_json(json_path, figures)
+    show_plain_call(figures)
     show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
     console.print(f"report  {page}")
 

@@ -17,6 +17,7 @@ from slide_fmu.cli.console import (
     errors,
     json_bytes,
     progress_bars,
+    show_plain_call,
     show_remark,
     show_validation,
     write_json,
@@ -203,6 +204,7 @@ def run(
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
+    show_plain_call(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
     if "adversarial" in finished.figures:

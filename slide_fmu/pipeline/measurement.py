@@ -23,6 +23,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
 
@@ -85,15 +86,22 @@ def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
     return np.array(found) if found and None not in found else None
 
 
-def validation_report(validation: Validation) -> Report:
-    """Return the report of one validation."""
-    name = _title(validation.task)
-    return Report(
+def validation_report(validation: Validation, fmu: Path) -> Report:
+    """Return the report of one validation; in range, with the plain call of the FMU.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    name, task = _title(validation.task), validation.task
+    in_range = task.amplitude == (1.0, 1.0) and not task.held_out
+    plain = plain_call_figures(fmu, validation) if in_range else None
+    report = Report(
         f"Validation of {validation.surrogate.name}",
         validation.recipe.description,
         validation.figures(),
         validation_sections({name: validation}),
     )
+    return with_plain_call(report, plain)
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

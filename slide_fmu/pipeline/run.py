@@ -44,6 +44,7 @@ from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
+from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
 from slide_fmu.validation.record_remarks import remarks_on_records
 from slide_fmu.validation.report import Report, Section, remark_sections
 from slide_fmu.validation.response import is_affine
@@ -143,6 +144,7 @@ def measure_trained(
         validations[name] = replace(found, usual=usual)
     remarks = [*lost, *remarks_on_range(job, validations.get(BEYOND))]
     report = _full_report(trained, job, sizing, validations, tests, remarks)
+    report = with_plain_call(report, plain_call_figures(fmu, validations[IN_RANGE]))
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))

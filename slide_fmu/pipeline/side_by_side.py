@@ -125,9 +125,9 @@ def as_the_reference(
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 
     A reference moves to what its inputs are set to before a step, so that both answer late alike.
-    An FMU whose inputs move would forecast them instead, so it is written anew, with its provenance,
-    and starts with ``inputs_at_step_end`` = 1. So is one with parameters, which may start at other
-    values.
+    An FMU whose inputs move would forecast them instead, so it is written anew, with its
+    provenance, and starts with ``inputs_at_step_end`` = 1. So is one with parameters, which may
+    start at other values.
     """
     if surrogate.hold == "zero_order" and not surrogate.parameters:
         return fmu

@@ -19,7 +19,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, System, chain_of
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
-from slide_fmu.systems.specification import Specification
+from slide_fmu.systems.specification import SignalChoice, Specification
 
 Driven = TypeVar("Driven", bound=Source)
 
@@ -78,7 +78,7 @@ def finer_steps(recipe: Recipe) -> int:
     return FINER if own is None else max(1, round(recipe.window.step / own))
 
 
-def reference_at_finer_step(recipe: Recipe, times: int) -> System:
+def reference_at_finer_step(recipe: Recipe, times: int, as_it_runs: bool = False) -> System:
     """Return the reference system of a recipe with a sample step that is finer.
 
     Its inputs have the hold that they have in the recipe, over the shorter step.
@@ -86,12 +86,21 @@ def reference_at_finer_step(recipe: Recipe, times: int) -> System:
     Args:
         recipe: whose reference system it is.
         times: number of its steps in a sample step of the recipe, at least 1.
+        as_it_runs: whether inputs of a system that names its own step are held over it, as by an
+            importer that runs it by itself.
 
     Raises:
         LoadError: as of ``finer_steps``, or its class has a step of its own.
     """
     made, step = reference_specification(recipe), recipe.window.step / times
     system = load_system(replace(made, step=step))
+    if as_it_runs and system.own_step is not None:
+        choices = {choice.name: choice for choice in made.inputs}
+        inputs = tuple(
+            replace(choices.get(signal.name, SignalChoice(signal.name)), hold="zero_order")
+            for signal in system.inputs
+        )
+        system = load_system(replace(made, step=step, inputs=inputs))
     if not math.isclose(system.step, step, rel_tol=1e-9):
         raise LoadError(
             f"system {made.model!r}: sample step {system.step:g} s; expected {step:g} s, which "

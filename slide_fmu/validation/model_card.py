@@ -16,6 +16,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.plain_call import TEXT, plain_call_rows, whole
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 from slide_fmu.validation.tables import about_parameters, parameter_rows
 from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
@@ -60,6 +61,7 @@ def model_card(
         further_names=names_of(recipe.further_kinds()),
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
+        **_about_plain_call(measured),
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
         estimate_rows=estimate_rows(_named(validations)) if surrogate.estimates_errors else [],
@@ -73,6 +75,14 @@ def model_card(
         picture=picture,
         mechanism=mechanism,
     )
+
+
+def _about_plain_call(measured: dict[str, Any]) -> dict[str, Any]:
+    """Return what the card shows of the plain call; nothing where it was not measured."""
+    found = measured.get("plain_call")
+    if found is None:
+        return {"plain_rows": []}
+    return {"plain_rows": plain_call_rows(found), "plain_text": f"{TEXT} {whole(found)}"}
 
 
 def _parameter_rows(validations: dict[str, Any]) -> list[Sequence[str]]:

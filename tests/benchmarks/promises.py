@@ -4,9 +4,10 @@
 
 Every case does what a user does: ``slide-fmu init`` and ``slide-fmu run`` with defaults where the
 model is the user's own, then a plain ``fmpy.simulate_fmu`` with a table of inputs, as it stands in
-any script. The truth is found without slide-fmu where that is possible: by scipy, by the user's own
-FMU at its own step, or by the measured samples. ``printed`` is what the finished FMU says of itself,
-``got`` is the error that the user finds, both relative RMSE in % (RMS of the truth about its mean).
+any script. The truth is found without slide-fmu where that is possible: by scipy, by the user's
+own FMU at its own step, or by the measured samples. ``printed`` is what the finished FMU says of
+itself, ``got`` is the error that the user finds, both relative RMSE in % (RMS of the truth about
+its mean).
 ``ratio`` is got over printed. ``--runs`` keeps the finished runs, so that a second call is quick.
 """
 

@@ -1,0 +1,254 @@
+"""What the plain call of an FMU errs by: inputs are known at communication points alone.
+
+That is ``fmpy.simulate_fmu(fmu, input=table)``, and what other importers do. Under the recipe's
+own kinds of excitation the reference moves from one communication point to the next as its inputs'
+hold says; under smooth inputs it goes on by its own fine step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import finer_steps, reference_at_finer_step
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.report import Report, Section
+from slide_fmu.validation.tables import percent
+
+SAMPLES = 16
+"""A smooth input has at least so many samples in a period."""
+DECADES = 1.5
+"""Its slowest sine is so many decades below the fastest one."""
+TRAJECTORIES, PERIODS, SINES = 3, 4, 3
+"""So many smooth trajectories, each of so many periods of the slowest sine, are sums of so many
+sines an input."""
+FILLED = 0.9
+"""A smooth input fills this part of its declared range at most."""
+SEED = 0x5A007
+"""Entropy of the sines; no training uses it."""
+TEXT = (
+    "Relative RMSE of `fmpy.simulate_fmu(fmu, input=table)`, which sets before each step what the "
+    "inputs are then."
+)
+
+
+class _Smooth(NamedTuple):
+    """Errors and truth under smooth inputs, (n, n_outputs) each, and the band of these in Hz."""
+
+    error: FloatArray
+    truth: FloatArray
+    hz: tuple[float, float]
+
+
+def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | None:
+    """Measure the plain call of an FMU; None of records, whose samples are the truth.
+
+    Args:
+        fmu: the FMU, whose library is run.
+        validation: its validation in range.
+
+    Returns:
+        Plain values, as written to JSON. Errors are relative to the RMS of the reference about its
+        mean, those that end in ``_rmse`` are in the output's unit. ``smooth`` is the error under
+        sums of sines of ``smooth_hz``, ``rough`` that under the recipe's kinds of excitation,
+        ``known_to_step_end`` that with inputs that are known ahead. Of inputs that are held,
+        ``smooth_if_held`` is the error if they are smooth for the user. None stands for what is
+        not measured: smooth inputs of planned motions, which are so in the recipe, and those of
+        references that have no finer step.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    surrogate, recipe = validation.surrogate, validation.recipe
+    if recipe.system.is_record:
+        return None
+    held = surrogate.hold == "zero_order"
+    turning = any(signal.angle is not None for signal in surrogate.inputs)
+    smooth, refusal = None, None
+    if not (surrogate.planned or turning):
+        try:
+            smooth = _under_smooth_inputs(fmu, surrogate, recipe)
+        except (LoadError, SimulationError) as error:
+            refusal = str(error)
+    found: dict[str, Any] = {
+        "hold": surrogate.hold,
+        "late_s": surrogate.window.step / 2 if held else None,
+        "outputs": _outputs(validation, smooth, held),
+        "smooth_hz": None if smooth is None else list(smooth.hz),
+    }
+    return {**found, "sentence": _sentence(found, refusal)}
+
+
+def _outputs(validation: Validation, smooth: _Smooth | None, held: bool) -> list[dict[str, Any]]:
+    """Return the figures of all outputs."""
+    comparisons = validation.comparisons
+    truth = np.concatenate([c.reference for c in comparisons])
+    plain = [c.surrogate if c.plain is None else c.plain for c in comparisons]
+    rough = np.concatenate(plain) - truth
+    known = np.concatenate([c.error for c in comparisons])
+    rows = []
+    for index, signal in enumerate(validation.surrogate.outputs):
+        smooth_rmse = smooth_relative = None
+        if smooth is not None:
+            smooth_rmse = float(rms(smooth.error)[index])
+            smooth_relative = float(_relative(smooth.error, smooth.truth)[index])
+        rows.append(
+            {
+                "name": signal.name,
+                "unit": signal.unit,
+                "smooth": None if held else smooth_relative,
+                "smooth_rmse": None if held else smooth_rmse,
+                "rough": float(validation.relative(rough, truth)[index]),
+                "rough_rmse": float(rms(rough)[index]),
+                "known_to_step_end": (
+                    None if held else float(validation.relative(known, truth)[index])
+                ),
+                "smooth_if_held": smooth_relative if held else None,
+            }
+        )
+    return rows
+
+
+def _relative(error: FloatArray, truth: FloatArray) -> FloatArray:
+    """Return the RMSE over the RMS of the truth about its mean, (n_outputs,)."""
+    size = np.maximum(rms(truth - truth.mean(axis=0)), np.finfo(np.float64).tiny)
+    return np.asarray(rms(error) / size)
+
+
+def _sentence(found: Mapping[str, Any], refusal: str | None) -> str:
+    """Say the largest errors of the plain call in one sentence."""
+    outputs = found["outputs"]
+    rough = percent(max(output["rough"] for output in outputs))
+    if refusal is not None:
+        return f"smooth inputs were not measured: {refusal}"
+    if found["smooth_hz"] is None:
+        known = percent(max(output["known_to_step_end"] for output in outputs))
+        return (
+            f"the plain call errs by up to {rough}, since what inputs do within a step is "
+            f"forecast; with inputs that are known to the step's end it is {known}"
+        )
+    low, high = found["smooth_hz"]
+    key = "smooth_if_held" if found["late_s"] else "smooth"
+    error = f"{percent(max(output[key] for output in outputs))} at {low:.2g} to {high:.2g} Hz"
+    if found["late_s"]:
+        return f"a smooth input is late by {found['late_s']:g} s: {error}"
+    return (
+        f"the plain call errs by up to {error} under smooth inputs, and by up to {rough} under "
+        "the kinds of the training"
+    )
+
+
+def band_of(recipe: Recipe) -> tuple[float, float]:
+    """Return the lowest and the highest frequency of smooth inputs in Hz.
+
+    They have at least ``SAMPLES`` samples in a period and lie in the band of the excitation.
+    """
+    high = 1.0 / (SAMPLES * recipe.window.step)
+    tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in recipe.data.excitation]
+    if max(tops) > 0:
+        high = min(high, max(tops) / (2 * np.pi))
+    return high / 10**DECADES, high
+
+
+def smooth_inputs(
+    signals: Sequence[Signal], times: FloatArray, hz: tuple[float, float], index: int
+) -> FloatArray:
+    """Draw sums of sines within the declared ranges, (N, n_inputs), at times in s, (N,).
+
+    The same index gives the same functions of time, whatever the times are.
+    """
+    rng = np.random.default_rng([SEED, index])
+    columns = []
+    for signal in signals:
+        frequency = 2 * np.pi * np.exp(rng.uniform(np.log(hz[0]), np.log(hz[1]), SINES))
+        shares, phase = rng.dirichlet(np.ones(SINES)), rng.uniform(-np.pi, np.pi, SINES)
+        sines = np.sin(times[:, None] * frequency + phase) @ shares
+        middle, half_range = (signal.high + signal.low) / 2, (signal.high - signal.low) / 2
+        columns.append(middle + FILLED * half_range * sines)
+    return np.stack(columns, axis=1)
+
+
+def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Smooth:
+    """Run the FMU and the model at its own fine step under the same smooth inputs.
+
+    Raises:
+        LoadError: the reference has no finer step.
+        SimulationError: it could not be simulated.
+    """
+    hz, step, times = band_of(recipe), recipe.window.step, finer_steps(recipe)
+    system = reference_at_finer_step(recipe, times, as_it_runs=True)
+    burn_in = round(recipe.data.burn_in / step)
+    first = max(burn_in + 1, surrogate.network.memory_length)
+    count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
+    names = [signal.name for signal in surrogate.outputs]
+    errors, truths = [], []
+    with unpacked(fmu) as files:
+        for index in range(TRAJECTORIES):
+            truth = _truth(system, hz, (count, times), index)[first:]
+            rows = smooth_inputs(
+                surrogate.inputs, step * np.arange(count, dtype=np.float64), hz, index
+            )
+            inputs = {signal.name: rows[:, i] for i, signal in enumerate(surrogate.inputs)}
+            values = run_fmu(files, inputs, names, None, step).values[first:]
+            errors.append(values - truth)
+            truths.append(truth)
+    return _Smooth(np.concatenate(errors), np.concatenate(truths), hz)
+
+
+def _truth(
+    system: System, hz: tuple[float, float], counts: tuple[int, int], index: int
+) -> FloatArray:
+    """Return the outputs of the model at the FMU's samples, (count + 1, n_outputs).
+
+    Moving inputs are set to what they reach by the end of a fine step, held ones to their value in
+    its middle; a model that names its own step gets what they are when it begins.
+    """
+    count, times = counts
+    moving = system.inputs[0].hold == "first_order"
+    within = 1.0 if moving else 0.0 if system.own_step is not None else 0.5
+    at = system.step * (np.arange(count * times, dtype=np.float64) + within)
+    return simulate(system, smooth_inputs(system.inputs, at, hz, index)).outputs[::times]
+
+
+def with_plain_call(report: Report, found: Mapping[str, Any] | None) -> Report:
+    """Return the report with the figures of the plain call, which come first."""
+    if found is None:
+        return report
+    section = Section("Plain call", f"{TEXT} {whole(found)}", plain_call_rows(found))
+    data = {**report.data, "plain_call": dict(found)}
+    return replace(report, data=data, sections=[section, *report.sections])
+
+
+def whole(found: Mapping[str, Any]) -> str:
+    """Return the sentence of the figures as one that stands alone."""
+    sentence = str(found["sentence"])
+    return f"{sentence[0].upper()}{sentence[1:]}."
+
+
+def plain_call_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
+    """Return the table of the figures, its heading first; empty columns are left out."""
+    columns = {
+        "smooth": "smooth inputs",
+        "rough": "inputs as in the training",
+        "known_to_step_end": "inputs known to the step's end",
+        "smooth_if_held": "smooth inputs, which are held for a step",
+    }
+    shown = [key for key in columns if any(o[key] is not None for o in found["outputs"])]
+    rows: list[Sequence[str]] = [("output", *(columns[key] for key in shown))]
+    rows += [
+        (output["name"], *("" if output[key] is None else percent(output[key]) for key in shown))
+        for output in found["outputs"]
+    ]
+    return rows

@@ -1,0 +1,255 @@
+"""What is printed of the plain call is what ``fmpy.simulate_fmu`` gives its user."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.pipeline.measurement import IN_RANGE
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_at_finer_step, reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.model_card import model_card
+from slide_fmu.validation.plain_call import (
+    TRAJECTORIES,
+    band_of,
+    plain_call_figures,
+    smooth_inputs,
+    with_plain_call,
+)
+from slide_fmu.validation.report import Report
+from slide_fmu.validation.validate import validate
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.progress import silent
+from tests.recipes import TINY, merged
+from tests.validation.measured import figures_of
+
+STEP, LAG, WINDOW = 0.0625, 0.25, 80
+MODEL = f"""
+inputs = {{"drive": {{"unit": "N", "range": [-3.0, 5.0]}}}}
+outputs = {{"level": {{"unit": "m", "range": [-5.0, 5.0]}}}}
+start = [0.0]
+
+def f(x, u, p):
+    return [(u[0] - x[0]) / {LAG}]
+
+def g(x, u, p):
+    return [x[0]]
+"""
+Case = tuple[Path, Validation, dict[str, Any]]
+
+
+def lag_recipe(folder: Path, hold: Hold) -> Recipe:
+    """A lag of first order, as a function."""
+    (folder / "lag.py").write_text(MODEL, encoding="utf-8")
+    tables = tomllib.loads(TINY)
+    tables["system"] = {
+        "model": str(folder / "lag.py"),
+        "kind": "function",
+        "inputs": {"drive": {"hold": hold}},
+    }
+    window = {"step": STEP, "n_in": WINDOW, "n_out": 1}
+    data = {"duration": 30.0, "burn_in": 5.0}
+    return Recipe.model_validate(merged(tables, {"window": window, "data": data}))
+
+
+def lag_surrogate(recipe: Recipe, hold: Hold) -> Surrogate:
+    """The exact answer to inputs that are held, or move along lines, over a window of 20 lags."""
+    system, ratio = reference_system(recipe), STEP / LAG
+    pole = np.exp(-ratio)
+    now, before = 1 - (1 - pole) / ratio, (1 - pole) / ratio - pole
+    weights = pole ** np.arange(WINDOW)
+    weights = (1 - pole) * weights
+    if hold == "first_order":
+        weights = now * pole ** np.arange(WINDOW)
+        weights[1:] += before * pole ** np.arange(WINDOW - 1)
+    layer = Layer(weights[None, ::-1].astype(np.float32), np.zeros(1, np.float32), "identity")
+    unit = Affine.of_channels([0.0], [1.0])
+    rng = np.random.default_rng(0)
+    frequencies, phases = rng.uniform(0.02, 0.4, (2, 12, 4, 1))
+    drawn = np.sin(frequencies * np.arange(600) + 10 * phases).sum(axis=1)[:, :, None]
+    return replace(
+        sum_surrogate(WINDOW, hold),
+        name="tiny",
+        window=Window(STEP, WINDOW, 1),
+        inputs=system.inputs,
+        outputs=system.outputs,
+        input_scaling=Affine.of_channels([1.0], [4.0]),
+        output_scaling=unit,
+        network=FeedForward((scaled(layer),), WINDOW, FeatureMap(Differences(1))),
+        forecast=fit_forecast(system.inputs, drawn, planned=False),
+    )
+
+
+def scaled(layer: Layer) -> Layer:
+    """The same of inputs that are scaled by the middle 1 N and the half range 4 N."""
+    total = np.array([layer.weights.sum()], np.float32)
+    return Layer(4 * layer.weights, total, "identity")
+
+
+@pytest.fixture(scope="module", params=["zero_order", "first_order"])
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Case:
+    build_libraries()
+    folder = tmp_path_factory.mktemp("plain")
+    recipe = lag_recipe(folder, request.param)
+    fmu = export_fmu(lag_surrogate(recipe, request.param), folder / "tiny.fmu")
+    surrogate, _ = read_fmu(fmu)
+    validation = validate(fmu, surrogate, recipe, Task(3, trajectories=2), silent)
+    found = plain_call_figures(fmu, validation)
+    assert found is not None
+    return fmu, validation, found
+
+
+def user_call(fmu: Path, surrogate: Surrogate, times: FloatArray, rows: FloatArray) -> FloatArray:
+    """``fmpy.simulate_fmu(fmu, input=table)``, as it stands in any script: (N + 1, n_outputs)."""
+    names, step = [signal.name for signal in surrogate.inputs], surrogate.window.step
+    table = np.zeros(len(times), dtype=[("time", float), *((name, float) for name in names)])
+    table["time"] = times
+    for index, name in enumerate(names):
+        table[name] = rows[:, index]
+    outputs = [signal.name for signal in surrogate.outputs]
+    stop = step * round(times[-1] / step)
+    found = fmpy.simulate_fmu(
+        str(fmu), stop_time=stop, output_interval=step, input=table, output=outputs
+    )
+    return np.stack([found[name] for name in outputs], axis=1)
+
+
+def relative(errors: list[FloatArray], truths: list[FloatArray]) -> FloatArray:
+    error, truth = np.concatenate(errors), np.concatenate(truths)
+    return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / truth.std(axis=0))
+
+
+def test_printed_figure_of_smooth_inputs_is_what_a_user_gets(case: Case) -> None:
+    """The truth is that of the lag under the sines themselves, by a filter of 32 parts a step."""
+    fmu, validation, found = case
+    surrogate, hz = validation.surrogate, band_of(validation.recipe)
+    errors, truths = [], []
+    for index in range(TRAJECTORIES):
+        fine = STEP / 32 * np.arange(32 * 900 + 1)
+        drive = smooth_inputs(surrogate.inputs, fine, hz, index)
+        pole = np.exp(-STEP / 32 / LAG)
+        level = lfilter([(1 - pole) / 2, (1 - pole) / 2], [1, -pole], drive[:, 0])[::32, None]
+        got = user_call(fmu, surrogate, fine[::32], drive[::32])
+        errors.append((got - level)[WINDOW:])
+        truths.append(level[WINDOW:])
+    (output,) = found["outputs"]
+    key = "smooth_if_held" if found["hold"] == "zero_order" else "smooth"
+    assert float(relative(errors, truths)[0]) == pytest.approx(output[key], rel=0.2)
+
+
+def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
+    _, _, found = case
+    (output,) = found["outputs"]
+    if found["hold"] == "zero_order":
+        assert found["late_s"] == STEP / 2
+        assert output["smooth"] is output["known_to_step_end"] is None
+        assert output["rough"] < 1e-5  # the surrogate is exact for inputs that are held
+        assert 0.02 < output["smooth_if_held"] < 0.2
+        late = f"{100 * output['smooth_if_held']:.3g} %"
+        assert found["sentence"] == f"a smooth input is late by 0.03125 s: {late} at 0.032 to 1 Hz"
+    else:
+        assert found["late_s"] is output["smooth_if_held"] is None
+        assert output["known_to_step_end"] < 1e-5 < output["smooth"] < 0.02
+        assert output["rough"] > output["smooth"]
+
+
+def test_figures_come_first_in_report_and_card(case: Case) -> None:
+    _, validation, found = case
+    report = with_plain_call(Report("t", "s", {"a": 1}, []), found)
+    assert report.data == {"a": 1, "plain_call": found}
+    assert report.sections[0].title == "Plain call"
+    figures = {**figures_of(validation), "plain_call": found}
+    card = model_card(validation.surrogate, validation.recipe, figures, "picture.png")
+    error = card.split("## Measured error")[1]
+    key = "smooth_if_held" if found["late_s"] else "smooth"
+    assert f"{100 * found['outputs'][0][key]:.3g} %" in error.split("Beside the reference FMU")[0]
+    without = figures_of(validation)
+    assert "simulate_fmu(fmu, input=table)" not in model_card(
+        validation.surrogate, validation.recipe, without, "picture.png"
+    )
+
+
+def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fmu, validation, measured = case
+    coarse = reference_system(validation.recipe)
+    monkeypatch.setattr("slide_fmu.recipe.systems.load_system", lambda _: coarse)
+    found = plain_call_figures(fmu, validation)
+    assert found is not None
+    assert found["sentence"].startswith("smooth inputs were not measured: system")
+    (output,) = found["outputs"]
+    assert output["smooth"] is output["smooth_if_held"] is found["smooth_hz"] is None
+    assert output["rough"] == measured["outputs"][0]["rough"]
+
+
+def test_model_that_names_its_step_runs_as_its_importer_would(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its moving inputs are held over its own step."""
+    recipe = lag_recipe(tmp_path, "first_order")
+    monkeypatch.setattr(System, "own_step", STEP / 4)
+    assert reference_at_finer_step(recipe, 4).inputs[0].hold == "first_order"
+    system = reference_at_finer_step(recipe, 4, as_it_runs=True)
+    assert system.inputs[0].hold == "zero_order"
+    assert system.step == STEP / 4
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("name", ["duffing", "slider_crank"])
+def test_released_fmus_err_by_what_is_printed(name: str) -> None:
+    """Smooth forces that are held for a step; planned motions of the recipe's own kinds."""
+    fmu = Path(__file__).parents[2] / "fmus" / name / f"{name}.fmu"
+    surrogate, provenance = read_fmu(fmu)
+    recipe = recipe_of_provenance(provenance, str(fmu))
+    assert provenance is not None
+    printed = provenance["measured"].get("plain_call")
+    if printed is None:
+        pytest.skip("this FMU was measured before its plain call was")
+    assert IN_RANGE in provenance["measured"]["validation"]
+    validation = validate(fmu, surrogate, recipe, Task(77, trajectories=6), silent)
+    errors, truths = [], []
+    for c in validation.comparisons:
+        errors.append((c.surrogate if c.plain is None else c.plain) - c.reference)
+        truths.append(c.reference)
+    rough = [output["rough"] for output in printed["outputs"]]
+    assert relative(errors, truths) == pytest.approx(rough, rel=0.2)
+    if printed["smooth_hz"]:
+        smooth = [output["smooth_if_held"] for output in printed["outputs"]]
+        assert under_smooth_forces(fmu, surrogate, recipe) == pytest.approx(smooth, rel=0.2)
+
+
+def under_smooth_forces(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> FloatArray:
+    """By ``fmpy.simulate_fmu``, and the model at a step 16 times finer."""
+    system, step, hz = reference_at_finer_step(recipe, 16), recipe.window.step, band_of(recipe)
+    errors, truths = [], []
+    for index in range(TRAJECTORIES):
+        times = step * np.arange(1200)
+        rows = smooth_inputs(surrogate.inputs, times, hz, index)
+        middles = step / 16 * (np.arange(16.0 * 1199) + 0.5)
+        fine = smooth_inputs(surrogate.inputs, middles, hz, index)
+        truth = simulate(system, fine).outputs[::16][400:]
+        truths.append(truth)
+        errors.append(user_call(fmu, surrogate, times, rows)[400:] - truth)
+    return relative(errors, truths)

@@ -346,8 +346,9 @@ def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
     if flags > PLANNED + AT_STEP_END or n_candidates > MAX_CANDIDATES or n_past > MAX_PAST:
         raise ValueError(
-            f"forecast with flags {flags}, {n_candidates} candidates of {n_past} samples; expected "
-            f"flags 0 to {PLANNED + AT_STEP_END}, at most {MAX_CANDIDATES} and {MAX_PAST}"
+            f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
+            f"samples; expected flags 0 to {PLANNED + AT_STEP_END}, "
+            f"at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
     rows = section.f64(n_inputs * columns).reshape(n_inputs, columns).copy()

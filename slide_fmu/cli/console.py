@@ -135,6 +135,7 @@ def _show_estimate(figures: dict[str, Any], place: Console) -> None:
 def _show_bound(bound: dict[str, Any], place: Console) -> None:
     """Print what error bounds cover, how wide they are, and how often the domain is left."""
     from slide_fmu.validation.trust import HARMFUL
+    from slide_fmu.validation.trust_sentences import covered_sentence
     from slide_fmu.validation.trust_tables import output_cells
 
     place.print(f"error bound, {100 * bound['confidence']:g} % confidence")
@@ -154,14 +155,7 @@ def _show_bound(bound: dict[str, Any], place: Console) -> None:
         f"{100 * bound['trajectories_flagged']:.3g} % of the trajectories"
     )
     if "plain" in bound:
-        plain, known = (
-            ", ".join(f"{100 * share:.3g}" for share in bound[key]["coverage"])
-            for key in ("plain", "known_to_step_end")
-        )
-        place.print(
-            f"covered where inputs are set to what they are now: {plain} %; where they are set to "
-            f"what they reach by the step's end: {known} %"
-        )
+        place.print(covered_sentence(bound))
     if "harm" in bound:
         harm = bound["harm"]
         place.print(

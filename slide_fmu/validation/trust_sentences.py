@@ -44,6 +44,18 @@ def search_sentence(figures: dict[str, Any]) -> str:
     )
 
 
+def covered_sentence(bound: dict[str, Any]) -> str:
+    """Say which share of the samples bounds cover in both calls of an FMU whose inputs move."""
+    plain, known = (
+        ", ".join(percent(share) for share in bound[key]["coverage"])
+        for key in ("plain", "known_to_step_end")
+    )
+    return (
+        f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
+        f"to what they reach by the step's end: {known}."
+    )
+
+
 def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | None) -> list[str]:
     """Say where bounds count, and what the FMU says where they do not.
 
@@ -82,13 +94,15 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
         )
     elif moving:
         found.append(
-            "Error bounds were calibrated for an importer that sets inputs to what they are at the "
-            "start of each step: the error of forecasting them to its end is in them."
+            "Error bounds were calibrated for an importer that sets inputs to what they are at "
+            "the start of each step: the error of forecasting them to its end is in them."
         )
     wanted = percent(recipe.bound.false_alarms)
     if measured is None:
         return [*found, f"False alarms were {wanted} of the samples of the calibration."]
     flagged = percent(measured["error_bound"]["flagged"])
+    if "plain" in measured["error_bound"]:
+        found.append(covered_sentence(measured["error_bound"]))
     return [
         *found,
         f"False alarms: of the samples in range, in_domain is false for {flagged}; of those of "

@@ -206,6 +206,12 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
     (row,) = [line for line in lines if "position" in line and "96.4 %" in line]
     assert all(f" {cell} " in row for cell in ("91 %", "0.791", "56.8 %"))
     assert lines[-1] == "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories"
+    calls = {"plain": {"coverage": [0.952]}, "known_to_step_end": {"coverage": [0.994]}}
+    console.show_validation({**FIGURES, "error_bound": {**bound, **calls}}, "in range")
+    assert messages.file.getvalue().splitlines()[-1] == (
+        "Covered samples where inputs are set to what they are now: 95.2 %; where they are set to "
+        "what they reach by the step's end: 99.4 %."
+    )
 
 
 def test_validation_shows_the_plain_call_beside_known_inputs(

@@ -260,6 +260,8 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     assert bound["plain"] == {"coverage": [0.0, 1.0]}
     assert bound["known_to_step_end"] == {"coverage": [1.0, 1.0]}
     estimated = validation(*found.comparisons).figures()["error_estimate"]
+    (sentence,) = [s for s in bound_sentences(found.recipe, True, figures) if "Covered" in s]
+    assert "what they are now: 0 %, 100 %; where" in sentence
     first, second = estimated["without_floor"]
     assert (first["too_small_share"], first["too_small_factor"]) == (1.0, 3.0)
     assert (second["mean"], second["too_small_share"]) == (0.0, 0.0)

@@ -7,7 +7,7 @@ from typing import Any
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
-from slide_fmu.fmu.description.variables import BY_KEY, CONFIDENCE
+from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FLAGS = ("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE", "IN_DOMAIN", "NOVELTY", "BOUND_FILLED")
@@ -42,6 +42,7 @@ def facts_of(surrogate: Surrogate) -> dict[str, Any]:
             if BY_KEY[key].name in references
         },
         "confidence": _confidence(surrogate, references),
+        "atStepEnd": references.get(AT_STEP_END),
     }
 
 

@@ -23,7 +23,8 @@ def moves_of(solved: Solved) -> dict[str, Any]:
     """Return the chosen move and the first baseline as plain values.
 
     Physical parameters are those at which they were chosen, by name. Inputs are columns, whose
-    rows are set at their times in s. The first row is the last one of rest.
+    rows are set at their times in s. The first row is the last one of rest. Moving inputs are
+    known ahead: each row is set one step before its time, and reached by the step's end.
     """
     response = solved.found.response
     shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
@@ -32,7 +33,8 @@ def moves_of(solved: Solved) -> dict[str, Any]:
     last = response.count if np.isinf(late) else min(response.count, round(late / response.step))
     rows = slice(response.lead - 1, response.lead + last)
     records = [response.record(move.motion)[rows] for move in shown.values()]
-    time = response.step * np.arange(len(records[0]))
+    begin = -response.step if solved.surrogate.hold == "first_order" else 0.0
+    time = begin + response.step * np.arange(len(records[0]))
     return {
         "time": time.tolist(),
         "tolerance": solved.task.tolerance,

@@ -12,8 +12,10 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli import app
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.motion.records import MotionError
 from slide_fmu.motion.task import MoveTask
+from slide_fmu.page.facts import facts_of
 from slide_fmu.page.page import write_page
 from slide_fmu.pipeline.motion import Solved, solve
 from slide_fmu.pipeline.page_moves import moves_of, solved_moves
@@ -54,6 +56,17 @@ def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: Solved) -> 
         assert force[0] == 0.0
         np.testing.assert_allclose(force[time > move["arrives"] + 1e-9], 600.0)
         assert time[-1] > move["arrives"] + 0.2
+
+
+def test_moving_inputs_are_set_one_step_ahead_as_those_of_the_step_end(tmp_path: Path) -> None:
+    task = tmp_path / "task.toml"
+    turn = 'kind = "earliest"\nstart = [0.0]\ngoal = [2.0]\ntolerance = 2e-3\n'
+    limits = "[limits]\nspeed = [8.0]\nacceleration = [20.0]\n"
+    task.write_text(turn + limits, encoding="utf-8")
+    found, surrogate = solved_moves(CRANK, task), read_fmu(CRANK)[0]
+    assert found["time"][:2] == [-surrogate.window.step, 0.0]
+    assert facts_of(surrogate)["atStepEnd"] == 12_000_000
+    assert facts_of(read_fmu(DUFFING)[0])["atStepEnd"] is None
 
 
 def test_task_of_a_path_has_no_moves(tmp_path: Path) -> None:

@@ -26,12 +26,14 @@ export class Moves {
   /** Lets the surrogate answer all of them. */
   run(session, facts, parameters, confidence) {
     const goal = this.courses[0].rows.at(-1);
+    session.known = true; // a move is planned
     session.restart(goal, parameters, confidence);
     this.rest = session.step(goal, facts.step).outputs;
     this.courses.forEach((course) => course.run(session, facts, parameters, confidence));
     this.distances = this.courses.map((course) =>
       course.answers.map(({ outputs }) => Math.hypot(...outputs.map((y, i) => y - this.rest[i]))),
     );
+    session.known = false;
   }
 
   /** The time from which a move stands still, within the tolerance, at its goal; NaN if never. */

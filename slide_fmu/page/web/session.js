@@ -3,7 +3,7 @@
 /** A run of a machine: every row of inputs gives an answer. */
 export class Session {
   constructor(machine, facts) {
-    const { inputs, outputs, parameters, confidence, flags } = facts;
+    const { inputs, outputs, parameters, confidence, flags, atStepEnd } = facts;
     this.machine = machine;
     this.flags = Object.keys(flags);
     this.given = machine.port(inputs.map((input) => input.reference));
@@ -16,11 +16,14 @@ export class Session {
       flags: Object.values(flags),
     };
     this.read = machine.port(Object.values(this.groups).flat());
+    this.atStepEnd = atStepEnd === null ? null : machine.port([atStepEnd]);
+    this.known = false; // are inputs set to what they reach by the end of a step?
   }
 
   /** Starts anew; the first row of inputs counts as held for ever before. */
   restart(row, parameters, confidence) {
     this.machine.reset();
+    this.atStepEnd?.set([this.known ? 1 : 0]);
     this.set(parameters, confidence);
     this.given.set(row);
     this.machine.start();

@@ -12,15 +12,20 @@ To train again, too: ``make release NAME=duffing``.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.credentials.experiment import Experiment, read_experiment
+from slide_fmu.data.draws import draw, split_stream
+from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.credentials import Documents, credentials
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
@@ -33,6 +38,7 @@ from slide_fmu.pipeline.stages import check_window
 from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.model_card import variable_table
 
@@ -75,6 +81,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
+    surrogate = _with_forecast(surrogate, recipe)
     provenance = with_drawing(provenance, recipe, surrogate)
     experiment = None if new_experiment else read_experiment(fmu)
     if experiment is None:
@@ -108,6 +115,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     with tempfile.TemporaryDirectory() as runs:
         job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
         job.folder.path.mkdir()
+        surrogate = _with_forecast(surrogate, job.recipe)
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
             shutil.copy(drawn, job.folder.path)
@@ -120,6 +128,21 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
         shutil.copy(job.folder.path / "card.md", fmu.with_name(CARD))
         write_whole(fmu, made.fmu.read_bytes())
     return fmu
+
+
+def _with_forecast(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
+    """Return the surrogate with the forecast of its inputs fitted again to those of its training.
+
+    Nothing is simulated for it, and the network stays as it is.
+    """
+    system = recipe_system(recipe)
+    draws = [
+        draw(recipe, system, split_stream(recipe, "train", index), index)
+        for index in range(recipe.data.train)
+    ]
+    inputs = np.stack([drawn.inputs[drawn.burn_in :] for drawn in draws])
+    forecast = fit_forecast(surrogate.inputs, inputs, recipe.window.planned)
+    return dataclasses.replace(surrogate, forecast=forecast)
 
 
 def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> Experiment:

@@ -16,6 +16,9 @@ STRETCH = 16
 ROUNDS = 4
 """How often stretches are given to candidates, and these are fitted to them; it settles soon."""
 
+PLANNED = np.array([-6.0, 4.0, -1.0, 0.0])
+"""The only candidate for planned motions before it is fitted: a cubic, and one more sample."""
+
 RESOLUTION = 1e-6
 """Where motions tell less than this about a candidate, it stays the polynomial that it was."""
 
@@ -29,6 +32,9 @@ def fit_forecast(
     value where none is clearly better; each candidate is the least squares fit to its stretches,
     all of which count alike, whatever their amplitude.
 
+    Planned motions are of one kind and never rough: one candidate, fitted to all samples so that
+    large changes count most, takes the place of all others where its forecasts err less.
+
     Args:
         signals: the inputs.
         inputs: their samples in the training, shape (n_trajectories, N, n_inputs).
@@ -37,7 +43,8 @@ def fit_forecast(
     if signals[0].hold != "first_order":
         return None
     weights = np.tile(POLYNOMIALS, (len(signals), 1, 1))
-    largest = np.zeros(len(signals))
+    alone = np.tile(PLANNED, (len(signals), 1, 1))
+    largest, gain = np.zeros(len(signals)), 0.0
     for index, signal in enumerate(signals):
         if signal.angle != "sine":
             values = inputs[:, :, index]
@@ -45,7 +52,41 @@ def fit_forecast(
                 values = np.unwrap(np.arctan2(inputs[:, :, index + 1], values), axis=1)
             weights[index] = _fit(values)
             largest[index] = np.abs(np.diff(values, axis=1)).max()
-    return InputForecast(planned, False, weights, largest)
+            if planned:
+                alone[index] = _fit_planned(values)
+                gain += np.log(
+                    _rms_error(weights[index], values) / _rms_error(alone[index], values)
+                )
+    return InputForecast(planned, False, alone if gain > 0 else weights, largest)
+
+
+def _rms_error(weights: FloatArray, values: FloatArray) -> float:
+    """Give the RMS error of forecasts of one input or angle, where the last samples choose."""
+    n_past, window = weights.shape[1], np.ones(InputForecast.n_scored)
+    views = np.lib.stride_tricks.sliding_window_view(values, n_past + 2, axis=1)[:, :, ::-1]
+    if views.shape[1] <= len(window):
+        return 1.0
+    changes = views[:, :, 0] - views[:, :, 1]
+    found = changes_of(weights, views[:, :, 1:].reshape(-1, n_past + 1))
+    squares = (np.vstack([found, np.zeros((1, found.shape[1]))]) - changes.ravel()) ** 2
+    squares = squares.reshape(-1, *changes.shape)  # (candidates and the held value, motions, N)
+    past = np.apply_along_axis(np.convolve, 2, squares, window, "valid")[:, :, :-1]
+    past[:-1] /= BETTER
+    best = past.argmin(axis=0)[None]
+    ahead = np.take_along_axis(squares[:, :, len(window) :], best, axis=0)
+    return float(np.sqrt(ahead.mean() + np.finfo(np.float64).tiny))
+
+
+def _fit_planned(values: FloatArray) -> FloatArray:
+    """Fit one candidate to all values of one input or angle, shape (n_trajectories, N)."""
+    n_past = len(PLANNED)
+    if values.shape[1] < n_past + 2:
+        return PLANNED[None]
+    windows = np.lib.stride_tricks.sliding_window_view(values, n_past + 2, axis=1)
+    views = windows.reshape(-1, n_past + 2)[:, ::-1]
+    rows, changes = views[:, 2:] - views[:, 1:2], views[:, 0] - views[:, 1]
+    rest = np.linalg.lstsq(rows, changes - rows @ PLANNED, rcond=RESOLUTION)[0]
+    return np.asarray((PLANNED + rest)[None])
 
 
 def _fit(values: FloatArray) -> FloatArray:

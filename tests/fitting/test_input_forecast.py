@@ -60,12 +60,26 @@ def test_fitted_candidates_are_better_than_polynomials() -> None:
 def test_what_the_training_leaves_open_stays_a_polynomial() -> None:
     """Straight lines: every candidate knows them, none is fitted away from what it is."""
     ramps = np.linspace(-1, 1, 400) * np.array([[0.2], [0.9]])
-    forecast = fit_forecast(ROAD, ramps[:, :, None], planned=True)
+    forecast = fit_forecast(ROAD, ramps[:, :, None], planned=False)
     assert forecast is not None
-    assert forecast.planned
+    assert not forecast.planned
     assert not forecast.at_step_end
     np.testing.assert_allclose(forecast.weights[0], POLYNOMIALS, atol=1e-6)
     assert forecast.largest_change == pytest.approx([0.9 * 2 / 399])
+
+
+def test_planned_motions_have_one_candidate_that_forecasts_them_better() -> None:
+    """Moves with trapezoidal speed, as drives make them: large changes count most."""
+    time = np.linspace(0, 40, 1600)
+    speed = np.clip(1.6 * np.sin(time), -1, 1) * np.array([[1.0], [0.3]])
+    moves = np.cumsum(speed, axis=1) * (time[1] - time[0])
+    several = fit_forecast(ROAD, moves[:, :, None], planned=False)
+    one = fit_forecast(ROAD, moves[:, :, None], planned=True)
+    assert several is not None
+    assert one is not None
+    assert one.planned
+    assert one.weights.shape == (1, 1, 4)
+    assert errors(one, moves[0])[0] < errors(several, moves[0])[0]
 
 
 def test_jumps_leave_the_value_held() -> None:

@@ -131,15 +131,21 @@ def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
         job: the recipe, whose data lie in its run folder.
         beyond: what was measured beyond the range, if anything was.
     """
-    found = [remark_on_beyond(job.recipe, job.folder.store)]
-    if beyond is not None and beyond.left_out:
-        count = len(beyond.left_out) + len(beyond.comparisons)
-        found.append(
-            f"{len(beyond.left_out)} of {count} trajectories beyond the range could not be "
-            f"simulated, so the figures there are those of the others; the first failed so: "
-            f"{beyond.left_out[0]}"
-        )
-    return [remark for remark in found if remark is not None]
+    of_data = remark_on_beyond(job.recipe, job.folder.store)
+    of_measured = [] if beyond is None else remarks_of_beyond(beyond)
+    return [*([] if of_data is None else [of_data]), *of_measured]
+
+
+def remarks_of_beyond(beyond: Validation) -> list[str]:
+    """Say how many trajectories of a validation the reference failed on beyond the range."""
+    if not beyond.left_out:
+        return []
+    count = len(beyond.left_out) + len(beyond.comparisons)
+    return [
+        f"{len(beyond.left_out)} of {count} trajectories beyond the range could not be simulated, "
+        "so the figures there are those of the others; the first failed so: "
+        f"{beyond.left_out[0]}"
+    ]
 
 
 def _title(task: Task) -> str:

@@ -134,21 +134,23 @@ def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
     system, begin, said, untried = recipe_system(recipe), time.perf_counter(), list[str](), 0
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
     for table, kinds, factor in _needed_kinds(recipe):
-        of = f"of {table}"
-        if factor > 1.0:
-            of = f"at {factor:g} times the amplitude, which {table} asks for,"
+        stream, failed = Stream(PROBE, recipe.data.seed, (factor, factor), short), list[str]()
         for name, kind in zip(names_of(kinds), kinds, strict=True):
             if time.perf_counter() - begin > MOST_TIME:
                 untried += 1
                 continue
-            stream = Stream(PROBE, recipe.data.seed, (factor, factor), short)
             try:
                 simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
             except SimulationError as error:
-                left = ". Trajectories that fail there are left out" if factor > 1.0 else ""
-                said.append(
-                    f"a motion of the kind {name!r} {of} could not be simulated: {error}{left}"
-                )
+                failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
+                failed[-1] += str(error)
+        if failed and stream.beyond:
+            failed = [
+                f"{len(failed)} of {len(kinds)} kinds of motions could not be simulated at "
+                f"{factor:g} times the amplitude, for which {table} asks; trajectories that fail "
+                f"beyond the range are left out. First {failed[0]}"
+            ]
+        said += failed
     if untried:
         said.append(
             f"there was no time to simulate {untried} of the kinds of motions that the run needs"
@@ -164,8 +166,8 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
     yield "bound.excitation", recipe.further_kinds(), 1.0
     yield "validation.excitation", recipe.validation.excitation, 1.0
     kinds, estimator = recipe.data.excitation, recipe.estimator
-    if estimator is not None and estimator.beyond:
-        yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
     if recipe.data.beyond:
         yield "data.beyond", kinds, recipe.data.beyond_factor[1]
+    if estimator is not None and estimator.beyond:
+        yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
     yield "data.excitation", kinds, 1.0

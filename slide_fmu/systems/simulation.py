@@ -75,12 +75,13 @@ def _range_named(system: System, inputs: FloatArray) -> Iterator[None]:
     try:
         yield
     except SimulationError as error:
-        outside = outside_of_range(system.inputs, inputs)
-        if outside is None:
+        k = len(inputs) if error.time is None else round(error.time / system.step) + 1
+        at_failure, before = inputs[max(0, k - 2) : k], inputs[:k]
+        outside = [outside_of_range(system.inputs, part) for part in (at_failure, before)]
+        named = next((text for text in outside if text is not None), None)
+        if named is None:
             raise
-        raise SimulationError(
-            f"{outside}, where the model may fail: {error}", error.time
-        ) from error
+        raise SimulationError(f"{named}, where the model may fail: {error}", error.time) from error
 
 
 def _check_inputs(system: System, inputs: FloatArray) -> None:

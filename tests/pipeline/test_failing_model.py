@@ -154,6 +154,25 @@ def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     assert "multisine" not in told
 
 
+def test_trial_tells_of_motions_beyond_the_range_that_fail(tmp_path: Path) -> None:
+    """The spring breaks outside of the declared range, where the estimator shall learn too."""
+    recipe, told = tmp_path / "fragile.toml", dict[bool, str]()
+    data = "train = 4\nestimator = 4\nestimator_validation = 2"
+    text = recipe_text(tmp_path, 1.0).replace("train = 4", data).replace("[0.0, 1", "[1.0, 1")
+    for beyond in (True, False):
+        recipe.write_text(f"{text}\n[estimator]\nbeyond = {str(beyond).lower()}\n")
+        figures = tmp_path / "figures.json"
+        done = invoke("try", recipe, "--runs", tmp_path, "--json", figures)
+        assert done.exit_code == 0, done.output
+        told[beyond] = " ".join(json.loads(figures.read_text())["remarks"])
+    assert (
+        "1 of 1 kinds of motions could not be simulated at 3 times the amplitude, for" in told[1]
+    )
+    assert "estimator.beyond asks; trajectories that fail beyond the range are left out" in told[1]
+    assert "lies outside of its range -1..1, where the model may fail: f raised" in told[1]
+    assert "could not be simulated" not in told[0]
+
+
 def test_trial_says_so_where_no_time_is_left_for_kinds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -58,7 +58,7 @@ def g(x, u, p):
 
 SMALL = """
 [data]
-duration = 8
+duration = 20
 burn_in = 2
 train = 6
 validation = 2

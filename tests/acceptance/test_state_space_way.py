@@ -12,6 +12,7 @@ from slide_fmu.data.store import read_split
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
+from tests.estimates import kept_estimates
 
 LEARNT = {"in range": 0.03, "beyond the range": 0.2}
 """Relative RMSE after some two seconds of training; without learning it would be 1."""
@@ -90,7 +91,8 @@ def test_validate_measures_again_what_the_state_space_report_says(state_space: F
 
 
 def test_finished_state_space_run_is_not_done_again(state_space: Finished) -> None:
-    result = invoke("train", state_space.recipe, "--runs", state_space.runs, "--json", "-")
+    with kept_estimates():
+        result = invoke("train", state_space.recipe, "--runs", state_space.runs, "--json", "-")
     assert result.exit_code == 0, result.output
     surrogate = state_space.runs / state_space.name / "surrogate.slide"
     assert surrogate.read_bytes() == read_fmu(state_space.fmu)[0].to_bytes()

@@ -31,7 +31,7 @@ SAMPLES = 16
 """A smooth input has at least so many samples in a period."""
 DECADES = 1.5
 """Its slowest sine is so many decades below the fastest one."""
-TRAJECTORIES, PERIODS, SINES = 3, 4, 3
+TRAJECTORIES, PERIODS, SINES = 2, 4, 3
 """So many smooth trajectories, each of so many periods of the slowest sine, are sums of so many
 sines an input."""
 FILLED = 0.9
@@ -172,9 +172,9 @@ def smooth_inputs(
     rng = np.random.default_rng([SEED, index])
     columns = []
     for signal in signals:
-        frequency = 2 * np.pi * np.exp(rng.uniform(np.log(hz[0]), np.log(hz[1]), SINES))
-        shares, phase = rng.dirichlet(np.ones(SINES)), rng.uniform(-np.pi, np.pi, SINES)
-        sines = np.sin(times[:, None] * frequency + phase) @ shares
+        places = (np.arange(SINES) + rng.uniform(size=SINES)) / SINES  # slow, middle and fast
+        frequency = 2 * np.pi * hz[0] * (hz[1] / hz[0]) ** places
+        sines = np.sin(times[:, None] * frequency + rng.uniform(-np.pi, np.pi, SINES)).mean(axis=1)
         middle, half_range = (signal.high + signal.low) / 2, (signal.high - signal.low) / 2
         columns.append(middle + FILLED * half_range * sines)
     return np.stack(columns, axis=1)

@@ -160,6 +160,11 @@ def _accuracy(measured: Figures) -> list[Entry]:
     """Give the measured errors, and what estimates, bounds and stability tests are worth."""
     validations = ordered(measured)
     found = [joined("accuracy", _accuracy_tables(validations))]
+    plain = measured.get("plain_call")
+    if plain is not None:
+        known = [{k: v for k, v in o.items() if v is not None} for o in plain["outputs"]]
+        of_all = {"hold": plain["hold"], "sentence": plain["sentence"]}
+        found.append(table("accuracy.plain_call", "Output", _rows(known), **of_all))
     found += trust_entries(validations)
     if "stability" in measured:
         found.append(table("stability", "Test", _rows(measured["stability"])))

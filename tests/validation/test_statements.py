@@ -110,6 +110,16 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
     assert (sentence in limits(finer.surrogate, FINER, found)) == warned
 
 
+def test_statements_have_the_error_of_the_plain_call(finer: Validation) -> None:
+    output = {"name": "y", "unit": "m", "smooth": None, "rough": 0.25, "smooth_if_held": 0.5}
+    plain = {"hold": "zero_order", "outputs": [output], "sentence": "late: 50 % at 1 Hz"}
+    figures = {**figures_of(finer), "plain_call": plain}
+    found = told(finer, {"measured": figures})["accuracy.plain_call"]
+    assert found.get("sentence") == "late: 50 % at 1 Hz"
+    (row,) = found.iter(f"{{{OWN}}}Output")
+    assert row.attrib == {"name": "y", "unit": "m", "rough": "0.25", "smooth_if_held": "0.5"}
+
+
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
     finer: Validation,
 ) -> None:

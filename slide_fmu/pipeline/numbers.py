@@ -50,9 +50,12 @@ the surrogate. It is judged by one for so many of them, at least as many as judg
 BOUND_TIME = 60.0
 """To simulate the trajectories of an error bound, one after the other, takes at most this time in
 s where the least numbers of them do."""
-BOUND, CALIBRATION = (30, 100), (60, 200)
+BOUND, CALIBRATION = (30, 100), (100, 200)
 """The least and the largest numbers of trajectories from which a bound learns, and by which it is
-calibrated. With the least, a confidence of 0.95 asks for 96.6 % of the calibration's samples."""
+calibrated."""
+DEAR, DEAR_CALIBRATION = 5.0, 60
+"""Where a trajectory takes more than the first in s, the second is the least number to calibrate
+by. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 has no bound."""
 
 
 def find_numbers(
@@ -142,8 +145,10 @@ def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
     if cost * (train + most) <= BOUND_TIME:
         return train, BOUND[1], CALIBRATION[1]
     part = BOUND_TIME / (cost * most)
+    least = DEAR_CALIBRATION if cost > DEAR else CALIBRATION[0]
     head, calibration = (
-        min(max(least, int(part * largest)), largest) for least, largest in (BOUND, CALIBRATION)
+        min(max(fewest, int(part * largest)), largest)
+        for fewest, largest in (BOUND, (least, CALIBRATION[1]))
     )
     return "train", head, calibration
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
+import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import finer_steps, reference_at_finer_step, reference_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
-from tests.recipes import tiny_recipe
+from tests.own_models.quarter_car import build_in_c
+from tests.recipes import TINY, merged, tiny_recipe
 
 
 def test_a_finer_reference_moves_alike_under_the_same_held_input() -> None:
@@ -37,3 +43,29 @@ def test_a_class_with_a_step_of_its_own_is_refused(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("slide_fmu.recipe.systems.load_system", lambda _: coarse)
     with pytest.raises(LoadError, match=r"expected 0\.00195312 s, which is 1/8 of window\.step"):
         reference_at_finer_step(recipe, 8)
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_an_fmu_runs_at_its_own_step_as_fmpy_runs_it(tmp_path: Path, hold: str) -> None:
+    """Its input is held over its own step, whatever the hold is between samples."""
+    path = build_in_c(tmp_path / "car.fmu", co_simulation=True)
+    system = {
+        "model": str(path),
+        "kind": "fmu",
+        "inputs": {"road": {"range": [-0.1, 0.1], "hold": hold}},
+        "outputs": {"suspension_travel": {"range": [-0.2, 0.2]}},
+    }
+    tables = merged(tomllib.loads(TINY), {"window": {"step": 0.02}})
+    recipe = Recipe.model_validate({**tables, "system": system})
+    assert finer_steps(recipe) == 4
+    fine = reference_at_finer_step(recipe, 4, as_it_runs=True)
+    times = 0.005 * np.arange(201)
+    road = 0.02 * np.sin(9 * times)
+    table = np.array([*zip(times, road, strict=True)], dtype=[("time", float), ("road", float)])
+    wanted = fmpy.simulate_fmu(
+        str(path), stop_time=1.0, output_interval=0.005, input=table, output=["suspension_travel"],
+        fmi_type="CoSimulation",
+    )["suspension_travel"]  # fmt: skip
+    column = [signal.name for signal in fine.outputs].index("suspension_travel")
+    found = simulate(fine, road[:-1, None]).outputs[:, column]
+    assert np.abs(found - wanted).max() < 1e-9 * np.abs(wanted).max()

@@ -71,6 +71,18 @@ def show_plain_call(figures: dict[str, Any], to: Console | None = None) -> None:
         place.print(found["sentence"])
 
 
+def show_box(figures: dict[str, Any], to: Console | None = None) -> None:
+    """Print what the FMU errs by where all inputs are constant, where that was measured."""
+    from slide_fmu.validation.box import box_rows
+
+    if "box" in figures:
+        heading, *rows = box_rows(figures["box"])
+        table = table_of(*heading)
+        for row in rows:
+            table.add_row(*row)
+        (console if to is None else to).print(table)
+
+
 def show_validation(figures: dict[str, Any], title: str, to: Console | None = None) -> None:
     """Print the accuracy of every output, in its unit, and of the error estimate.
 

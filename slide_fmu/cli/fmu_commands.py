@@ -14,6 +14,7 @@ from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
+    show_box,
     show_json,
     show_plain_call,
     show_remark,
@@ -164,6 +165,7 @@ def validate(
     figures = dict(made.data)
     write_json(json_path, figures)
     show_plain_call(figures)
+    show_box(figures)
     show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
     console.print(f"report  {page}")
 

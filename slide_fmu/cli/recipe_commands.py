@@ -17,6 +17,7 @@ from slide_fmu.cli.console import (
     errors,
     json_bytes,
     progress_bars,
+    show_box,
     show_plain_call,
     show_remark,
     show_validation,
@@ -205,6 +206,7 @@ def run(
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
     show_plain_call(finished.figures)
+    show_box(finished.figures)
     for name, validation in finished.figures["validation"].items():
         show_validation(validation, name)
     if "adversarial" in finished.figures:

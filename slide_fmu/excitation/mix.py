@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from slide_fmu.excitation.base import Kind
+from slide_fmu.excitation.box import Box
 from slide_fmu.excitation.channels import (
     Binary,
     HeldRandom,
@@ -38,6 +39,7 @@ Excitation = Annotated[
     | SpeedRamps
     | PointToPoint
     | Vibration
+    | Box
     | Recorded,
     Field(discriminator="kind"),
 ]

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.excitation.base import Kind
+from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, proposed_step
 from slide_fmu.memory.failing import Tolerance
@@ -26,8 +27,10 @@ from slide_fmu.systems.specification import Specification
 
 SAMPLES = 1000
 """Each motion by which ranges of outputs are found has this many samples."""
+INSIDE = 4
+"""Inputs are held constant at so many points inside of their ranges, beside all corners."""
 PATIENCE = 20.0
-"""No further motion is begun after this time in s."""
+"""No further motion is begun after this time in s, nor a further rest after as much again."""
 
 MakeTables = Callable[[float], Sequence[Mapping[str, Any]]]
 """Makes the tables of the excitation for a sample step in s."""
@@ -114,7 +117,7 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
 def _outputs(
     system: System, kinds: Sequence[Kind], progress: Progress
 ) -> tuple[FloatArray, str | None]:
-    """Return outputs of motions, one of each kind of excitation, and what failed.
+    """Return outputs of motions, one of each kind of excitation, and of rests, and what failed.
 
     The shape is (motions, SAMPLES + 1, n_outputs). Where the system fails on a motion, another one
     takes its place.
@@ -122,12 +125,36 @@ def _outputs(
     tolerance = Tolerance(DataRecipe.model_fields["most_failures"].default)
     rows: list[FloatArray] = []
     begin = time.monotonic()
+    held = _constant_inputs(system, kinds)
+    total = len(kinds) + len(held)
     for index, kind in enumerate(kinds):
         if rows and time.monotonic() - begin > PATIENCE:
             break
         rows.append(_outputs_under(system, kind, index, tolerance))
-        progress(index + 1, len(kinds))
+        progress(index + 1, total)
+    begin = time.monotonic()
+    for index, inputs in enumerate(held):
+        if time.monotonic() - begin > PATIENCE:
+            break
+        tolerance.tried += 1
+        try:
+            rows.append(simulate(system, inputs).outputs)
+        except SimulationError as error:
+            tolerance.hear(error)
+        progress(len(kinds) + index + 1, total)
     return np.stack(rows), tolerance.remark
+
+
+def _constant_inputs(system: System, kinds: Sequence[Kind]) -> list[FloatArray]:
+    """Return inputs held at the corners of their ranges and at points inside, (SAMPLES, n_inputs).
+
+    There are none of a system whose inputs are moved as drives move them, or are angles.
+    """
+    if not any(isinstance(kind, Box) for kind in kinds):
+        return []
+    n_inputs = len(system.inputs)
+    points = np.concatenate([corners_of_box(n_inputs), points_inside(n_inputs, INSIDE)])
+    return [np.tile(point, (SAMPLES, 1)) for point in at_points(system.inputs, points)]
 
 
 def _outputs_under(system: System, kind: Kind, index: int, tolerance: Tolerance) -> FloatArray:

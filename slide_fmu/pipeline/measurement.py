@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import find_file
-from slide_fmu.core.progress import Stages
+from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
@@ -22,6 +22,7 @@ from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.accuracy_sections import validation_sections
+from slide_fmu.validation.box import box_figures, with_box
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
 from slide_fmu.validation.report import Report
@@ -87,7 +88,7 @@ def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
 
 
 def validation_report(validation: Validation, fmu: Path) -> Report:
-    """Return the report of one validation; in range, with the plain call of the FMU.
+    """Return the report of one validation; in range, with its plain call and constant inputs.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -101,7 +102,8 @@ def validation_report(validation: Validation, fmu: Path) -> Report:
         validation.figures(),
         validation_sections({name: validation}),
     )
-    return with_plain_call(report, plain)
+    box = box_figures(fmu, validation, quiet) if in_range else None
+    return with_box(with_plain_call(report, plain), box)
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

@@ -41,6 +41,7 @@ from slide_fmu.validation import accuracy_sections, learning_sections
 from slide_fmu.validation.adversarial import attack, attack_figures
 from slide_fmu.validation.adversarial_section import adversarial_section
 from slide_fmu.validation.baselines import linear_size_remark
+from slide_fmu.validation.box import box_figures, with_box
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.figures import side_by_side
 from slide_fmu.validation.model_card import model_card
@@ -145,6 +146,7 @@ def measure_trained(
     remarks = [*lost, *remarks_on_range(job, validations.get(BEYOND))]
     report = _full_report(trained, job, sizing, validations, tests, remarks)
     report = with_plain_call(report, plain_call_figures(fmu, validations[IN_RANGE]))
+    report = with_box(report, box_figures(fmu, validations[IN_RANGE], job.bar("constant inputs")))
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))

@@ -23,6 +23,9 @@ SPEEDING_UP = 25
 """It reaches that speed in so many samples, at its limit of acceleration."""
 TURN = 25
 """At its limit of speed an angle makes a turn in so many samples."""
+BOX_WEIGHT = 0.2
+"""Constant inputs at corners of the ranges and inside, and ways between them, have this weight;
+the others have 1 together."""
 STANDING_START = 12
 """It reaches that speed in so many samples, at its limit of acceleration."""
 
@@ -53,7 +56,8 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
     are smaller and rarer than those of forces. Inputs that are held may be switched: they step
-    through their range, and from end to end of it, and stay there for long. Frequencies are
+    through their range, and from end to end of it, and stay there for long. All together they are
+    held at corners of the box of their ranges and inside of it. Frequencies are
     angular frequencies in rad/s, durations in s, amplitudes parts of the range.
     """
     top = _tidy(TOP * math.pi / step)
@@ -80,6 +84,8 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
          "duration": [short, longest]},
         *([] if moving else [ends]),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
+        {"kind": "box", "weight": BOX_WEIGHT, "duration": [long, _tidy(8 * long)],
+         "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)]},
     ]  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variable
 from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.box import box_rows, box_text
 from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.limits import ordered, useless_beyond
 from slide_fmu.validation.motions import motions_of
@@ -62,6 +63,8 @@ def model_card(
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
         now_text=meaning_of(surrogate),
         **_about_plain_call(measured),
+        box_rows=box_rows(measured["box"]) if "box" in measured else [],
+        box_text=box_text(measured.get("box", {})),
         parameter_rows=_parameter_rows(validations),
         about_parameters=about_parameters(recipe.system.is_record),
         estimate_rows=estimate_rows(_named(validations)) if surrogate.estimates_errors else [],

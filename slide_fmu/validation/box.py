@@ -1,0 +1,198 @@
+"""What an FMU errs by where all inputs are constant: at corners of their ranges and inside.
+
+From the middle of their ranges all inputs go to a point and stay there until nothing of the way is
+left in the input window. What is scored is the last part of that rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
+from slide_fmu.data.draws import TEST
+from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
+from slide_fmu.excitation.channels import ChannelKind
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import RandomStates, System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.report import Report, Section
+from slide_fmu.validation.tables import percent
+
+INSIDE = 8
+"""So many points inside of the box are measured."""
+
+LATER, WAY, SCORED = 3.0, 0.25, 0.25
+"""In input windows: a point is held for so long, the way to it takes so long, and so much at the
+end is scored."""
+
+TITLES = {
+    "corners": "constant, at the corners of the inputs",
+    "steady": "constant, inside of their ranges",
+}
+TEXT = (
+    "All inputs go from the middle of their ranges to a point and stay there. Errors are those of "
+    "the rest, relative to the RMS of the reference about its mean on the motions in range."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rest:
+    """What was found at one point: errors and bounds (NaN without one), (n, n_outputs) each."""
+
+    error: FloatArray
+    bound: FloatArray
+
+
+def box_figures(fmu: Path, validation: Validation, progress: Progress) -> dict[str, Any] | None:
+    """Measure an FMU at constant inputs; None where the inputs are never held.
+
+    These are records, and inputs that are moved as drives move them, or are angles.
+
+    Args:
+        fmu: the FMU, whose library is run.
+        validation: its validation in range, whose reference tells what errors are relative to.
+        progress: hears how many points are done.
+
+    Returns:
+        Plain values, as written to JSON: ``corners`` and ``steady``, each with the number of
+        ``points``, its ``outputs`` (relative RMSE, largest error in the output's unit, and the
+        part of the samples that an error bound covers), and what ``failed``, if anything did.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    surrogate, recipe = validation.surrogate, validation.recipe
+    if not _holds_inputs(surrogate, recipe):
+        return None
+    system = reference_system(recipe)
+    truth = np.concatenate([c.reference for c in validation.comparisons])
+    size = np.maximum(rms(truth - truth.mean(axis=0)), np.finfo(np.float64).tiny)
+    n_inputs, found = len(surrogate.inputs), dict[str, Any]()
+    groups = {"corners": corners_of_box(n_inputs), "steady": points_inside(n_inputs, INSIDE)}
+    total = sum(len(points) for points in groups.values())
+    progress(0, total)
+    with unpacked(fmu) as files:
+        done = 0
+        for name, points in groups.items():
+            rests, failed = list[_Rest](), list[str]()
+            for point in at_points(surrogate.inputs, points):
+                try:
+                    rests.append(_rest_at(files, surrogate, recipe, system, point))
+                except SimulationError as error:
+                    failed.append(f"{_named(surrogate, point)}: {error}")
+                done += 1
+                progress(done, total)
+            if rests:
+                found[name] = {
+                    "points": len(rests),
+                    "outputs": _outputs(surrogate, rests, size),
+                    **({"failed": failed} if failed else {}),
+                }
+    return found or None
+
+
+def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
+    """Tell whether a recipe moves every input on its own, or holds all of them."""
+    if recipe.system.is_record or surrogate.planned:
+        return False
+    if any(signal.angle is not None for signal in surrogate.inputs):
+        return False
+    return any(isinstance(kind, ChannelKind | Box) for kind in recipe.data.excitation)
+
+
+def _rest_at(
+    fmu: UnpackedFmu, surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray
+) -> _Rest:
+    """Go to a point, and give what is found when all rests there.
+
+    Raises:
+        SimulationError: the reference could not be simulated.
+    """
+    window = max(surrogate.memory_length, round(recipe.data.burn_in / recipe.window.step))
+    start = np.mean([[s.low, s.high] for s in surrogate.inputs], axis=1)
+    part = np.clip(np.arange(-1.0, (WAY + LATER) * window) / max(1.0, WAY * window), 0, 1)
+    inputs = start + part[:, None] * (point - start)
+    initial = None
+    if isinstance(system, RandomStates):
+        initial = system.random_state(np.random.default_rng(TEST), inputs[0])
+    true = simulate(system, inputs, initial).outputs
+    now = inputs  # inputs[k] is reached at t_k+1; one that moves is set to what it is at t_k
+    if surrogate.hold == "first_order":
+        now = np.concatenate([inputs[:1], inputs[:-1]])
+    columns = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
+    names = [signal.name for signal in surrogate.outputs]
+    bounds = [] if surrogate.bound is None else [f"{name}_error_bound" for name in names]
+    values = run_fmu(fmu, columns, [*names, *bounds], None, surrogate.window.step).values
+    last = slice(-max(1, round(SCORED * window)), None)
+    error = values[last, : len(names)] - true[last]
+    bound = values[last, len(names) :] if bounds else np.full_like(error, np.nan)
+    return _Rest(error, bound)
+
+
+def _outputs(
+    surrogate: Surrogate, rests: Sequence[_Rest], size: FloatArray
+) -> list[dict[str, Any]]:
+    error = np.concatenate([rest.error for rest in rests])
+    bound = np.concatenate([rest.bound for rest in rests])
+    covered = np.mean(np.abs(error) <= bound, axis=0)
+    return [
+        {
+            "name": signal.name,
+            "unit": signal.unit,
+            "relative_rmse": float((rms(error) / size)[index]),
+            "largest_error": float(np.abs(error[:, index]).max()),
+            **({"covered": float(covered[index])} if surrogate.bound is not None else {}),
+        }
+        for index, signal in enumerate(surrogate.outputs)
+    ]
+
+
+def _named(surrogate: Surrogate, point: FloatArray) -> str:
+    pairs = zip(surrogate.inputs, point, strict=True)
+    return ", ".join(f"{signal.name} = {value:.4g} {signal.unit}" for signal, value in pairs)
+
+
+def with_box(report: Report, found: Mapping[str, Any] | None) -> Report:
+    """Return the report with the figures at constant inputs, behind its first section."""
+    if found is None:
+        return report
+    section = Section("Constant inputs", box_text(found), box_rows(found))
+    first, *others = report.sections
+    data = {**report.data, "box": dict(found)}
+    return replace(report, data=data, sections=[first, section, *others])
+
+
+def box_text(found: Mapping[str, Any]) -> str:
+    """Say how constant inputs were measured, and where the reference failed."""
+    failed = [text for group in found.values() for text in group.get("failed", [])]
+    return TEXT + "".join(f" The reference could not be simulated at {text}." for text in failed)
+
+
+def box_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
+    """Return the table of the figures, its heading first."""
+    covers = any("covered" in output for group in found.values() for output in group["outputs"])
+    heading = ("inputs", "output", "relative RMSE", "largest error")
+    rows: list[Sequence[str]] = [(*heading, "covered by the bound") if covers else heading]
+    for name, group in found.items():
+        for output in group["outputs"]:
+            unit = "" if output["unit"] == "1" else f" {output['unit']}"
+            row = (
+                f"{TITLES[name]} ({group['points']} points)",
+                output["name"],
+                percent(output["relative_rmse"]),
+                f"{output['largest_error']:.3g}{unit}",
+            )
+            rows.append((*row, percent(output["covered"])) if covers else row)
+    return rows

@@ -24,8 +24,8 @@ SPEEDING_UP = 25
 TURN = 25
 """At its limit of speed an angle makes a turn in so many samples."""
 BOX_WEIGHT = 0.2
-"""Constant inputs at corners of the ranges and inside, and ways between them, have this weight;
-the others have 1 together."""
+"""Constant inputs at corners of the ranges and inside, and ways between them, have this weight of
+1 in all."""
 STANDING_START = 12
 """It reaches that speed in so many samples, at its limit of acceleration."""
 
@@ -68,7 +68,7 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
     noise, sines, steps = (0.25, 0.2, 0.05) if moving else (0.15, 0.15, 0.1)
     longest = long if moving else _tidy(4 * long)
     ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
-    return [
+    others: list[dict[str, Any]] = [
         {"kind": "filtered_random", "weight": noise, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
         {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
@@ -84,9 +84,15 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
          "duration": [short, longest]},
         *([] if moving else [ends]),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
-        {"kind": "box", "weight": BOX_WEIGHT, "duration": [long, _tidy(8 * long)],
-         "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)]},
     ]  # fmt: skip
+    box = {
+        "kind": "box",
+        "weight": BOX_WEIGHT,
+        "duration": [long, _tidy(8 * long)],
+        "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)],
+    }
+    rest = 1.0 - BOX_WEIGHT
+    return [*({**table, "weight": _tidy(rest * table["weight"])} for table in others), box]
 
 
 def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str, Any]]:

@@ -93,6 +93,12 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         "rest after 40 % of the moves for 0.1 to 1 s; in 20 % of the moves some stay; in 10 % of "
         "the moves one alone moves",
     ),
+    "box": (
+        MIXED,
+        {"duration": [2.0, 5.0], "ramp": [0.1, 1.0]},
+        "all inputs are held at the ends of the range and inside of it by turns, each for 2 to 5 "
+        "s; a way takes 0.1 to 1 s",
+    ),
     "vibration": (
         MIXED,
         {"angular_frequency": [30.0, 90.0], "acceleration": [50.0, 2.0]},

@@ -63,8 +63,8 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert recipe.system.inputs["spare"].range == (0.0, 1.0)
     assert recipe.system.inputs["force"].hold == "zero_order"
     low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
-    assert -3.0 < low < -0.5
-    assert 0.5 < high < 3.0
+    assert -3.5 < low < -0.5
+    assert 0.5 < high < 3.5
     assert "# time_constant = 0.5" in found.text
     assert "# The range was given." in found.text
 

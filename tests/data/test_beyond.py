@@ -128,7 +128,7 @@ def test_inputs_of_a_stability_test_ask_the_system_for_no_state() -> None:
 
 def test_a_failure_names_the_input_that_is_outside_of_its_range() -> None:
     inputs = np.array([[0.5], [1.5], [-3.25], [0.0]])
-    expected = r"input force = -3\.25 lies outside of its range -1\.\.1.*no solution at t = 0\.1 s"
+    expected = r"input force = 1\.5 lies outside of its range -1\.\.1.*no solution at t = 0\.1 s"
     with pytest.raises(SimulationError, match=expected) as caught:
         simulate(FailingSystem(fail=1.0), inputs)
     assert caught.value.time == 0.1

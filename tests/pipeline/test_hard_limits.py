@@ -5,19 +5,24 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli import app
+from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
+from slide_fmu.memory.contradiction import _rate_near_rest
 from slide_fmu.pipeline import first_look
 from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, remarks_of_beyond, tasks
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.validation.comparison import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
@@ -222,3 +227,21 @@ def test_trajectories_beyond_the_range_that_fail_are_not_measured(
     inside = validate(fmu, surrogate, recipe, Task(3, trajectories=6), silent)
     assert inside.left_out == ()
     assert remarks_of_beyond(inside) == []
+
+
+def test_a_kick_near_rest_stays_in_a_range_at_whose_end_the_input_starts() -> None:
+    seen: list[float] = []
+
+    def f(x: Any, u: Any, p: Any) -> list[float]:
+        seen.append(float(u[0]))
+        return [2.0 * (u[0] - x[0])]
+
+    signal = Signal("drive", "m", 0.2, 1.0, start=1.0)
+    level = Signal("level", "m", 0.0, 1.0)
+    system = FunctionSystem(
+        f, lambda x, u, p: [x[0]], inputs=[signal], outputs=[level], start=[0.5], step=0.1
+    )
+    rate = _rate_near_rest(cast(Any, SimpleNamespace(system=system)), 1.0)
+    assert rate == pytest.approx(-2.0, rel=1e-3)
+    assert min(seen) >= 0.2
+    assert max(seen) == 1.0

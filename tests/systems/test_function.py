@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from slide_fmu.core.signals import Signal
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.function.model import describe
@@ -305,6 +307,29 @@ def test_failure_on_the_way_names_sample_time_state_and_input(
         system.simulate(inputs)
     assert raised.value.time is not None
     assert 0.3 <= raised.value.time < 4.3
+
+
+def test_rounding_brings_no_input_out_of_its_range() -> None:
+    """Where an input arrives at an end of its range, f is asked for that end exactly."""
+    seen: list[float] = []
+
+    def f(x: Any, u: Any, p: Any) -> list[float]:
+        seen.append(float(u[0]))
+        return [u[0] - x[0]]
+
+    signal = Signal("drive", "m", -0.66, 5.42, hold="first_order")
+    lag = FunctionSystem(
+        f,
+        lambda x, u, p: [x[0]],
+        inputs=[signal],
+        outputs=[Signal("level", "m", -1.0, 6.0)],
+        start=[0.0],
+        step=0.07,
+    )
+    rng = np.random.default_rng(0)
+    inputs = np.where(np.arange(200) % 2, rng.choice([-0.66, 5.42], 200), rng.uniform(0, 1, 200))
+    lag.simulate(inputs[:, None])
+    assert (min(seen), max(seen)) == (-0.66, 5.42)
 
 
 def test_step_that_is_only_tried_may_leave_where_f_is_defined(tmp_path: Path) -> None:

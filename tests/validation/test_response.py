@@ -18,6 +18,8 @@ from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 
 MASS, STIFFNESS, DAMPING, STEP = 1.0, 1600.0, 8.0, 1 / 64
 
+LOW, HIGH = 0.2, 1.0
+
 CLOSED_FORM = 1e-8
 """Of the largest entry; twelve substeps of order six leave some 1e-10."""
 
@@ -48,6 +50,23 @@ def test_exact_response_matrix_of_an_oscillator_is_the_closed_form() -> None:
             expected[row, column] = response[age] if age >= 0 else 0.0
     found = exact_matrix(LinearOscillator(), window)
     assert found.shape == (24, 96)
+    assert np.max(np.abs(found - expected)) < CLOSED_FORM * np.max(expected)
+
+
+class OffCentre(LinearOscillator):
+    """Its force has a range that does not hold 0, and nothing else is asked of it."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        assert inputs.min() >= LOW
+        assert inputs.max() <= HIGH
+        return super().simulate(inputs)
+
+
+def test_exact_response_matrix_needs_no_input_outside_of_its_range() -> None:
+    system, window = OffCentre(), Window(STEP, 12, 5)
+    system.inputs = (dataclasses.replace(system.inputs[0], low=LOW, high=HIGH, start=None),)
+    expected = exact_matrix(LinearOscillator(), window)
+    found = exact_matrix(system, window)
     assert np.max(np.abs(found - expected)) < CLOSED_FORM * np.max(expected)
 
 

@@ -113,7 +113,8 @@ def fit_bound(
             not finite, or there are too few trajectories.
     """
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
-    plain = plain_predictions(surrogate, splits)
+    with np.errstate(all="ignore"):  # what is not finite is refused below
+        plain = plain_predictions(surrogate, splits)
     learnt, calibration, *further = (
         _seen(surrogate, companion, blocks, *pair) for pair in zip(splits, plain, strict=True)
     )

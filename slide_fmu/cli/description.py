@@ -13,6 +13,7 @@ from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
 from slide_fmu.validation.limits import ordered
+from slide_fmu.validation.verdict import Subject, verdict
 
 
 def show_description(figures: dict[str, Any]) -> None:
@@ -28,6 +29,8 @@ def show_description(figures: dict[str, Any]) -> None:
     origin = figures["provenance"] or {}
     try:
         out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
+        for sentence in _verdict(figures, origin.get("measured", {})):
+            out.print(sentence)
         _show_signals(figures, out)
         _show_network(figures, out)
         _show_error(origin, out)
@@ -38,6 +41,13 @@ def show_description(figures: dict[str, Any]) -> None:
             f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
             "measured errors: slide-fmu info FMU --json - shows what is there"
         ) from error
+
+
+def _verdict(figures: dict[str, Any], measured: dict[str, Any]) -> tuple[str, ...]:
+    """Return what a user must know of an FMU, by what was measured when it was made."""
+    inputs = tuple((s["name"], s["low"], s["high"], s["unit"]) for s in figures["inputs"])
+    window = figures["window"]
+    return verdict(measured, Subject(inputs, window["n_in"] * window["step"]))
 
 
 def _show_module(figures: dict[str, Any], out: Console) -> None:

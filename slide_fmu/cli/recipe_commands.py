@@ -17,10 +17,7 @@ from slide_fmu.cli.console import (
     errors,
     json_bytes,
     progress_bars,
-    show_box,
-    show_plain_call,
     show_remark,
-    show_validation,
     write_json,
 )
 from slide_fmu.cli.findings import (
@@ -205,18 +202,13 @@ def run(
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
-    show_plain_call(finished.figures)
-    show_box(finished.figures)
-    for name, validation in finished.figures["validation"].items():
-        show_validation(validation, name)
-    if "adversarial" in finished.figures:
-        from slide_fmu.validation.trust_sentences import search_sentence
-
-        console.print(search_sentence(finished.figures["adversarial"]))
     for remark in finished.figures.get("record_remarks", ()):
         show_remark(remark)
     write_json(json_path, finished.figures)
+    for sentence in finished.verdict:
+        console.print(sentence)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
+    console.print(f"next    slide-fmu info {finished.fmu}")
     with errors():
         require_quality(job.recipe, finished.figures)
 

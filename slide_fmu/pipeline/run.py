@@ -49,6 +49,7 @@ from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
 from slide_fmu.validation.record_remarks import remarks_on_records
 from slide_fmu.validation.report import Report, Section, remark_sections
 from slide_fmu.validation.response import is_affine
+from slide_fmu.validation.verdict import Subject, verdict
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -58,11 +59,13 @@ folder finds it on the card."""
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished run has an FMU, the page of its report, and the figures of ``report.json``."""
+    """A finished run has an FMU, the page of its report, the figures of ``report.json``, and what
+    a user must know of them (``slide_fmu.validation.verdict``)."""
 
     fmu: Path
     page: Path
     figures: dict[str, Any]
+    verdict: tuple[str, ...]
 
 
 def run_recipe(
@@ -148,6 +151,7 @@ def measure_trained(
     report = with_plain_call(report, plain_call_figures(fmu, validations[IN_RANGE]))
     report = with_box(report, box_figures(fmu, validations[IN_RANGE], job.bar("constant inputs")))
     report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
+    report = replace(report, verdict=verdict(report.data, Subject.of(surrogate)))
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
@@ -164,7 +168,7 @@ def measure_trained(
         extra=files.extra,
     )
     touched(report, fmu).write(job.folder.path)
-    return Finished(fmu, page, report.data)
+    return Finished(fmu, page, report.data, report.verdict)
 
 
 def require_same_answers(surrogate: Surrogate, name: str) -> None:

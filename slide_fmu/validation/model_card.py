@@ -23,6 +23,7 @@ from slide_fmu.validation.tables import about_parameters, parameter_rows
 from slide_fmu.validation.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
 from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 from slide_fmu.validation.validity import judgement_sentences, judgements
+from slide_fmu.validation.verdict import Subject, verdict
 
 
 def model_card(
@@ -58,6 +59,7 @@ def model_card(
         surrogate=surrogate,
         recipe=recipe,
         measured={**measured, "validation": validations},
+        verdict=verdict(measured, Subject.of(surrogate)),
         names=[motion.name for motion in motions_of(recipe)],
         further_names=names_of(recipe.further_kinds()),
         moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),

@@ -51,6 +51,7 @@ class Report:
         data: the figures, as written to JSON.
         sections: what is shown, in this order.
         inside: a whole page of HTML, shown behind the sections; none if None.
+        verdict: what a reader must know, in a few sentences; it stands above all else.
     """
 
     title: str
@@ -58,6 +59,7 @@ class Report:
     data: dict[str, Any]
     sections: list[Section] = field(default_factory=list)
     inside: str | None = None
+    verdict: tuple[str, ...] = ()
 
     def html(self) -> str:
         """Return the whole report as one self-contained page."""

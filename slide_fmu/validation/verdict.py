@@ -1,0 +1,172 @@
+"""What a user must know about an FMU, in a few lines: first on console, report and card."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.core.units import behind
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.tables import percent
+
+MOST_INPUTS = 3
+"""Of more inputs, the ranges stand in the table of variables alone."""
+
+Figures = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """This is what a verdict is about.
+
+    Attributes:
+        inputs: name, low, high and unit of each input of the FMU.
+        memory: time in s for which its outputs depend on an input.
+    """
+
+    inputs: tuple[tuple[str, float, float, str], ...]
+    memory: float
+
+    @classmethod
+    def of(cls, surrogate: Surrogate) -> Subject:
+        """Return what a surrogate's verdict is about."""
+        inputs = tuple((s.name, s.low, s.high, s.unit) for s in surrogate.inputs)
+        return cls(inputs, surrogate.network.memory_length * surrogate.window.step)
+
+
+def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
+    """Return at most eight sentences about an FMU, the error of the plain call first.
+
+    Args:
+        measured: the figures of its report; what was not measured may be missing.
+        subject: what its verdict is about.
+    """
+    validations = sorted(
+        measured.get("validation", {}).values(),
+        key=lambda v: (v["amplitude"][1] > 1, bool(v.get("held_out"))),
+    )
+    if not validations:
+        return ()
+    in_range = validations[0]
+    found = [
+        _plain(measured, in_range),
+        _smooth_or_known(measured.get("plain_call")),
+        _box(measured.get("box")),
+        _bound(in_range),
+        _estimate(in_range),
+        _valid(subject, validations[1:]),
+        _time(in_range.get("timing", {})),
+        f"Memory: its outputs depend on the inputs of the last {subject.memory:.4g} s.",
+    ]
+    return tuple(sentence for sentence in found if sentence)
+
+
+def _worst(outputs: Sequence[Figures], key: str) -> float | None:
+    errors = [output[key] for output in outputs if output.get(key) is not None]
+    return max(errors) if errors else None
+
+
+def _up_to(error: float, outputs: Sequence[Figures]) -> str:
+    return percent(error) if len(outputs) == 1 else f"up to {percent(error)}"
+
+
+def _plain(measured: Figures, in_range: Figures) -> str:
+    """Say the error of the plain call."""
+    found = measured.get("plain_call")
+    outputs = found["outputs"] if found else in_range["outputs"]
+    if not found:
+        key = "plain_relative_rmse" if "plain_relative_rmse" in outputs[0] else "relative_rmse"
+        error = _up_to(max(o[key] for o in outputs), outputs)
+        return f"Error: {error} on inputs that no training saw."
+    rough, smooth = _worst(outputs, "rough"), _worst(outputs, "smooth")
+    parts = [] if smooth is None else [f"{_up_to(smooth, outputs)} under smooth inputs"]
+    if rough is not None:
+        parts.append(f"{_up_to(rough, outputs)} under inputs as in the training")
+    return f"Error of the plain call, fmpy.simulate_fmu: {', '.join(parts)}."
+
+
+def _smooth_or_known(found: Figures | None) -> str | None:
+    """Say what inputs would cost that are smooth and held, or known ahead."""
+    if found is None:
+        return None
+    held, known = (
+        _worst(found["outputs"], key) for key in ("smooth_if_held", "known_to_step_end")
+    )
+    if held is not None:
+        return (
+            "Inputs are held over each step. A smooth input is late by "
+            f"{found['late_s']:g} s: {_up_to(held, found['outputs'])}."
+        )
+    if known is not None:
+        return f"With inputs known to the step's end: {_up_to(known, found['outputs'])}."
+    return None
+
+
+def _box(found: Figures | None) -> str | None:
+    """Say the error at constant inputs."""
+    names = {"corners": "at the corners of the inputs' ranges", "steady": "inside of them"}
+    parts = [
+        f"{_up_to(max(o['relative_rmse'] for o in found[key]['outputs']), found[key]['outputs'])} "
+        f"{text}"
+        for key, text in names.items()
+        if found and key in found
+    ]
+    return f"Error at constant inputs: {', '.join(parts)}." if parts else None
+
+
+def _bound(in_range: Figures) -> str | None:
+    """Say what the error bound covers, and how wide it is."""
+    found = in_range.get("error_bound")
+    if not found:
+        return "It has no error bound."
+    covered = [output["coverage"] for output in found["outputs"]]
+    widths = [output["width"] for output in found["outputs"] if output["width"] is not None]
+    shares = percent(min(covered))
+    if len(covered) > 1:
+        shares = f"{percent(min(covered))} to {percent(max(covered))}"
+    text = f"Its error bound of {100 * found['confidence']:g} % covers {shares} of the samples"
+    if not widths:
+        return f"{text}."
+    return f"{text}, and is {max(widths):.2g} times as wide as the best constant one."
+
+
+def _estimate(in_range: Figures) -> str | None:
+    """Say what the error estimate is worth."""
+    found = (in_range.get("error_estimate") or {}).get("without_floor", [])
+    pairs = [
+        (o["mean"], o["constant_mean"]) for o in found if "mean" in o and "constant_mean" in o
+    ]
+    if not pairs:
+        return None
+    own, constant = max(pairs)
+    return (
+        f"Its error estimate is off by {percent(own)} on average, the best constant by "
+        f"{percent(constant)}."
+    )
+
+
+def _valid(subject: Subject, others: Sequence[Figures]) -> str:
+    """Say for which inputs the FMU is valid, and for which it is not."""
+    ranges = [f"{name} {low:g} .. {high:g}{behind(unit)}" for name, low, high, unit in
+              subject.inputs]  # fmt: skip
+    shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
+    text = f"Valid for inputs like those of its training, within their ranges{shown}."
+    for figures in others:
+        error = percent(max(output["relative_rmse"] for output in figures["outputs"]))
+        if figures.get("held_out"):
+            text += f" Other kinds of input that were measured: {error}."
+        else:
+            low, high = figures["amplitude"]
+            text += f" Beyond the range, at {low:g} to {high:g} times the amplitude: {error}."
+    return text
+
+
+def _time(found: Figures) -> str | None:
+    """Say what a step takes, next to one of the model."""
+    if "fmu_step_us" not in found:
+        return None
+    text = f"A step takes {found['fmu_step_us']:.3g} us"
+    if "speedup" not in found:
+        return f"{text}."
+    return f"{text}, one of the model {found['speedup']:.3g} times as long."

@@ -1,0 +1,74 @@
+"""A verdict says in a few lines what a user must know of an FMU."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slide_fmu.validation.verdict import Subject, verdict
+
+SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0)
+
+
+def in_range(**more: Any) -> dict[str, Any]:
+    outputs = [{"name": "a", "relative_rmse": 0.002}, {"name": "b", "relative_rmse": 0.004}]
+    return {"amplitude": [1.0, 1.0], "outputs": outputs, **more}
+
+
+PLAIN = {
+    "hold": "first_order",
+    "late_s": None,
+    "smooth_hz": [0.1, 1.0],
+    "outputs": [
+        {"rough": 0.03, "smooth": 0.014, "known_to_step_end": 0.003, "smooth_if_held": None},
+        {"rough": 0.02, "smooth": 0.01, "known_to_step_end": 0.004, "smooth_if_held": None},
+    ],
+}
+
+
+def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
+    measured = {"validation": {"in range": in_range()}, "plain_call": PLAIN}
+    lines = verdict(measured, SUBJECT)
+    assert lines[0] == (
+        "Error of the plain call, fmpy.simulate_fmu: up to 1.4 % under smooth inputs, up to 3 % "
+        "under inputs as in the training."
+    )
+    assert lines[1] == "With inputs known to the step's end: up to 0.4 %."
+    assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
+    assert "15 s" in lines[-1]
+
+
+def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
+    held = {"rough": 0.01, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
+    plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
+    measured = {"validation": {"in range": in_range()}, "plain_call": plain}
+    assert "late by 0.0625 s: 18 %" in verdict(measured, SUBJECT)[1]
+
+
+def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
+    bound = {"confidence": 0.95, "outputs": [{"coverage": 0.956, "width": 0.61},
+                                             {"coverage": 0.941, "width": None}]}  # fmt: skip
+    estimate = {"without_floor": [{"mean": 0.4, "constant_mean": 0.6}]}
+    timing = {"fmu_step_us": 5.0, "speedup": 240.0}
+    outputs = [{"relative_rmse": 0.01}]
+    measured = {
+        "validation": {
+            "beyond the range": {**in_range(), "amplitude": [1.0, 3.0]},
+            "in range": in_range(error_bound=bound, error_estimate=estimate, timing=timing),
+            "kinds that were held out": in_range(held_out=True),
+        },
+        "box": {"corners": {"points": 4, "outputs": outputs}},
+    }
+    lines = verdict(measured, SUBJECT)
+    text = " ".join(lines)
+    assert len(lines) <= 8
+    assert lines[0].startswith("Error: up to 0.4 %")
+    assert "1 % at the corners of the inputs' ranges" in text
+    assert "of 95 % covers 94.1 % to 95.6 % of the samples, and is 0.61 times as wide" in text
+    assert "off by 40 % on average, the best constant by 60 %" in text
+    assert "240 times as long" in text
+    assert "1 to 3 times the amplitude: 0.4 %" in text
+    assert "Other kinds of input that were measured: 0.4 %" in text
+
+
+def test_nothing_measured_gives_no_verdict() -> None:
+    assert verdict({}, SUBJECT) == ()

@@ -1,4 +1,5 @@
-# make demo: the whole way, from the Duffing oscillator to an FMU with a measured error.
+# make demo: the whole way, from the Duffing oscillator to an FMU with a measured error, in about a
+# minute after the set-up; make release NAME=duffing builds the released one.
 # make test: the essential tests, in some minutes; make test-extended: all others;
 # make test-all: all of them; make mutation: which planted faults the tests find.
 # Each of them sets up .venv first. Folders may have spaces in their names.
@@ -34,7 +35,7 @@ $(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock
 	touch $(READY)
 
 demo: setup
-	$(BIN)/slide-fmu run training/duffing.toml
+	$(BIN)/slide-fmu run training/duffing_demo.toml
 
 # make release NAME=duffing: build a released FMU again, with its card, which shows mechanism.png:
 # drawn anew where the model draws itself, else that of the released folder if there is one.

@@ -26,6 +26,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.credentials.experiment import Experiment, read_experiment
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.fitting.input_forecast import fit_forecast
+from slide_fmu.fitting.network import learnt_ranges
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.credentials import Documents, credentials
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
@@ -81,7 +82,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
-    surrogate = _with_forecast(surrogate, recipe)
+    surrogate = _learnt_anew(surrogate, recipe)
     provenance = with_drawing(provenance, recipe, surrogate)
     experiment = None if new_experiment else read_experiment(fmu)
     if experiment is None:
@@ -115,7 +116,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     with tempfile.TemporaryDirectory() as runs:
         job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
         job.folder.path.mkdir()
-        surrogate = _with_forecast(surrogate, job.recipe)
+        surrogate = _learnt_anew(surrogate, job.recipe)
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
             shutil.copy(drawn, job.folder.path)
@@ -130,10 +131,11 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     return fmu
 
 
-def _with_forecast(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
-    """Return the surrogate with the forecast of its inputs fitted again to those of its training.
+def _learnt_anew(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
+    """Return the surrogate with what follows from the inputs of its training found again.
 
-    Nothing is simulated for it, and the network stays as it is.
+    These are the forecast of its inputs and the ranges of its outputs, which are those of the
+    surrogate itself, since nothing is simulated. The network stays as it is.
     """
     system = recipe_system(recipe)
     draws = [
@@ -142,7 +144,9 @@ def _with_forecast(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
     ]
     inputs = np.stack([drawn.inputs[drawn.burn_in :] for drawn in draws])
     forecast = fit_forecast(surrogate.inputs, inputs, recipe.window.planned)
-    return dataclasses.replace(surrogate, forecast=forecast)
+    outputs = [surrogate.predict_newest(rows)[surrogate.memory_length :] for rows in inputs]
+    ranges = learnt_ranges(np.stack(outputs))
+    return dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
 
 
 def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> Experiment:

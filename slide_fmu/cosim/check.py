@@ -25,6 +25,7 @@ from slide_fmu.fmu.description.variables import (
     BY_KEY,
     ERROR_ESTIMATE,
     IN_RANGE,
+    OUTPUTS_IN_RANGE,
     TRUNCATION_ERROR,
 )
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
@@ -252,6 +253,9 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
         for name, count in memory_lengths(surrogate).items()
     }
     expected[IN_RANGE] = surrogate.inputs_in_range(inputs).astype(np.float64), 0.0
+    if surrogate.output_ranges is not None:
+        inside = surrogate.outputs_in_range(np.array(rows["{signal}"]))
+        expected[OUTPUTS_IN_RANGE] = inside.astype(np.float64), 0.0
     for kind, columns in rows.items():
         for signal, values, y in zip(
             surrogate.outputs, np.transpose(columns), np.transpose(rows["{signal}"]), strict=True

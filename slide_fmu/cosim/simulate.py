@@ -44,7 +44,8 @@ def simulate(
     sine give turns evenly), or curves where the inputs are smooth. An FMU whose inputs are set to
     what they are now knows straight lines only; where there are curves, it keeps values whose
     lines have the mean of the curve, though its outputs follow the inputs themselves. One whose
-    inputs are planned motions (``Surrogate.planned``) knows how these go on between samples.
+    inputs are planned motions (``Surrogate.planned``) knows how these go on between samples, and
+    one that has learnt from records keeps samples as they are.
 
     Inputs with a zero-order hold stay what they are from each time to the next; where the
     distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
@@ -203,7 +204,8 @@ def _meaning(path: Path) -> _Meaning:
     """
     if read_member(path, SURROGATE) is not None:
         surrogate, _ = read_fmu(path)
-        straight = not surrogate.planned
+        forecast = surrogate.forecast
+        straight = not (surrogate.planned or (forecast is not None and forecast.sampled))
         return _Meaning(surrogate.hold == "first_order", straight, cosines_of(surrogate.inputs))
     module = read_member(path, MODULE)
     if module is None:

@@ -16,7 +16,7 @@ from slide_fmu.features.base import Offered
 PACKAGE = Path(__file__).parents[1]
 ROOMS = (
     *("core", "features", "excitation", "network", "systems"),
-    *("surrogate", "recipe", "data", "memory", "fitting"),
+    *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting"),
 )
 """A training runs the code of these rooms: all that this one imports, directly or by others. A
 test compares this list with the imports, so that no change of their code can pass unseen by the

@@ -38,6 +38,10 @@ STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
 
 
+MARGIN = 0.01
+"""Ranges of outputs in the training are wider by this part of their width at both ends."""
+
+
 @dataclass(frozen=True)
 class Part:
     """A part of a surrogate is a network that is fitted to trajectories.
@@ -131,8 +135,21 @@ def fit_network(
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     forecast = fit_forecast(system.inputs, splits[0].inputs, recipe.window.planned)
-    surrogate = dataclasses.replace(surrogate, forecast=forecast)
+    ranges = learnt_ranges(splits[0].outputs)
+    if forecast is not None and recipe.system.is_record:
+        forecast = dataclasses.replace(forecast, sampled=True)
+    surrogate = dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
     return settled(surrogate, recipe, system), {**tried, part.stage: history}
+
+
+def learnt_ranges(outputs: FloatArray) -> FloatArray:
+    """Return the ranges of outputs, (n_trajectories, N, n_outputs), as (n_outputs, 2) values.
+
+    They are ``MARGIN`` of their width wider, for what a surrogate errs by.
+    """
+    low, high = (found(outputs, axis=(0, 1)) for found in (np.nanmin, np.nanmax))
+    margin = MARGIN * (high - low)
+    return np.stack([low - margin, high + margin], axis=1)
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

@@ -35,6 +35,8 @@ class InputForecast:
     Attributes:
         planned: whether the inputs are planned motions, known ahead, whose curves between samples
             are the model's own.
+        sampled: whether the inputs are samples of measured records: nobody knows what was between
+            them, and the network has learnt straight lines as they are.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
             that is set counts as reached by the end of the step, so that nothing is forecast. Only
             FMUs inside of an SSP start with 1.
@@ -52,6 +54,7 @@ class InputForecast:
     weights: FloatArray = field(default_factory=lambda: np.zeros((1, 0, 1)))
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
     n_scored: int = 12
+    sampled: bool = False
 
     def __post_init__(self) -> None:
         shape, changes = self.weights.shape, self.largest_change

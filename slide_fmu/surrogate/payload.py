@@ -22,6 +22,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
+    RANG     := f64[n_outputs][2]                                of the outputs in the training
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see slide_fmu/network/bytes.py
 
@@ -47,7 +48,7 @@ does not see what the estimator of ESTI expects.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
 held while they are not known. Flags: 1, the inputs are planned motions; 2, the FMU starts with
-inputs_at_step_end = 1.
+inputs_at_step_end = 1; 4, they are samples of measured records.
 
 Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
 n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
@@ -79,7 +80,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import Angle, Hold, Signal
+from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
@@ -116,7 +117,7 @@ class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-def encode(
+def encode(  # noqa: PLR0913 (the fields of Surrogate)
     name: str,
     window: Window,
     signals: tuple[tuple[Signal, ...], tuple[Signal, ...]],
@@ -125,6 +126,7 @@ def encode(
     estimator: ErrorEstimator | None,
     forecast: InputForecast | None,
     bound: ErrorBound | None,
+    output_ranges: FloatArray | None,
 ) -> bytes:
     """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all.
 
@@ -153,6 +155,8 @@ def encode(
         body += _section(b"SPAN", encode_span(bound.span))
     if forecast is not None:
         body += _section(b"MOVE", _encode_forecast(forecast))
+    if output_ranges is not None:
+        body += _section(b"RANG", output_ranges.astype("<f8").tobytes())
     metadata = {
         "name": name,
         "inputs": [_row(signal) for signal in inputs],
@@ -272,13 +276,18 @@ def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
     forecast = None
     if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
+    ranges = None
+    if _is_next(reader, b"RANG"):
+        section = reader.section(b"RANG")
+        ranges = section.f64(2 * n_outputs).reshape(n_outputs, 2).copy()
+        section.done()
     section = reader.section(b"META")
     text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
     name, inputs, outputs = _signals(text, rows)
     if terms is not None:
         network = decode_parameters(terms, network, text)
     scalings = input_scaling, output_scaling
-    return name, window, inputs, outputs, *scalings, network, estimator, forecast, bound
+    return name, window, inputs, outputs, *scalings, network, estimator, forecast, bound, ranges
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:
@@ -328,7 +337,7 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
 
 
-PLANNED, AT_STEP_END = 1, 2
+PLANNED, AT_STEP_END, SAMPLED = 1, 2, 4
 """Flags of MOVE."""
 
 
@@ -337,6 +346,7 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
     flags = PLANNED * forecast.planned + AT_STEP_END * forecast.at_step_end
+    flags += SAMPLED * forecast.sampled
     head = struct.pack("<IIII", flags, *sizes)
     body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
     return head + body
@@ -344,16 +354,19 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
 
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
-    if flags > PLANNED + AT_STEP_END or n_candidates > MAX_CANDIDATES or n_past > MAX_PAST:
+    if (
+        flags > PLANNED + AT_STEP_END + SAMPLED
+        or n_candidates > MAX_CANDIDATES
+        or n_past > MAX_PAST
+    ):
         raise ValueError(
             f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
-            f"samples; expected flags 0 to {PLANNED + AT_STEP_END}, "
+            f"samples; expected flags up to 7, "
             f"at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
     rows = section.f64(n_inputs * columns).reshape(n_inputs, columns).copy()
     section.done()
     weights = rows[:, 1:].reshape(n_inputs, n_candidates, n_past)
-    return InputForecast(
-        bool(flags & PLANNED), bool(flags & AT_STEP_END), weights, rows[:, 0], n_scored
-    )
+    own = bool(flags & PLANNED), bool(flags & AT_STEP_END)
+    return InputForecast(*own, weights, rows[:, 0], n_scored, bool(flags & SAMPLED))

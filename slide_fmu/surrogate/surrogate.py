@@ -67,6 +67,7 @@ class Surrogate:
     estimator: ErrorEstimator | None = None
     forecast: InputForecast | None = None
     bound: ErrorBound | None = None
+    output_ranges: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if not (self.name.isascii() and self.name.isidentifier()):
@@ -85,6 +86,19 @@ class Surrogate:
             check_bound(self.name, self.bound, fits, self.estimator)
             self.bound.companion.require_window(self.window, len(self.outputs))
         check_forecast(self.forecast, self.inputs)
+        self._check_output_ranges()
+
+    def _check_output_ranges(self) -> None:
+        ranges, expected = self.output_ranges, (len(self.outputs), 2)
+        if ranges is not None and not (
+            ranges.shape == expected
+            and np.isfinite(ranges).all()
+            and (ranges[:, 0] <= ranges[:, 1]).all()
+        ):
+            raise ValueError(
+                f"output_ranges {ranges.tolist()}; expected the finite lower and upper end for "
+                f"each output, shape {expected}"
+            )
 
     def _check_channels(self) -> None:
         networks = [self.network, *([] if self.estimator is None else [self.estimator.network])]
@@ -415,6 +429,17 @@ class Surrogate:
         scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
         return inside_throughout(in_ranges(self.inputs, scaled), self.network.memory_length)
 
+    def outputs_in_range(self, outputs: FloatArray) -> NDArray[np.bool_]:
+        """Say of outputs, (N, n_outputs), whether all lie where the training had them, (N,).
+
+        Raises:
+            ValueError: nobody knows the ranges of the training.
+        """
+        if self.output_ranges is None:
+            raise ValueError("the ranges of the outputs in the training are not known")
+        low, high = self.output_ranges.T
+        return np.asarray(np.all((outputs >= low) & (outputs <= high), axis=1))
+
     def stream(self) -> Stream:
         """Start a step-by-step evaluation, as in a co-simulation."""
         return Stream(self)
@@ -430,6 +455,7 @@ class Surrogate:
             self.estimator,
             self.forecast,
             self.bound,
+            self.output_ranges,
         )
 
     @staticmethod

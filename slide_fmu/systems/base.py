@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -65,11 +65,14 @@ class State:
         velocities: their rates q', shape (n,); shape (0,) of a system of first order.
         last_input: the input that acted last, shape (n_inputs,); a first-order hold starts from
             it.
+        input_rate: its rate in the step that ended there, per s, shape (n_inputs,), where the
+            outputs follow it; shape (0,) elsewhere, or where none is known.
     """
 
     coordinates: FloatArray
     velocities: FloatArray
     last_input: FloatArray
+    input_rate: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 class Source(abc.ABC):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.validation.comparison import Comparison
 
 ComplexArray = NDArray[np.complex128]
@@ -36,6 +36,7 @@ class Spectra:
         inputs: cross spectral densities of the inputs, (F, n_inputs, n_inputs).
         to_reference, to_surrogate: those of inputs and outputs, (F, n_inputs, n_outputs).
         reference, surrogate, error: densities of the outputs and of the error, (F, n_outputs).
+        held: time in s for which each input is held before its sample; 0 where it moves.
     """
 
     frequency: FloatArray
@@ -45,18 +46,23 @@ class Spectra:
     reference: FloatArray
     surrogate: FloatArray
     error: FloatArray
+    held: float = 0.0
 
     def responses(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the frequency responses of reference and surrogate, (F, n_inputs, n_outputs).
 
         They are those of the linear system that comes nearest (the H1 estimator), found from the
-        same inputs for both, so that they may be compared where the system is nonlinear too.
+        same inputs for both, so that they may be compared where the system is nonlinear too. That
+        of the hold is taken out of them: stairs that end at their samples come half a step before
+        these, and are smaller than them by sin(x) / x, with x = pi times frequency times step.
         """
         size = np.trace(self.inputs, axis1=1, axis2=2).real / self.inputs.shape[1]
         whole = self.inputs + RIDGE * size[:, None, None] * np.eye(self.inputs.shape[1])
         both = (self.to_reference, self.to_surrogate)
         true, own = (np.asarray(np.linalg.solve(whole, one), dtype=np.complex128) for one in both)
-        return true, own
+        turns = self.frequency * self.held
+        of_hold = (np.sinc(turns) * np.exp(1j * np.pi * turns))[:, None, None]
+        return true / of_hold, own / of_hold
 
     def driven(self, channel: int) -> NDArray[np.bool_]:
         """Return at which frequencies an input has some power, (F,)."""
@@ -64,8 +70,13 @@ class Spectra:
         return np.asarray(density > DRIVEN * density.max())
 
 
-def spectra_of(comparisons: Sequence[Comparison], step: float) -> Spectra | None:
-    """Estimate spectra by Welch's method, over all trajectories; None where they are too short."""
+def spectra_of(
+    comparisons: Sequence[Comparison], step: float, hold: Hold = "first_order"
+) -> Spectra | None:
+    """Estimate spectra by Welch's method, over all trajectories; None where they are too short.
+
+    Inputs with a zero-order hold are stairs, each of which ends at the time of its sample.
+    """
     shortest = min(len(c.time) for c in comparisons)
     length = 2 ** int(np.log2(max(1, shortest // SEGMENTS)))
     if length < SHORTEST_SEGMENT:
@@ -84,7 +95,8 @@ def spectra_of(comparisons: Sequence[Comparison], step: float) -> Spectra | None
     found = {name: scale * values[1:] for name, values in sums.items()}
     for name in ("reference", "surrogate", "error"):
         found[name] = np.einsum("fii->fi", found[name]).real
-    return Spectra(np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64), **found)
+    frequency = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
+    return Spectra(frequency, **found, held=step if hold == "zero_order" else 0.0)
 
 
 def _starts(comparison: Comparison, length: int) -> range:

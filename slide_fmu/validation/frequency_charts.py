@@ -30,7 +30,8 @@ SPECTRA = (
 
 def frequency_sections(validation: Validation) -> list[Section]:
     """Return the sections on frequencies; none where the trajectories are too short for it."""
-    spectra = spectra_of(validation.comparisons, validation.surrogate.window.step)
+    surrogate = validation.surrogate
+    spectra = spectra_of(validation.comparisons, surrogate.window.step, surrogate.hold)
     if spectra is None:
         return []
     outputs = range(len(validation.surrogate.outputs))

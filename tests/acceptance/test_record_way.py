@@ -80,6 +80,19 @@ def test_fmu_follows_the_record_in_an_importer(place: Path) -> None:
     assert np.sqrt(np.mean(error**2)) < 0.1 * travel.std()
 
 
+def test_simulate_gives_the_error_that_the_report_says(place: Path) -> None:
+    """Samples of a record are the truth: nothing is moved between them."""
+    force, travel = force_and_travel(6000)
+    rows = slice(5000, 6000)
+    fmu, report = place / "runs/bench/bench.fmu", place / "runs/bench/report.json"
+    found = slide.simulate(fmu, STEP * np.arange(1000), force[rows])[:, 0]
+    own = slide.load(fmu).predict_newest(force[rows][1:, None])[:, 0]
+    np.testing.assert_allclose(found[300:], own[299:], atol=1e-4 * travel.std())
+    error = np.sqrt(np.mean((found - travel[rows])[300:] ** 2)) / travel[rows].std()
+    figures = json.loads(report.read_text(encoding="utf-8"))["validation"]["in range"]
+    assert error < 1.3 * figures["outputs"][0]["relative_rmse"]
+
+
 def test_card_names_the_file_and_the_linear_fit(place: Path) -> None:
     card = (place / "runs/bench/card.md").read_text(encoding="utf-8")
     assert "| bench.csv | |" in card

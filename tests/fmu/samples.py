@@ -297,8 +297,18 @@ def random_surrogate(shape: Shape) -> Surrogate:
         Affine.of_channels(rng.normal(size=shape.n_outputs), rng.uniform(1, 2, shape.n_outputs)),
         _predictor(shape),
         _estimator(shape),
-        forecast_of(shape.n_inputs) if shape.forecasts else None,
+        _forecast(shape),
     )
+
+
+def _forecast(shape: Shape) -> InputForecast | None:
+    """Inputs that move and are not forecast count as reached by the end of the step."""
+    if shape.forecasts:
+        return forecast_of(shape.n_inputs)
+    if shape.hold == "zero_order":
+        return None
+    nothing = np.zeros((shape.n_inputs, 0, 1)), np.zeros(shape.n_inputs)
+    return InputForecast(False, True, *nothing)
 
 
 CANDIDATES = np.array([[-1.0, 0.0, 0.0], [-3.02, 1.0, 0.0], [-5.9, 4.0, -1.0]])

@@ -106,7 +106,7 @@ def test_inertia_that_is_not_symmetric_isrefused(load: Load) -> None:
 
 @pytest.mark.parametrize(
     ("place", "value"),
-    [(0, 2), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
+    [(0, 8), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
 )
 def test_forecasts_of_impossible_sizes_arerefused(load: Load, place: int, value: int) -> None:
     surrogate = forecasting(sum_surrogate(hold="first_order"))

@@ -38,6 +38,7 @@ NUMBERS = {
     "NOVELTY": 17,
     "BOUND_FILLED": 18,
     "CONFIDENCE": 19,
+    "OUTPUTS_IN_RANGE": 20,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 

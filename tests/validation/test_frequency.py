@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import StateSpace, dlsim
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.validation.comparison import Comparison
@@ -42,6 +43,27 @@ def test_response_of_a_delay_has_its_size_and_its_phase() -> None:
     expected = np.exp(-2j * np.pi * found.frequency * STEP)
     np.testing.assert_allclose(true / 3.0, expected, atol=0.05)
     np.testing.assert_allclose(own / true, 1.1, rtol=1e-9)
+
+
+def test_response_of_an_oscillator_to_held_inputs_is_the_analytic_one() -> None:
+    """Size and phase of 1 / (m s^2 + d s + k), under a force that is held over each step."""
+    mass, damping, stiffness = 1.0, 8.0, 1600.0
+    continuous = StateSpace([[0, 1], [-stiffness / mass, -damping / mass]], [[0], [1 / mass]],
+                            [[1, 0]], [[0]])  # fmt: skip
+    held = continuous.to_discrete(STEP)
+    force = _noise(1)
+    # force[k] is held up to the time of sample k
+    _, travel, _ = dlsim(held, np.append(force[1:], force[:1], axis=0))
+    found = spectra_of([_answered(force, travel, travel)], STEP, "zero_order")
+    assert found is not None
+    for response in found.responses():
+        omega = 2 * np.pi * found.frequency
+        exact = 1 / (stiffness - mass * omega**2 + 1j * omega * damping)
+        band = (found.frequency > 1) & (found.frequency < 20)
+        ratio = response[band, 0, 0] / exact[band]
+        assert np.median(np.abs(np.angle(ratio, deg=True))) < 3
+        assert np.abs(np.median(np.angle(ratio[found.frequency[band] > 10], deg=True))) < 3
+        assert np.median(np.abs(np.abs(ratio) - 1)) < 0.06
 
 
 def test_responses_to_several_inputs_are_told_apart() -> None:

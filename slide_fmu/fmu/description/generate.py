@@ -29,6 +29,7 @@ WHEN = {
     "first_order": "where inputs have a first-order hold",
     "parameters": "with physical parameters",
     "bound": "with an error bound",
+    "output_ranges": "where the ranges of the outputs in the training are known",
 }
 SIZE = {
     "scalar": "",

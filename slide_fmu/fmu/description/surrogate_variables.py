@@ -68,6 +68,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "first_order": surrogate.hold == "first_order",
         "parameters": bool(surrogate.parameters),
         "bound": surrogate.bound is not None,
+        "output_ranges": surrogate.output_ranges is not None,
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),

@@ -24,6 +24,7 @@ into 31 bits, which importers that read references as signed numbers know."""
 WINDOW_FILLED = "window_filled"
 ESTIMATE_FILLED = "error_estimate_filled"
 IN_RANGE = "inputs_in_range"
+OUTPUTS_IN_RANGE = "outputs_in_range"
 PREHISTORY_KNOWN = "prehistory_known"
 ERROR_ESTIMATE = "{signal}_error_estimate"
 TRUNCATION_ERROR = "{signal}_truncation_error"
@@ -38,7 +39,14 @@ CONFIDENCE = "confidence"
 
 Per = Literal["one", "input", "output", "parameter"]
 When = Literal[
-    "always", "estimator", "state_space", "several_samples", "first_order", "parameters", "bound"
+    "always",
+    "estimator",
+    "state_space",
+    "several_samples",
+    "first_order",
+    "parameters",
+    "bound",
+    "output_ranges",
 ]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
@@ -355,6 +363,18 @@ KINDS: tuple[Kind, ...] = (
         when="bound",
         unit="1",
         bounds=(0.9, 0.99, 0.95),
+    ),
+    Kind(
+        20,
+        "OUTPUTS_IN_RANGE",
+        OUTPUTS_IN_RANGE,
+        "It is true when all outputs lie in the ranges that they had in the training; where it is "
+        "false, nothing like it was learnt.",
+        "output",
+        "discrete",
+        type="Boolean",
+        when="output_ranges",
+        initially="everything",
     ),
 )
 """All kinds by rising numbers; in this order variables stand in a model description."""

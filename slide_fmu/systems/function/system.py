@@ -141,10 +141,12 @@ class FunctionSystem(Linearizable):
             if np.shape(part) != shape or not np.isfinite(part).all():
                 raise ValueError(f"state with {part}; expected finite numbers of shape {shape}")
         self._x, self._u = state.coordinates.copy(), state.last_input.copy()
-        self._du, self._sample = np.zeros_like(self._u), 0
+        known = np.shape(state.input_rate) == np.shape(self._u)
+        self._du = state.input_rate.copy() if known else np.zeros_like(self._u)
+        self._sample = 0
 
     def get_state(self) -> State:
-        return State(self._x.copy(), np.zeros(0), self._u.copy())
+        return State(self._x.copy(), np.zeros(0), self._u.copy(), self._du.copy())
 
     def output(self) -> FloatArray:
         try:

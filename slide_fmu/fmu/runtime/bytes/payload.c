@@ -185,13 +185,13 @@ static void read_forecast_rows(SlidePayload *payload, SlideCursor *file) {
 static void read_forecast(SlidePayload *payload, SlideCursor *file) {
     SlideForecastView *view = &payload->forecast;
     slide_open_section(file, "MOVE");
-    const uint32_t flags = slide_take_u32(file, "MOVE"); /* 1: planned motions */
+    const uint32_t flags = slide_take_u32(file, "MOVE"); /* 1, 4: Python's alone */
     view->at_step_end = (flags & 2u) != 0;
     view->n_candidates = slide_take_u32(file, "MOVE");
     view->n_past = slide_take_u32(file, "MOVE");
     view->n_scored = slide_take_u32(file, "MOVE");
     slide_check(file,
-                payload->first_order && flags <= 3 &&
+                payload->first_order && flags <= 7 &&
                     view->n_candidates <= MAX_CANDIDATES && view->n_past >= 1 &&
                     view->n_past <= MAX_PAST && view->n_scored >= 1 &&
                     view->n_scored <= MAX_SCORED,
@@ -203,6 +203,18 @@ static void read_forecast(SlidePayload *payload, SlideCursor *file) {
         read_forecast_rows(payload, file);
     }
     slide_close_section(file, "MOVE");
+}
+
+static void read_output_ranges(SlidePayload *payload, SlideCursor *file) {
+    slide_open_section(file, "RANG");
+    payload->output_ranges = slide_take_f64s(file, payload->n_outputs, 2, "output ranges");
+    for (uint32_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const unsigned char *row = payload->output_ranges + 16 * (size_t)i;
+        slide_check(file, slide_f64(row) <= slide_f64(row + 8),
+                    "surrogate file: range %g .. %g of output %u; expected the lower end first",
+                    slide_f64(row), slide_f64(row + 8), (unsigned)i);
+    }
+    slide_close_section(file, "RANG");
 }
 
 static void read_parameters(SlidePayload *payload, SlideCursor *file) {
@@ -246,6 +258,9 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     payload->forecast = (SlideForecastView){false, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);
+    }
+    if (file->good && is_next(file, "RANG")) {
+        read_output_ranges(payload, file);
     }
     slide_open_section(file, "META"); /* only people and Python read it */
     slide_check(file, file->end == file->file_end,

@@ -54,6 +54,7 @@ typedef struct {
     bool has_bound;
     SlideBoundView bound;
     SlideForecastView forecast;
+    const unsigned char *output_ranges; /* f64 [n_outputs][low, high] in the training, or NULL */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */
 } SlidePayload;
 

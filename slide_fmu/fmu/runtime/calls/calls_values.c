@@ -66,6 +66,17 @@ static const double *error_estimates(const SlideModel *model, SlideState *state)
     return state->estimate.errors;
 }
 
+/* Do the outputs lie where the training had them? */
+static bool outputs_in_range(const SlideModel *model, const SlideState *state) {
+    for (uint32_t i = 0; i < model->n_outputs; ++i) {
+        const double *range = model->output_ranges + 2 * (size_t)i;
+        if (!(state->outputs[i] >= range[0] && state->outputs[i] <= range[1])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates
  * and bounds are found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
@@ -122,6 +133,9 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);
+        break;
+    case SLIDE_OUTPUTS_IN_RANGE:
+        values[0] = outputs_in_range(model, state);
         break;
     case SLIDE_TIME:
         values[0] = slide_clock_time(&state->head->clock);

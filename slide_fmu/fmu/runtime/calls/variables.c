@@ -8,7 +8,8 @@ typedef enum {
     WHEN_SEVERAL_SAMPLES,
     WHEN_FIRST_ORDER,
     WHEN_PARAMETERS,
-    WHEN_BOUND
+    WHEN_BOUND,
+    WHEN_OUTPUT_RANGES
 } When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
@@ -50,6 +51,8 @@ static bool has(const SlideModel *model, When when) {
         return model->parameters.count > 0;
     case WHEN_BOUND:
         return model->bound.memory_length > 0;
+    case WHEN_OUTPUT_RANGES:
+        return model->has_output_ranges;
     }
     return false;
 }

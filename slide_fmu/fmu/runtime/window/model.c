@@ -13,6 +13,17 @@ static SlideScaling *place_scaling(const unsigned char *rows, size_t row_size, u
     return scaling;
 }
 
+static void place_output_ranges(SlideModel *model, const SlidePayload *payload,
+                                SlideArena *arena) {
+    const size_t count = payload->output_ranges == NULL ? 0 : 2 * (size_t)payload->n_outputs;
+    double *ranges = count == 0 ? NULL : slide_place(arena, count, sizeof *ranges);
+    for (size_t i = 0; arena->base != NULL && i < count; ++i) {
+        ranges[i] = slide_f64(payload->output_ranges + 8 * i);
+    }
+    model->has_output_ranges = count > 0;
+    model->output_ranges = ranges;
+}
+
 static void place_inputs(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
     model->starts = slide_place(arena, payload->n_inputs, sizeof *model->starts);
     model->cosine = slide_place(arena, payload->n_inputs, sizeof *model->cosine);
@@ -61,6 +72,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     shape_past(model, payload);
     slide_forecast_place(&model->forecast, payload, arena);
     model->at_step_end = payload->forecast.at_step_end;
+    place_output_ranges(model, payload, arena);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));

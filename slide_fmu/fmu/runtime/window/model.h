@@ -30,6 +30,8 @@ typedef struct {
     SlideHistoryShape history;
     SlideForecast forecast;
     bool at_step_end; /* start value of SlideHead.at_step_end */
+    bool has_output_ranges;
+    double *output_ranges; /* [n_outputs][low, high] in the training, physical */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */

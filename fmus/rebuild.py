@@ -98,7 +98,8 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
 def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     """Measure a released FMU again, and write it in its place, with card and pictures beside it.
 
-    Surrogate and provenance stay as they are; all else is made as ``slide-fmu run`` does.
+    Surrogate and provenance stay as they are, and so does what a search for unnoticed errors found,
+    which follows from the surrogate; all else is made as ``slide-fmu run`` does.
 
     Args:
         fmu: the released FMU.
@@ -122,7 +123,8 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
             shutil.copy(drawn, job.folder.path)
         trained = Trained(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
-        made = measure_trained(job, trained, origin, check_window(job), wanted, workers=None)
+        search = (found or {}).get("measured", {}).get("adversarial")
+        made = measure_trained(job, trained, origin, check_window(job), wanted, None, search)
         for name in (PICTURE, MECHANISM_PICTURE):
             if (job.folder.path / name).exists():
                 shutil.copy(job.folder.path / name, fmu.with_name(name))

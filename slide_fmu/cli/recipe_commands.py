@@ -40,6 +40,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.core.signals import Hold
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -91,6 +92,13 @@ def init(
             "that of the record; a record without times needs it."
         ),
     ] = None,
+    hold: Annotated[
+        Hold | None,
+        typer.Option(
+            help="Say how the inputs act: zero_order, each is held over a step; first_order, they "
+            "move. If not given, inputs of a function or an FMU move, unless it says otherwise.",
+        ),
+    ] = None,
     time: Annotated[
         str | None,
         typer.Option(
@@ -136,7 +144,7 @@ def init(
             written = write_template(model, kind)
             if written is not None:
                 console.print(f"model   {written}")
-            wish = Wish(written or model, *chosen, kind, step, name, folder, chain)
+            wish = Wish(written or model, *chosen, kind, step, name, folder, chain, hold)
             proposal = propose(wish, bar("motions"))
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)

@@ -8,6 +8,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from slide_fmu.core.signals import Hold
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.pipeline.first_look import FirstLook
 from slide_fmu.recipe.recipe import NAME, RecipeError
@@ -19,6 +20,8 @@ MARGIN = 0.2
 """Ranges of outputs are wider than what was seen, by this part of it at both ends."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
+FINE = ("function", "fmu")
+"""Models of these kinds step more finely than their surrogate, and let inputs move meanwhile."""
 
 Ranges = Mapping[str, tuple[float, float] | None]
 """Ranges of inputs by name, in their units; None where the model shall say them."""
@@ -48,8 +51,11 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     return found
 
 
-def draft_inputs(found: Found, given: Ranges) -> list[DraftSignal]:
+def draft_inputs(found: Found, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
     """Return the inputs that the surrogate shall have, with the user's ranges or the model's.
+
+    Inputs of which the model says no hold move between samples, where it steps more finely than
+    its surrogate; ``hold`` is what the user says instead.
 
     They are those that the user names, in that order, where a recipe may leave out inputs of the
     model, and all inputs of the model in its order elsewhere.
@@ -63,6 +69,13 @@ def draft_inputs(found: Found, given: Ranges) -> list[DraftSignal]:
     chosen = _chosen("input", found, given)
     if not found.inputs_may_be_left_out:
         chosen = list(found.inputs)
+    if hold is not None and found.kind == "class":
+        raise RecipeError(
+            f"--hold {hold}; expected none: {found.model} declares how its inputs act, so "
+            "change it there"
+        )
+    if hold is not None:
+        chosen = [replace(choice, hold=hold) for choice in chosen]
     return [_input(choice, given.get(choice.name), found.kind) for choice in chosen]
 
 
@@ -181,14 +194,24 @@ def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -
             f"expected one: give --input {choice.name}=LOW..HIGH"
         )
     if choice.hold is None and kind != "class":
-        moves = choice.unit in MOVING
+        moves = kind in FINE or choice.unit in MOVING
         choice = replace(choice, hold="first_order" if moves else "zero_order")
-        origin += (
-            " The input moves linearly between samples, as motions do."
-            if moves
-            else " The input is held between samples, as co-simulation tools do."
-        )
+    if kind != "class":
+        origin += f" {_ACTS[choice.hold or 'zero_order']}"
     return DraftSignal(choice, origin)
+
+
+_ACTS: dict[Hold, str] = {
+    "first_order": (
+        "The input moves linearly between samples. If it jumps and then stays over each step in "
+        'your use, as a controller\'s output does, write hold = "zero_order".'
+    ),
+    "zero_order": (
+        "The input is held over each step. If it is smooth in your use, it is late by half a "
+        'step: hold = "first_order" lets it move.'
+    ),
+}
+"""What a recipe says of each hold."""
 
 
 def _with_given_range(

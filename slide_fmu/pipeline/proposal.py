@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress, quiet
-from slide_fmu.core.signals import hold_of
+from slide_fmu.core.signals import Hold, hold_of
 from slide_fmu.data.apart import guarded
 from slide_fmu.pipeline.draft_signals import (
     Ranges,
@@ -51,6 +51,7 @@ class Wish:
         folder: folder of the recipe to be, from which its model is found.
         chain: URDF of the robot whose joints' set points the inputs are; the only one beside the
             model if None, where it fits.
+        hold: how inputs act between samples; by what the model can take if None.
     """
 
     model: str
@@ -61,6 +62,7 @@ class Wish:
     name: str | None = None
     folder: Path = Path()
     chain: Path | None = None
+    hold: Hold | None = None
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,10 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
 def _begin(wish: Wish) -> _Begun:
     """Find out what a model declares, and make a system of it."""
     found = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
-    inputs, outputs = draft_inputs(found, wish.inputs), draft_outputs(found, wish.outputs)
+    inputs, outputs = (
+        draft_inputs(found, wish.inputs, wish.hold),
+        draft_outputs(found, wish.outputs),
+    )
     chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))

@@ -39,7 +39,7 @@ from slide_fmu.systems.loading import load_picture
 from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation import accuracy_sections, learning_sections
 from slide_fmu.validation.adversarial import attack, attack_figures
-from slide_fmu.validation.adversarial_section import adversarial_section
+from slide_fmu.validation.adversarial_section import adversarial_section, search_section
 from slide_fmu.validation.baselines import linear_size_remark
 from slide_fmu.validation.box import box_figures, with_box
 from slide_fmu.validation.comparison import Task, Validation
@@ -113,6 +113,7 @@ def measure_trained(
     sizing: AnySizing,
     wanted: Mapping[str, Task],
     workers: int | None,
+    search: Mapping[str, Any] | None = None,
 ) -> Finished:
     """Write the FMU of a trained surrogate, measure it, and let it carry what was measured.
 
@@ -123,6 +124,8 @@ def measure_trained(
         sizing: how its window was sized.
         wanted: what it is measured on, by name; one of them is ``IN_RANGE``.
         workers: processes that simulate; one per core if None, none if 0.
+        search: figures of a search for unnoticed errors that is known already; it is searched, if
+            the recipe asks for it, if None.
 
     Raises:
         StageError: its records have changed since.
@@ -150,7 +153,7 @@ def measure_trained(
     report = _full_report(trained, job, sizing, validations, tests, remarks)
     report = with_plain_call(report, plain_call_figures(fmu, validations[IN_RANGE]))
     report = with_box(report, box_figures(fmu, validations[IN_RANGE], job.bar("constant inputs")))
-    report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed)
+    report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed, search)
     report = replace(report, verdict=verdict(report.data, Subject.of(surrogate)))
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
@@ -186,11 +189,20 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
         )
 
 
-def _with_search(report: Report, job: Job, surrogate: Surrogate, seed: int) -> Report:
+def _with_search(
+    report: Report,
+    job: Job,
+    surrogate: Surrogate,
+    seed: int,
+    known: Mapping[str, Any] | None,
+) -> Report:
     """Return the report with the search for unnoticed errors, if the recipe asks for it."""
     starts = job.recipe.validation.adversarial
     if not starts:
         return report
+    if known is not None:
+        data = {**report.data, "adversarial": dict(known)}
+        return replace(report, data=data, sections=[*report.sections, search_section(known)])
     attacks = attack(surrogate, job.recipe, seed, starts, job.bar("search for unnoticed errors"))
     assert surrogate.bound is not None
     figures = attack_figures(attacks, surrogate.bound.confidences[-1])

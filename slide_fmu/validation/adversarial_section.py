@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.adversarial import CHILDREN, Attack, attack_figures
+from slide_fmu.validation.adversarial import Attack, attack_figures
 from slide_fmu.validation.pictures import png
 from slide_fmu.validation.report import Section
 from slide_fmu.validation.trust import BROKEN
@@ -32,14 +32,13 @@ def adversarial_section(attacks: Sequence[Attack], surrogate: Surrogate) -> Sect
         broken = f"{np.sum(ratios > BROKEN)} of {len(ratios)}"
         rows.append((text, f"{np.median(ratios):.3g}", f"{ratios.max():.3g}", broken))
     text = (
-        f"A search changes the inputs of {len(attacks)} unseen trajectories within their ranges "
-        f"({CHILDREN} changes are tried of each) so that an error becomes large beside its bound "
+        f"A search changes the inputs of {figures['starts']} unseen trajectories within their ranges "
+        f"({figures['changes_tried']} changes are tried of each) so that an error becomes large beside its bound "
         "while the FMU counts the inputs as those of its domain. Beside a bound of 95 % one step "
         "in twenty errs more anyway; a bound counts as broken where the error is more than "
         f"{BROKEN:g} times as large."
     )
-    worst = max(attacks, key=lambda found: found.after)
-    return Section("Search for unnoticed errors", text, rows, [_picture(worst, surrogate)])
+    return Section("Search for unnoticed errors", text, rows, pictures)
 
 
 def _picture(found: Attack, surrogate: Surrogate) -> bytes:

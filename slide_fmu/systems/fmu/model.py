@@ -16,7 +16,12 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.fmu.file import FmuOptions, read_fmu_file, split_options
-from slide_fmu.systems.fmu.remarks import default_hold, is_continuous, remarks_on
+from slide_fmu.systems.fmu.remarks import (
+    default_hold,
+    is_continuous,
+    proposed_hold,
+    remarks_on,
+)
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
@@ -64,7 +69,7 @@ def describe(model: str) -> Found:
         LoadError: there is no such FMU, or it does not run here.
     """
     file = read_fmu_file(model, FmuOptions())
-    hold = default_hold(file)
+    hold = proposed_hold(file)
     inputs = tuple(replace(choice, hold=hold) for choice in choices_of(file, "input"))
     outputs = choices_of(file, "output")
     remarks, parameters = remarks_on(file, hold), parameters_of(file)

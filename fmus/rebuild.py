@@ -98,8 +98,8 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
 def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     """Measure a released FMU again, and write it in its place, with card and pictures beside it.
 
-    Surrogate and provenance stay as they are, and so does what a search for unnoticed errors found,
-    which follows from the surrogate; all else is made as ``slide-fmu run`` does.
+    Surrogate and provenance stay as they are. So does what a search for unnoticed errors found,
+    since it follows from the surrogate. All else is made as ``slide-fmu run`` does.
 
     Args:
         fmu: the released FMU.

@@ -19,8 +19,12 @@ SHOWN = 120
 
 def adversarial_section(attacks: Sequence[Attack], surrogate: Surrogate) -> Section:
     """Show what the search found, and the worst of it."""
-    assert surrogate.bound is not None
-    figures = attack_figures(attacks, surrogate.bound.confidences[-1])
+    worst = max(attacks, key=lambda found: found.after)
+    return search_section(attack_figures(attacks), [_picture(worst, surrogate)])
+
+
+def search_section(figures: Mapping[str, Any], pictures: Sequence[bytes] = ()) -> Section:
+    """Show the figures of a search (``attack_figures``)."""
     usual, highest = figures["confidences"]
     rows = [("error over its bound, largest in the domain", "median", "worst", "broken")]
     for name, text in (
@@ -32,8 +36,9 @@ def adversarial_section(attacks: Sequence[Attack], surrogate: Surrogate) -> Sect
         broken = f"{np.sum(ratios > BROKEN)} of {len(ratios)}"
         rows.append((text, f"{np.median(ratios):.3g}", f"{ratios.max():.3g}", broken))
     text = (
-        f"A search changes the inputs of {figures['starts']} unseen trajectories within their ranges "
-        f"({figures['changes_tried']} changes are tried of each) so that an error becomes large beside its bound "
+        f"A search changes the inputs of {figures['starts']} unseen trajectories within their "
+        f"ranges ({figures['changes_tried']} changes are tried of each) so that an error becomes "
+        "large beside its bound "
         "while the FMU counts the inputs as those of its domain. Beside a bound of 95 % one step "
         "in twenty errs more anyway; a bound counts as broken where the error is more than "
         f"{BROKEN:g} times as large."

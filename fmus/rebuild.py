@@ -146,7 +146,8 @@ def _learnt_anew(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
     ]
     inputs = np.stack([drawn.inputs[drawn.burn_in :] for drawn in draws])
     forecast = fit_forecast(surrogate.inputs, inputs, recipe.window.planned)
-    outputs = [surrogate.predict_newest(rows)[surrogate.memory_length :] for rows in inputs]
+    first = surrogate.network.memory_length
+    outputs = [surrogate.predict_newest(rows)[first:] for rows in inputs]
     ranges = learnt_ranges(np.stack(outputs))
     return dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,7 +21,9 @@ SHOWN = 120
 def adversarial_section(attacks: Sequence[Attack], surrogate: Surrogate) -> Section:
     """Show what the search found, and the worst of it."""
     worst = max(attacks, key=lambda found: found.after)
-    return search_section(attack_figures(attacks), [_picture(worst, surrogate)])
+    assert surrogate.bound is not None
+    figures = attack_figures(attacks, surrogate.bound.confidences[-1])
+    return search_section(figures, [_picture(worst, surrogate)])
 
 
 def search_section(figures: Mapping[str, Any], pictures: Sequence[bytes] = ()) -> Section:

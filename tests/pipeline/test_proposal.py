@@ -61,7 +61,7 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert list(recipe.system.inputs) == ["force", "spare"]
     assert recipe.system.inputs["force"].range == (-2.0, 2.0)
     assert recipe.system.inputs["spare"].range == (0.0, 1.0)
-    assert recipe.system.inputs["force"].hold == "zero_order"
+    assert recipe.system.inputs["force"].hold == "first_order"
     low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
     assert -3.5 < low < -0.5
     assert 0.5 < high < 3.5

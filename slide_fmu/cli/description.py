@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from slide_fmu.cli.console import show_box, show_plain_call, show_validation
+from slide_fmu.cli.console import show_validation
 from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
@@ -98,8 +98,6 @@ def _show_error(origin: dict[str, Any], out: Console) -> None:
     measured = ordered(origin["measured"]) if "validation" in origin.get("measured", {}) else {}
     if not measured:
         out.print("error    nobody has measured it: slide-fmu validate FMU does")
-    show_plain_call(origin.get("measured", {}), out)
-    show_box(origin.get("measured", {}), out)
     for index, (name, validation) in enumerate(measured.items()):
         if index:  # what bounds are worth in range is enough here
             validation = {key: v for key, v in validation.items() if key != "error_bound"}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from shlex import quote
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -40,7 +40,6 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
-from slide_fmu.core.signals import Hold
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -93,7 +92,7 @@ def init(
         ),
     ] = None,
     hold: Annotated[
-        Hold | None,
+        Literal["zero_order", "first_order"] | None,
         typer.Option(
             help="Say how the inputs act: zero_order, each is held over a step; first_order, they "
             "move. If not given, inputs of a function or an FMU move, unless it says otherwise.",

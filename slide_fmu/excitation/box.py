@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.stats import qmc
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.excitation.base import Kind, PositiveRange, Share
 from slide_fmu.excitation.words import between
 
@@ -82,7 +82,8 @@ class Box(Kind):
             middle, half = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
             normalised = np.interp(time, knots, np.repeat(values, 2))
             columns.append(middle + half * factor * normalised)
-        return np.stack(columns, axis=1)
+        inputs = np.stack(columns, axis=1)
+        return within_ranges(signals, inputs) if factor <= 1 else inputs  # rounding
 
 
 def corners_of_box(n_inputs: int) -> FloatArray:
@@ -109,4 +110,5 @@ def points_inside(n_inputs: int, count: int) -> FloatArray:
 def at_points(signals: tuple[Signal, ...], points: FloatArray) -> FloatArray:
     """Return points of the box from -1 to 1 in the units of the inputs, (n, n_inputs)."""
     low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
-    return np.asarray((high + low) / 2 + (high - low) / 2 * points)
+    # ends are themselves: no point leaves its range by rounding
+    return within_ranges(signals, (high + low) / 2 + (high - low) / 2 * points)

@@ -125,7 +125,7 @@ def _outputs(
     tolerance = Tolerance(DataRecipe.model_fields["most_failures"].default)
     rows: list[FloatArray] = []
     begin = time.monotonic()
-    held = _constant_inputs(system, kinds)
+    held, failed = _constant_inputs(system, kinds), list[str]()
     total = len(kinds) + len(held)
     for index, kind in enumerate(kinds):
         if rows and time.monotonic() - begin > PATIENCE:
@@ -136,13 +136,17 @@ def _outputs(
     for index, inputs in enumerate(held):
         if time.monotonic() - begin > PATIENCE:
             break
-        tolerance.tried += 1
         try:
             rows.append(simulate(system, inputs).outputs)
         except SimulationError as error:
-            tolerance.hear(error)
+            failed.append(str(error))
         progress(len(kinds) + index + 1, total)
-    return np.stack(rows), tolerance.remark
+    at_rest = failed and (
+        f"the model failed at {len(failed)} of {len(held)} constant inputs at the ends of their "
+        f"ranges and inside of them, the first time with: {failed[0]}"
+    )
+    remarks = [remark for remark in (tolerance.remark, at_rest) if remark]
+    return np.stack(rows), "; ".join(remarks) or None
 
 
 def _constant_inputs(system: System, kinds: Sequence[Kind]) -> list[FloatArray]:

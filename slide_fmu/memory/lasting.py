@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, on_circles
+from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
 from slide_fmu.memory.motions import Motions
 from slide_fmu.systems.base import RandomStates, State
 from slide_fmu.systems.simulation import simulate
@@ -205,7 +205,8 @@ class _Pasts:
         They go evenly; of an angle, cosine and sine stay on their circle.
         """
         parts = np.arange(1, RAMP + 1)[:, None] / RAMP
-        return on_circles(self.system.inputs, inputs[-1] + parts * (last - inputs[-1]))
+        signals, evenly = self.system.inputs, inputs[-1] + parts * (last - inputs[-1])
+        return on_circles(signals, within_ranges(signals, evenly))
 
 
 def _apart(outputs: FloatArray) -> float:

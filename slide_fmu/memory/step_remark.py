@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slide_fmu.core.signals import FloatArray, hold_of, on_circles
+from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import data_specification
@@ -123,4 +123,4 @@ def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
     before = np.concatenate([inputs[:1], inputs[:-1]])
     parts = np.arange(1, FINER + 1)[:, None] / FINER
     finer = [b + parts * (a - b) for b, a in zip(before, inputs, strict=True)]
-    return on_circles(system.inputs, np.concatenate(finer))
+    return on_circles(system.inputs, within_ranges(system.inputs, np.concatenate(finer)))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray, on_circles
+from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.mix import Excitation
@@ -178,7 +178,7 @@ def _motion(system: System, kind: Kind, index: int, attempt: int) -> FloatArray:
     further = (attempt,) if attempt else ()
     rng = np.random.default_rng([SAMPLES, index, *further])
     moments = system.step * np.arange(SAMPLES, dtype=np.float64)
-    return kind.inputs(system.inputs, moments, 1.0, rng)
+    return within_ranges(system.inputs, kind.inputs(system.inputs, moments, 1.0, rng))
 
 
 def _idle_inputs(system: System, kind: Kind) -> list[str]:

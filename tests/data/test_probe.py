@@ -24,6 +24,9 @@ parameters = {{ time_constant = TIME }}
 step = 0.05
 n_in = 96
 n_out = 32
+
+[data]
+seed = 5
 """
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.importable import make_models_importable
-from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -27,6 +26,9 @@ from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
 from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
+
+if TYPE_CHECKING:  # it needs the packages of the training
+    from slide_fmu.pipeline.job import Job
 
 IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 

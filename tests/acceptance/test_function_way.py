@@ -64,7 +64,7 @@ hidden = 4
     recipe = recipe_of(tmp_path, "thermal_masses_function", "n_in = 240\nn_out = 80\n", tables)
     errors = errors_of_a_run(recipe)
     assert set(errors) == {"left", "middle", "right"}
-    assert max(errors.values()) < 0.02
+    assert max(errors.values()) < 0.1  # six trajectories, also held at the ends of the ranges
 
 
 def test_functions_run_as_reference_fmu_beside_the_surrogate(tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
     result = CliRunner().invoke(app, ["info", str(path)])
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert len(lines) <= 70
+    assert len(lines) <= 95
     figures = json.loads(CliRunner().invoke(app, ["info", str(path), "--json", "-"]).stdout)
     for what in ("inputs", "outputs"):
         for signal in figures[what]:

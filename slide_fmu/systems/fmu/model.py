@@ -69,8 +69,9 @@ def describe(model: str) -> Found:
         LoadError: there is no such FMU, or it does not run here.
     """
     file = read_fmu_file(model, FmuOptions())
-    hold = proposed_hold(file)
-    inputs = tuple(replace(choice, hold=hold) for choice in choices_of(file, "input"))
+    choices = choices_of(file, "input")
+    hold = proposed_hold(file, {choice.name for choice in choices})
+    inputs = tuple(replace(choice, hold=hold) for choice in choices)
     outputs = choices_of(file, "output")
     remarks, parameters = remarks_on(file, hold), parameters_of(file)
     return Found(

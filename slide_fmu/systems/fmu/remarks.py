@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from slide_fmu.core.signals import Hold
 from slide_fmu.systems.fmu.file import PREFIX, FmuFile, other_interface
 from slide_fmu.systems.fmu.steps import interpolates
@@ -14,14 +16,14 @@ def default_hold(file: FmuFile) -> Hold:
     return "zero_order"
 
 
-def proposed_hold(file: FmuFile) -> Hold:
-    """Give the hold that a first recipe names: inputs move, unless one of them is discrete.
+def proposed_hold(file: FmuFile, inputs: Container[str]) -> Hold:
+    """Give the hold that a first recipe names: inputs move, unless one of these is discrete.
 
     An FMU steps more finely than its surrogate, and smooth inputs that are held over the longer
     steps would be late by half of one.
     """
     found = file.description.modelVariables
-    discrete = any(v.causality == "input" and v.variability == "discrete" for v in found)
+    discrete = any(v.name in inputs and v.variability == "discrete" for v in found)
     return "zero_order" if discrete else "first_order"
 
 

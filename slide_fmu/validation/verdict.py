@@ -120,15 +120,21 @@ def _bound(in_range: Figures) -> str | None:
     found = in_range.get("error_bound")
     if not found:
         return "It has no error bound."
-    covered = [output["coverage"] for output in found["outputs"]]
     widths = [output["width"] for output in found["outputs"] if output["width"] is not None]
-    shares = percent(min(covered))
-    if len(covered) > 1:
-        shares = f"{percent(min(covered))} to {percent(max(covered))}"
-    text = f"Its error bound of {100 * found['confidence']:g} % covers {shares} of the samples"
+    covered = _shares([output["coverage"] for output in found["outputs"]])
+    plain = _shares(found.get("plain", {}).get("coverage", []))
+    text = f"Its error bound of {100 * found['confidence']:g} % covers {covered} of the samples"
+    if plain not in ("", covered):
+        text += f" where inputs are known to the step's end, {plain} in the plain call"
     if not widths:
         return f"{text}."
     return f"{text}, and is {max(widths):.2g} times as wide as the best constant one."
+
+
+def _shares(values: Sequence[float]) -> str:
+    """Return shares in per cent, the least and the largest of several."""
+    ends = [percent(value) for value in (min(values), max(values))] if values else []
+    return " to ".join(dict.fromkeys(ends))
 
 
 def _estimate(in_range: Figures) -> str | None:

@@ -70,5 +70,16 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     assert "Other kinds of input that were measured: 0.4 %" in text
 
 
+def test_bound_that_covers_less_in_the_plain_call_says_so() -> None:
+    bound = {
+        "confidence": 0.95,
+        "outputs": [{"coverage": 0.96, "width": 0.6}],
+        "plain": {"coverage": [0.65]},
+    }
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    text = "96 % of the samples where inputs are known to the step's end, 65 % in the plain call"
+    assert any(text in line for line in lines)
+
+
 def test_nothing_measured_gives_no_verdict() -> None:
     assert verdict({}, SUBJECT) == ()

@@ -36,7 +36,7 @@ class Subject:
 
 
 def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
-    """Return at most eight sentences about an FMU, the error of the plain call first.
+    """Return at most seven lines about an FMU, the error of the plain call first.
 
     Args:
         measured: the figures of its report; what was not measured may be missing.
@@ -56,8 +56,8 @@ def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
         _bound(in_range),
         _estimate(in_range),
         _valid(subject, validations[1:]),
-        _time(in_range.get("timing", {})),
-        f"Memory: its outputs depend on the inputs of the last {subject.memory:.4g} s.",
+        _time(in_range.get("timing", {}))
+        + f"Its outputs depend on the inputs of the last {subject.memory:.4g} s.",
     ]
     return tuple(sentence for sentence in found if sentence)
 
@@ -168,11 +168,11 @@ def _valid(subject: Subject, others: Sequence[Figures]) -> str:
     return text
 
 
-def _time(found: Figures) -> str | None:
-    """Say what a step takes, next to one of the model."""
+def _time(found: Figures) -> str:
+    """Say what a step takes, next to one of the model; nothing where it was not measured."""
     if "fmu_step_us" not in found:
-        return None
+        return ""
     text = f"A step takes {found['fmu_step_us']:.3g} us"
     if "speedup" not in found:
-        return f"{text}."
-    return f"{text}, one of the model {found['speedup']:.3g} times as long."
+        return f"{text}. "
+    return f"{text}, one of the model {found['speedup']:.3g} times as long. "

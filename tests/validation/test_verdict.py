@@ -60,7 +60,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     }
     lines = verdict(measured, SUBJECT)
     text = " ".join(lines)
-    assert len(lines) <= 8
+    assert len(lines) <= 7
     assert lines[0].startswith("Error: up to 0.4 %")
     assert "1 % at the corners of the inputs' ranges" in text
     assert "of 95 % covers 94.1 % to 95.6 % of the samples, and is 0.61 times as wide" in text

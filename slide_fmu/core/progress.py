@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 
 class Progress(Protocol):
@@ -14,9 +15,23 @@ class Progress(Protocol):
 
         Args:
             done: parts of the work that are done.
-            total: parts in all; it may change while the work goes on.
-            error: the smallest validation error so far, in the scaled units of the outputs, of
-                work that looks for it.
+            total: parts in all. Work that may end early says so when it opens a part of a stage
+                (``part_of``), and ends with ``done = total``.
+            error: the smallest validation error so far as relative RMSE, of work that looks for
+                it; None or infinite as long as none is known.
+        """
+
+
+@runtime_checkable
+class Divisible(Progress, Protocol):
+    """A progress whose stage may have several parts, each with a total of its own. Interface."""
+
+    def part(self, name: str, at_most: bool) -> Progress:
+        """Open a part of the stage.
+
+        Args:
+            name: what the part does; empty for the stage itself.
+            at_most: whether its total is the greatest possible one.
         """
 
 
@@ -26,6 +41,36 @@ Stages = Callable[[str], Progress]
 
 def quiet(done: int, total: int, error: float | None = None) -> None:
     """Show no progress."""
+
+
+def part_of(progress: Progress, name: str = "", at_most: bool = False) -> Progress:
+    """Open a part of a stage where its progress knows parts; else they are all shown as one."""
+    return progress.part(name, at_most) if isinstance(progress, Divisible) else progress
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What another progress shows is heard, too, or is shown without its error. Final.
+
+    Attributes:
+        shown: where it is shown, part by part.
+        hear: is called whenever it was shown.
+        with_error: whether the error is shown, which is a relative RMSE then.
+    """
+
+    shown: Progress
+    hear: Callable[[], None] | None = None
+    with_error: bool = True
+
+    def __call__(self, done: int, total: int, error: float | None = None) -> None:
+        """Show how far the work is, then let it be heard."""
+        self.shown(done, total, error if self.with_error else None)
+        if self.hear is not None:
+            self.hear()
+
+    def part(self, name: str, at_most: bool) -> Progress:
+        """Open a part of the stage that is heard as well."""
+        return Heard(part_of(self.shown, name, at_most), self.hear, self.with_error)
 
 
 def quiet_stages(stage: str) -> Progress:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import damage_named
-from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.progress import Heard, Stages
 
 WRITE_EVERY = 1.0
 """The time is written after so many further seconds of it."""
@@ -37,17 +37,11 @@ class CpuTime:
     def counted(self, stages: Stages) -> Stages:
         """Return the stages of a training; whenever their progress is called, the time is kept."""
 
-        def open_stage(name: str) -> Progress:
-            progress = stages(name)
+        def keep_at_times() -> None:
+            if self.seconds - self._written > WRITE_EVERY:
+                self.keep()
 
-            def heard(done: int, total: int, error: float | None = None) -> None:
-                progress(done, total, error)
-                if self.seconds - self._written > WRITE_EVERY:
-                    self.keep()
-
-            return heard
-
-        return open_stage
+        return lambda name: Heard(stages(name), keep_at_times)
 
     def keep(self) -> float:
         """Write the time to the file, and return it in s."""

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.core.progress import Stages
+from slide_fmu.core.progress import Heard, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
@@ -142,7 +142,7 @@ def search_features(
     contents = [content_of(split) for split in few]
     key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
     values = _scaled(few, trials.offered)
-    show, best = progress(STAGE), math.inf
+    show, best = Heard(progress(STAGE), with_error=not training.even_out), math.inf
     taken, histories = tables[0], dict[str, History]()
     for index, table in enumerate(tables):
         show(index, len(tables), best)

@@ -57,6 +57,8 @@ class History:
         sizes: what the search for sizes has judged, in its order; empty without a search.
         units: kinds of units that were tried; empty where the recipe says the kind.
         remark: what the user should know about the result; None if there is nothing.
+        relative: whether the errors are relative RMSE: those of outputs over their standard
+            deviation, all samples weighted alike.
         cpu_seconds: CPU time in s that it took, with the search for features before it; None
             where nobody measured it. Histories that differ in it alone are equal.
     """
@@ -67,6 +69,7 @@ class History:
     sizes: tuple[TriedSize, ...] = ()
     units: tuple[TriedUnits, ...] = ()
     remark: str | None = None
+    relative: bool = False
     cpu_seconds: float | None = field(default=None, compare=False)
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Heard, Progress, part_of
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split, read_split
@@ -89,6 +90,7 @@ class LearningCurve:
             read_split(self._store, name, count)
             for name, count in (("train", train), ("validation", validation))
         ]
+        progress = Heard(progress, with_error=not self._training.even_out)
         if self._scales is None:
             self._scales = self._found(splits, progress)
         scales = self._scales
@@ -110,6 +112,7 @@ class LearningCurve:
         fit.plan(starts + iterations)
         before = self._candidate or self._first(fit)
         self._candidate = candidate = fit.with_more_data(before, iterations)
+        fit.finish()
         squares = sum_of_squares(candidate.shape, candidate.state.best, data.whole)
         return candidate.error, math.sqrt(squares / data.whole.counted)
 
@@ -128,7 +131,9 @@ class LearningCurve:
         require_chosen_features(recipe, offered, len(system.outputs))
         window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
         trials = Trials(offered, window, (split, splits[1]), eigenvalues, self._checkpoints)
-        network, _ = search_features(self._network, self._training, trials, lambda _: progress)
+        network, _ = search_features(
+            self._network, self._training, trials, partial(part_of, progress)
+        )
         assert isinstance(network, StateSpaceRecipe)
         self._network = network
         tables = recipe.model_dump(mode="json", include=LEARNT_BY)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from slide_fmu.core.progress import Stages
+from slide_fmu.core.progress import Heard, Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
@@ -130,8 +130,10 @@ def fit_network(
     )
     begun = start if isinstance(start, StateSpace) else None
     problem = dataclasses.replace(problem, noise=noise, start=begun)
-    network, history = family.fit(problem, table, recipe.training, progress(part.stage))
-    history = dataclasses.replace(history, cpu_seconds=spent.keep())
+    relative = known is None and noise is None and not getattr(recipe.training, "even_out", False)
+    shown = Heard(progress(part.stage), with_error=relative)
+    network, history = family.fit(problem, table, recipe.training, shown)
+    history = dataclasses.replace(history, cpu_seconds=spent.keep(), relative=relative)
     signals = system.inputs, system.outputs
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     forecast = fit_forecast(system.inputs, splits[0].inputs, recipe.window.planned)

@@ -15,7 +15,7 @@ from typing import Any
 
 import torch
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Heard, Progress
 from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.history import History
@@ -43,6 +43,8 @@ class Objective:
     Attributes:
         loss: gives the mean loss of a batch from the model's values (B, n) and the targets (B, m).
         error: gives the figure as which a mean loss is reported; it rises with the loss.
+        relative: whether the figure is a relative RMSE where outputs are scaled by their standard
+            deviation.
         odd: whether the targets change their sign with the inputs, as the outputs of an odd
             system do.
     """
@@ -50,9 +52,12 @@ class Objective:
     loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
     error: Callable[[float], float]
     odd: bool = True
+    relative: bool = False
 
 
-MEAN_SQUARE = Objective(lambda values, targets: (values - targets).square().mean(), math.sqrt)
+MEAN_SQUARE = Objective(
+    lambda values, targets: (values - targets).square().mean(), math.sqrt, relative=True
+)
 """The objective is the mean squared error, reported as RMSE (paper)."""
 
 
@@ -72,7 +77,7 @@ def block_mean_square(n_out: int, newest_weight: float) -> Objective:
         mean: torch.Tensor = (squares * weights.to(squares)).mean()
         return mean
 
-    return Objective(loss, math.sqrt)
+    return Objective(loss, math.sqrt, relative=True)
 
 
 def train(
@@ -113,7 +118,8 @@ def train(
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)
     loss_sum = 0.0
-    progress(state["step"], recipe.steps, state["best_error"])
+    shown = Heard(progress, with_error=objective.relative)
+    shown(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
         # every step seeds anew: its batch is the same after a restart
         generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
@@ -140,7 +146,7 @@ def train(
             state["step"], loss_sum = step + 1, 0.0
             both = {"model": model.state_dict(), "optimizer": optimizer.state_dict()}
             write_checkpoint(checkpoint, {**state, **both})
-            progress(step + 1, recipe.steps, state["best_error"])
+            shown(step + 1, recipe.steps, state["best_error"])
     model.load_state_dict(state["best"])
     steps, losses, errors = zip(*state["history"], strict=True)
     return History(steps, losses, errors)

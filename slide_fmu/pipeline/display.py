@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
+from rich.text import Text
 
 from slide_fmu.core.progress import Progress, Stages
 
 ENDLESS = 1_000_000
 """Columns of a pipe or a file: more than any message or table has."""
+
+WIDE = 90
+"""Bars are drawn, and errors named, on a terminal of so many columns."""
+SOON = 10.0
+"""A pipe shows how long a stage takes after this time in s, or after its first tenth."""
 
 
 class Messages(Console):
@@ -41,51 +50,118 @@ def messages() -> Messages:
 def shown(console: Console) -> Iterator[Stages]:
     """Show the progress of stages as bars on a terminal, as lines elsewhere."""
     if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
-        yield lambda stage: _lines(console, stage)
+        yield lambda stage: _Lines(console, stage)
         return
+    wide = console.width >= WIDE
     columns = (
-        rich_progress.TextColumn("{task.description:>24}"),
-        rich_progress.BarColumn(),
-        rich_progress.MofNCompleteColumn(),
-        rich_progress.TimeRemainingColumn(),
+        rich_progress.TextColumn("{task.description}"),
+        *((rich_progress.BarColumn(20),) if wide else ()),
+        rich_progress.TextColumn("{task.fields[counted]}"),
+        _Time(),
         rich_progress.TextColumn("{task.fields[remark]}"),
     )
     with rich_progress.Progress(*columns, console=console) as bars:
-
-        def bar(stage: str) -> Progress:
-            task, first = bars.add_task(stage, total=None, remark=""), None
-
-            def progress(done: int, total: int, error: float | None = None) -> None:
-                nonlocal first
-                first = total if first is None else first
-                remark = f"{_grown(total, first)}  {_remark(error)}".strip()
-                bars.update(task, completed=done, total=total, remark=remark)
-
-            return progress
-
-        yield bar
+        yield lambda stage: _Bar(bars, stage, wide)
 
 
-def _lines(console: Console, stage: str) -> Progress:
-    """Show progress as a line for every tenth of the work, which may turn out to be more."""
-    printed, first = -1, None
+class _Time(rich_progress.ProgressColumn):
+    """The time that is left, or that a finished stage took. Final."""
 
-    def progress(done: int, total: int, error: float | None = None) -> None:
-        nonlocal printed, first
-        first = total if first is None else first
+    def render(self, task: rich_progress.Task) -> Text:
+        """Write the time of a stage; there is none before a part of it is done."""
+        if task.finished:
+            return Text(f"took {_duration(task.finished_time or 0.0)}")
+        left = task.time_remaining
+        return Text("" if left is None else f"{_duration(left)} left")
+
+
+@dataclass
+class _Bar:
+    """A bar of a stage; each of its parts has a bar of its own. Final."""
+
+    bars: rich_progress.Progress
+    name: str
+    wide: bool
+    at_most: bool = False
+    task: rich_progress.TaskID | None = None
+
+    def __call__(self, done: int, total: int, error: float | None = None) -> None:
+        """Show how far the work is."""
+        if self.task is None:
+            self.task = self.bars.add_task(self.name, total=None, counted="", remark="")
+        counted = f"{done} of {_total(done, total, self.at_most)}"
+        remark = _remark(error) if self.wide else _percent(error)
+        self.bars.update(self.task, completed=done, total=total, counted=counted, remark=remark)
+
+    def part(self, name: str, at_most: bool) -> Progress:
+        """Open a part of the stage."""
+        return _Bar(self.bars, _part_name(self.name, name), self.wide, at_most)
+
+
+@dataclass
+class _Lines:
+    """A line for every tenth of a stage, and one as soon as its time can be told. Final."""
+
+    console: Console
+    name: str
+    at_most: bool = False
+    printed: int = -1
+    told: bool = False
+    begin: tuple[float, int] | None = None
+
+    def __call__(self, done: int, total: int, error: float | None = None) -> None:
+        """Show how far the work is."""
+        now = time.monotonic()
+        if self.begin is None:
+            self.begin = now, done
         tenth = 10 * done // max(1, total)
-        if tenth != printed:
-            printed = tenth
-            counted = f"{done} of {total} {_grown(total, first)}".rstrip()
-            console.print(f"{stage}: {counted}  {_remark(error)}".rstrip())
+        early = not self.told and done > self.begin[1] and now - self.begin[0] > SOON
+        if tenth == self.printed and not early:
+            return
+        self.printed = tenth
+        time_left = self._time(now, done, total)
+        self.told = self.told or bool(time_left)
+        counted = f"{done} of {_total(done, total, self.at_most)}"
+        parts = (counted, time_left, _remark(error))
+        self.console.print(f"{self.name}: {', '.join(part for part in parts if part)}")
 
-    return progress
+    def _time(self, now: float, done: int, total: int) -> str:
+        """Say how long the rest takes, as it went until now; in the end how long all took."""
+        assert self.begin is not None
+        passed, made = now - self.begin[0], done - self.begin[1]
+        if made <= 0:
+            return ""
+        if done >= total:
+            return f"took {_duration(passed)}"
+        return f"{_duration(passed / made * (total - done))} left"
+
+    def part(self, name: str, at_most: bool) -> Progress:
+        """Open a part of the stage."""
+        return _Lines(self.console, _part_name(self.name, name), at_most)
 
 
-def _grown(total: int, first: int) -> str:
-    """Say that a search has found more work than it began with, and may find yet more."""
-    return "so far" if total > first else ""
+def _part_name(stage: str, part: str) -> str:
+    return f"{stage}, {part}" if part else stage
+
+
+def _total(done: int, total: int, at_most: bool) -> str:
+    """Say how much work there is; what may end early has at most so much before it ends."""
+    return f"at most {total}" if at_most and done < total else str(total)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _percent(error: float | None) -> str:
+    """Write a relative RMSE; one that is not known is not written."""
+    known = error is not None and math.isfinite(error)
+    return f"{100 * error:.3g} %" if known and error is not None else ""
 
 
 def _remark(error: float | None) -> str:
-    return "" if error is None else f"validation error {error:.3g}"
+    percent = _percent(error)
+    return f"validation error {percent}" if percent else ""

@@ -242,8 +242,9 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
     points: list[CurvePoint] = []
     while curve.reason is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
-        staged.make(train)
-        stage = staged.bar(f"learning curve, {train} trajectories")
+        number = len(points) + 1
+        staged.make(train, f"data of curve point {number}")
+        stage = staged.bar(f"fit of curve point {number}")
         errors = learning.errors(train, VALIDATION, stage)
         # of a point that was known, finding it again is no measure of what it takes
         seconds = known.get(train, time.monotonic() - begin)
@@ -277,8 +278,8 @@ class _Staged:
     place: Workplace
     beside: Path | None
 
-    def make(self, train: int) -> None:
-        """Make so many trajectories to learn from, and those that judge."""
+    def make(self, train: int, stage: str) -> None:
+        """Make so many trajectories to learn from, and those that judge; the stage has a name."""
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
         data = self.recipe.data.model_copy(update=numbers)
         # those of error estimator and bound come when all numbers are known
@@ -287,5 +288,5 @@ class _Staged:
         changes = {"data": data, **without}
         staged = self.recipe.model_copy(update=changes)
         self.folder.path.mkdir(parents=True, exist_ok=True)
-        progress = self.bar(f"{train} trajectories")
+        progress = self.bar(stage)
         self.place.make(staged, self.beside, self.folder.store, progress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -102,6 +102,8 @@ def validate(
         recipe = recipe.with_held_out_kinds()
     models = _Models(recipe)
     count = task.trajectories or recipe.validation.trajectories
+    corners = corners_of(recipe.physical()) if recipe.parameters else []
+    total = count + len(corners)
     duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, task.seed, task.amplitude, duration)
     needed = recipe.shortest_validation()
@@ -110,7 +112,7 @@ def validate(
             f"duration = {duration} s; expected at least {needed:g} s, so that the FMU's windows "
             "are filled and outputs are left to score"
         )
-    progress(0, count)
+    progress(0, total)
     with tempfile.TemporaryDirectory() as folder:
         reference_path = Path(folder) / "reference.fmu"
         with ExitStack() as stack:
@@ -120,12 +122,13 @@ def validate(
                 write_reference_fmu(reference_specification(recipe), reference_path)
                 reference_files = stack.enter_context(unpacked(reference_path))
             bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
-            comparisons = _measure_all(bench, models, count, workers, progress)
-            corners = corners_of(recipe.physical()) if recipe.parameters else []
-            at_corners = [
-                _measure(bench, models, count + index, corner)
-                for index, corner in enumerate(corners)
-            ]
+            comparisons = _measure_all(
+                bench, models, count, workers, lambda done, _: progress(done, total)
+            )
+            at_corners = []
+            for index, corner in enumerate(corners):
+                at_corners.append(_measure(bench, models, count + index, corner))
+                progress(count + index + 1, total)
     found, lost = _divided(comparisons)
     return Validation(task, surrogate, recipe, found, tuple(at_corners), left_out=lost)
 
@@ -139,7 +142,11 @@ def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], 
 
 
 def _measure_all(
-    bench: _Bench, models: _Models, count: int, workers: int | None, progress: Progress
+    bench: _Bench,
+    models: _Models,
+    count: int,
+    workers: int | None,
+    progress: Callable[[int, int], None],
 ) -> list[Comparison | str]:
     """Measure all trajectories in order, by worker processes if the first one took long."""
     begin = time.perf_counter()

@@ -149,8 +149,8 @@ def test_progress_in_a_pipe_goes_on_where_the_work_turns_out_to_be_more(
             progress(done, 40)
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 11 + 6
-    assert lines[10] == "search: 20 of 20"
-    assert lines[-1] == "search: 40 of 40 so far"  # it may turn out to be yet more
+    assert lines[10] == "search: 20 of 20, took 0 s"
+    assert lines[-1] == "search: 40 of 40, took 0 s"
 
 
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -141,7 +141,7 @@ class Killed(Exception):
     pass
 
 
-@pytest.mark.parametrize("stage", ["4 trajectories", "learning curve, 4 trajectories"])
+@pytest.mark.parametrize("stage", ["data of curve point 2", "fit of curve point 2"])
 def test_killed_curve_goes_on_without_a_trace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, part_of
 from slide_fmu.fitting.baselines.base import Baseline, Budget, Learnt
 from slide_fmu.fitting.baselines.free_run import judged
 from slide_fmu.fitting.baselines.lesson import Lesson
@@ -30,6 +30,7 @@ def search(
     do. The first structure is fitted whatever the budget says. None begins that would exceed it,
     by what the last one took.
     """
+    progress = part_of(progress, at_most=True)
     best, found, vain = (math.inf, math.inf), None, 0
     for number, structure in enumerate(structures):
         progress(number, len(structures), best[1] if found else None)

@@ -64,10 +64,11 @@ def fit_state_space(
     if problem.start is not None:
         multi_start.plan(training.iterations)
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
+        multi_start.finish()
         return freeze(winner, problem, data), _history(winner, data)
-    multi_start.plan(2 * LINEAR_ITERATIONS + _iterations(training, training.iterations))
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
+    multi_start.finish()
     if not math.isfinite(winner.error):
         raise TrainingError(
             "training diverged: no start of the state-space network has a finite validation "
@@ -168,23 +169,31 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     last = training.iterations if dense == units else training.stretches
     winner = chosen.judged
     if winner is None:
+        multi_start.plan(2 * LINEAR_ITERATIONS + (_iterations(training, last) if units else last))
         winner = multi_start.linear(order)
         if units:
-            multi_start.plan(_iterations(training, last))
             starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
             winner = multi_start.go_on(starts)[0]
-    multi_start.plan(last)
-    if dense != units:
-        return multi_start.widened(winner, units)
+        return _last_run(multi_start, winner, units, dense)
     larger = chosen.larger
-    if larger is None or larger.shape.n_units != units:
-        return multi_start.refine(winner)
-    if larger.error < USED * winner.error:  # it makes use of its states already
+    alone = dense != units or larger is None or larger.shape.n_units != units
+    if alone or larger is None:
+        multi_start.plan(last)
+        return _last_run(multi_start, winner, units, dense)
+    used = larger.error < USED * winner.error  # it makes use of its states already
+    multi_start.plan(last if used else 2 * last)
+    if used:
         return multi_start.refine(larger, WITH_MORE_STATES)
     refined = multi_start.refine(winner)
-    multi_start.plan(last)
     other = multi_start.refine(larger, WITH_MORE_STATES)
     return other if other.error < USED * refined.error else refined
+
+
+def _last_run(multi_start: MultiStart, winner: Candidate, units: int, dense: int) -> Candidate:
+    """Refine the winner, or widen it where normal equations are solved for fewer units."""
+    if dense != units:
+        return multi_start.widened(winner, units)
+    return multi_start.refine(winner)
 
 
 def _iterations(training: LeastSquaresRecipe, last: int) -> int:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import torch
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, part_of
 from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
@@ -29,18 +29,19 @@ class Ledger:
     from the file ends with the same weights as an unbroken one.
 
     The file is read if it exists, its tensors to the device, and written after iterations. The
-    progress is called after each iteration with the iterations done and planned of all runs.
-
-    Attributes:
-        planned: iterations of all runs, as far as they are known; those done count at least.
+    progress is called after each iteration with the iterations done and planned of a part, which
+    is one or more runs.
 
     Raises:
         TrainingError: the file cannot be read.
     """
 
     def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
-        self._path, self._progress = path, progress
-        self.planned, self._best = 0, math.inf
+        self._path, self._stage, self._progress = path, progress, progress
+        self._planned, self._best = 0, math.inf
+        self._named = False
+        self._before: set[str] = set()
+        self._of_part: set[str] = set()
         self._runs: dict[str, dict[str, Any]] = {}
         self._written = time.monotonic()
         if path.exists():
@@ -53,10 +54,39 @@ class Ledger:
         """All runs together have done this many iterations."""
         return sum(run["iterations"] for run in self._runs.values())
 
+    def plan(self, iterations: int, part: str = "") -> None:
+        """Begin a part of the fit, whose runs have at most so many iterations; another one ends.
+
+        A fit has one part without a name at most, which is the last one.
+        """
+        self.finish()
+        self._planned, self._named = iterations, bool(part)
+        self._progress = part_of(self._stage, part, at_most=True)
+        self.show()
+
+    def finish(self) -> None:
+        """End a part: runs may have finished before their last iteration."""
+        if self._planned:
+            self._planned = self._done or self._planned
+            self._progress(self._planned, self._planned, self._best)
+        self._before |= self._of_part
+        self._planned, self._of_part = 0, set()
+
+    @property
+    def _done(self) -> int:
+        """Iterations of the part; a file may hold runs of parts that come yet."""
+        runs = self._runs.items()
+        of_part, before = self._of_part, self._before
+        return sum(
+            run["iterations"]
+            for name, run in runs
+            if (name in of_part if self._named else name not in before)
+        )
+
     def show(self, error: float = math.inf) -> None:
         """Let the progress be seen, with the smallest validation error so far."""
-        self._best, done = min(self._best, error), self.iterations
-        self._progress(done, max(done, self.planned), self._best)
+        self._best, done = min(self._best, error), self._done
+        self._progress(done, max(done, self._planned), self._best)
 
     def run(
         self,
@@ -73,6 +103,7 @@ class Ledger:
         Raises:
             TrainingError: the file holds a run of this name that another version has written.
         """
+        self._of_part.add(name)
         stored = self._runs.get(name, {"iterations": 0, "state": None})
         done, state = stored["iterations"], start
         if stored["state"] is not None:

@@ -95,10 +95,13 @@ class MultiStart:
         self._objective = Objective(problem, data)
         self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
 
-    def plan(self, iterations: int) -> None:
-        """Announce how many iterations are still to come, so that the progress has a total."""
-        self._ledger.planned = self._ledger.iterations + iterations
-        self._ledger.show()
+    def plan(self, iterations: int, part: str = "") -> None:
+        """Begin a part of so many iterations at most, so that the progress has a total."""
+        self._ledger.plan(iterations, part)
+
+    def finish(self) -> None:
+        """End the last part."""
+        self._ledger.finish()
 
     def shape(self, order: int, units: int) -> CellShape:
         """Return the shape of a cell; one with units has states to spare (the padding).

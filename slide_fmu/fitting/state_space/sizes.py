@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from slide_fmu.fitting.history import TriedSize
-from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.noise import PART, noise_in, without_noise
 from slide_fmu.fitting.state_space.residual import learnable_share
 
@@ -119,6 +119,7 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     Low orders are tried first: they cost least, and their fits converge best.
     """
     most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
+    multi_start.plan(2 * LINEAR_ITERATIONS * (most + 1), "number of states")
     wanted = AS_GOOD * min(multi_start.linear(order).error for order in (shown, most))
     return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
 
@@ -260,11 +261,13 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
 
     It runs on while that pays as a larger network would have to pay: iterations are cheaper.
     """
-    linear = multi_start.linear(order)
+    training, linear_ones = multi_start.training, 2 * LINEAR_ITERATIONS
     if units == 0:
-        return linear
-    units, training = multi_start.dense_units(order, units), multi_start.training
-    multi_start.plan(SEARCH_STARTS * training.start_iterations + training.kept_iterations)
+        multi_start.plan(linear_ones, f"{order} states")
+        return multi_start.linear(order)
+    rounds = SEARCH_STARTS * training.start_iterations + MOST_ROUNDS * training.kept_iterations
+    multi_start.plan(linear_ones + rounds, f"{order} states and {units} units")
+    linear, units = multi_start.linear(order), multi_start.dense_units(order, units)
     starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
     found = multi_start.judged(best)
@@ -272,7 +275,6 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
         noise = noise_in(found, multi_start.data.validation)
         if _good(found, noise, samples_of_part(multi_start)):
             break
-        multi_start.plan(training.kept_iterations)
         before, found = found.error, multi_start.judged_again(found, number)
         errors = (without_noise(error, noise) for error in (found.error, before))
         if not next(errors) < WORTHWHILE * next(errors):

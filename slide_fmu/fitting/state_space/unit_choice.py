@@ -18,7 +18,7 @@ from slide_fmu.fitting.history import TriedUnits
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.fitting.state_space.segments import Segments
@@ -149,13 +149,19 @@ class _Trials:
 
     def _learn(self, multi_start: MultiStart, units: int) -> Candidate:
         """Learn a small network of so many units from the smaller amplitudes."""
-        if self._linear is None:
-            self._linear = multi_start.linear(orders_to_try(multi_start)[0])
-        training, linear = multi_start.training, self._linear
-        multi_start.plan(TRIAL_STARTS * training.start_iterations + training.kept_iterations)
+        training, kind = multi_start.training, multi_start.network.units
+        orders = None if self._linear is not None else orders_to_try(multi_start)
+        iterations = TRIAL_STARTS * training.start_iterations + training.kept_iterations
+        first = 0 if orders is None else 2 * LINEAR_ITERATIONS
+        multi_start.plan(first + iterations, f"trial of {units} {kind} units")
+        if orders is not None:
+            self._linear = multi_start.linear(orders[0])
+        linear = self.linear
         units = multi_start.dense_units(linear.shape.n_states, units)
         starts = [multi_start.start(linear, units, number) for number in range(TRIAL_STARTS)]
-        return multi_start.judged(min(starts, key=lambda start: start.error))
+        found = multi_start.judged(min(starts, key=lambda start: start.error))
+        multi_start.finish()
+        return found
 
 
 def _score(tried: TriedUnits) -> float:

@@ -106,6 +106,41 @@ def test_every_iteration_of_all_runs_is_reported(tmp_path: Path) -> None:
     assert reported == list(range(1, TOTAL + 1))
 
 
+class Stage:
+    """Keeps what is heard of each part of a stage."""
+
+    def __init__(self, name: str, bars: dict[str, list[tuple[int, int]]]) -> None:
+        self.bars, self.heard = bars, bars.setdefault(name, [])
+
+    def __call__(self, done: int, total: int, error: float | None = None) -> None:
+        self.heard.append((done, total))
+
+    def part(self, name: str, at_most: bool) -> Progress:
+        assert at_most
+        return Stage(name, self.bars)
+
+
+def test_part_has_its_greatest_total_and_ends_with_the_work(tmp_path: Path) -> None:
+    """The total does not move, also of a fit that goes on, whatever runs its file has already."""
+    for _ in range(2):
+        bars: dict[str, list[tuple[int, int]]] = {}
+        ledger = Ledger(tmp_path / "c.pt", CPU, Stage("stage", bars))
+        theta = torch.tensor([0.3, 0.7, 0.9], dtype=torch.float64)
+        ledger.plan(RUNS["first"] + RUNS["second"], "search")
+        for name, iterations in RUNS.items():
+            if name == "third":
+                ledger.plan(iterations)
+            theta = ledger.run(name, Wandering(theta), advance, iterations).theta
+        ledger.finish()
+        search, last = bars["search"], bars[""]
+        assert {total for _, total in search[:-1]} == {11}
+        assert search[-1] == (9, 9)
+        assert {total for _, total in last} == {3}
+        assert last[-1] == (3, 3)
+        assert [done for done, _ in search] == sorted(done for done, _ in search)
+        assert not bars["stage"]
+
+
 def test_finished_start_is_left_alone(tmp_path: Path) -> None:
     start = Wandering(torch.ones(2), finished=True)
     assert Ledger(tmp_path / "c.pt", CPU, silent).run("one", start, advance, 5) is start

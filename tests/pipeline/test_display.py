@@ -1,0 +1,98 @@
+"""Stages say how far they are, of what, for how long yet, and with which error."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import pty
+import re
+
+import pytest
+
+from slide_fmu.core.progress import Heard, Progress, part_of, quiet
+from slide_fmu.pipeline import display
+from slide_fmu.pipeline.display import Messages, shown
+
+
+class Clock:
+    """Seconds that pass when a test says so."""
+
+    now = 0.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(display, "time", clock)
+    return clock
+
+
+def fit(progress: Progress, clock: Clock) -> None:
+    """Two seconds an iteration, of which there are at most 40, but only 30."""
+    progress = part_of(progress, "4 states", at_most=True)
+    progress(0, 40, math.inf)
+    for done in range(1, 31):
+        clock.now += 2.0
+        progress(done, 40, 0.1 / done)
+    progress(30, 30, 0.00287)
+
+
+def test_lines_say_the_total_the_time_left_and_the_relative_error(clock: Clock) -> None:
+    console = Messages(file=io.StringIO(), markup=False, highlight=False)
+    with shown(console) as stages:
+        fit(stages("surrogate"), clock)
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert lines[0] == "surrogate, 4 states: 0 of at most 40"
+    assert lines[1] == "surrogate, 4 states: 4 of at most 40, 1 min left, validation error 2.5 %"
+    assert lines[-1] == "surrogate, 4 states: 30 of 30, took 1 min, validation error 0.287 %"
+
+
+def test_long_stage_says_its_time_before_its_first_tenth(clock: Clock) -> None:
+    console = Messages(file=io.StringIO(), markup=False, highlight=False)
+    with shown(console) as stages:
+        progress = stages("trajectories")
+        for done in range(20):
+            progress(done, 1000)
+            clock.now += 6.0
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert lines == [
+        "trajectories: 0 of 1000",
+        "trajectories: 2 of 1000, 1 h 40 min left",
+    ]
+
+
+@pytest.mark.parametrize("columns", [60, 100])
+def test_bars_fit_the_terminal_and_end_with_the_work(
+    monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TERM", "xterm")
+    master, terminal = pty.openpty()
+    with os.fdopen(terminal, "w") as file:
+        console = Messages(file=file, markup=False, highlight=False)
+        with shown(console) as stages:
+            progress = part_of(stages("companion, attempt 2"), at_most=True)
+            progress(0, 183, math.inf)
+            progress(97, 183, 0.00287)
+            progress(180, 180, 0.00287)
+    said = os.read(master, 1 << 16).decode()
+    os.close(master)
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", said).replace("\r", "\n")
+    assert max(map(len, plain.splitlines())) <= columns
+    last = [line for line in plain.splitlines() if line.strip()][-1]
+    assert "180 of 180" in last
+    assert last.rstrip().endswith("0.287 %")
+    assert "inf" not in plain
+
+
+def test_error_that_is_no_relative_one_is_not_shown() -> None:
+    seen: list[float | None] = []
+    heard = Heard(lambda done, total, error=None: seen.append(error), with_error=False)
+    heard(1, 2, 0.5)
+    part_of(heard, "part")(1, 2, 0.5)
+    assert seen == [None, None]
+    assert part_of(quiet, "part") is quiet

@@ -1,7 +1,8 @@
 """Build released FMUs again without training: ``python fmus/rebuild.py fmus/duffing/duffing.fmu``.
 
 Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
-with the runtime of this version; its card and credentials are written again too. Its recipe is
+with the runtime of this version; its card and credentials, which follow from these, are written
+again too. Its recipe is
 that of ``training`` as it is now, which must say the same. The experiment that it carries stays;
 where it carries none, or with ``--experiment``, its reference is simulated for some seconds.
 With ``--measure``, the same surrogate is measured beside its reference again, and gets figures,
@@ -41,14 +42,12 @@ from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.model_card import variable_table
+from slide_fmu.validation.model_card import model_card
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
 MADE_ANEW = ("measured", "drawing")
 """Parts of the provenance that measuring makes anew."""
-HEADING = "| variable |"
-"""How the table of variables begins on a card."""
 
 
 def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
@@ -56,8 +55,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
 
     Surrogate, provenance, measured figures and report stay as they are. Model description and
     libraries are those of this version, the drawing is that which the recipe names now. The card
-    (``README.md``) stays too, but lists the variables that the FMU has now. Credentials say what
-    is known of it.
+    (``README.md``) and the credentials are written from the figures.
 
     Args:
         fmu: the released FMU.
@@ -67,8 +65,8 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
         CredentialError: the experiment that it carries is damaged: make it anew.
         FmuError: the file is no FMU of slide-fmu, or damaged.
         StageError: it carries no measured figures or no report, its recipe says something else
-            now, or its card has no table.
-        OSError: a file cannot be read or written, or there is no card.
+            now.
+        OSError: a file cannot be read or written.
     """
     surrogate, found = read_fmu(fmu)
     measured = (found or {}).get("measured")
@@ -78,12 +76,12 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
             f"{fmu} carries no {'report' if measured else 'measured figures'}; expected an FMU "
             "that slide-fmu run has finished: run its recipe"
         )
-    place = fmu.with_name(CARD)
-    text = _with_variables(place.read_text(encoding="utf-8"), variable_table(surrogate), place)
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
     surrogate = _learnt_anew(surrogate, recipe)
     provenance = with_drawing(provenance, recipe, surrogate)
+    drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
+    text = model_card(surrogate, recipe, measured, PICTURE, drawn)
     experiment = None if new_experiment else read_experiment(fmu)
     if experiment is None:
         experiment = _experiment(surrogate, recipe, measured)
@@ -91,7 +89,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     export_fmu(
         surrogate, fmu, provenance=provenance, documentation=files.documentation, extra=files.extra
     )
-    write_whole(place, text.encode("utf-8"))
+    write_whole(fmu.with_name(CARD), text.encode("utf-8"))
     return fmu
 
 
@@ -179,14 +177,6 @@ def _learnt(recipe: Recipe) -> dict[str, Any]:
     values = recipe.model_dump(mode="json", exclude={"description", "equations"})
     del values["system"]["picture"], values["system"]["drawing"]
     return values
-
-
-def _with_variables(text: str, table: str, place: Path) -> str:
-    """Return the card with another table of variables."""
-    before, heading, rest = text.partition(HEADING)
-    if not heading:
-        raise StageError(f"{place} has no table that begins with {HEADING!r}; release again")
-    return before + table + "\n\n" + rest.partition("\n\n")[2]
 
 
 def main() -> None:

@@ -6,11 +6,11 @@ import hashlib
 import re
 import stat
 import unicodedata
-import zipfile
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.export import LARGEST, SURROGATE, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
 from slide_fmu.fmu.libraries.sources import FOLDER, source_members
@@ -32,7 +32,7 @@ def archive_problems(path: Path) -> list[str]:
     Raises:
         zipfile.BadZipFile, OSError: the file is no archive, or cannot be read.
     """
-    with zipfile.ZipFile(path) as archive:
+    with open_archive(path) as archive:
         members = archive.infolist()
     names = Counter(member.filename for member in members)
     problems = [
@@ -93,7 +93,7 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
             )
     if trusted:
         return problems
-    with zipfile.ZipFile(path) as archive:
+    with open_archive(path) as archive:
         names = [name for name in archive.namelist() if not name.endswith("/")]
     others = {name for name in names if name.casefold().startswith(BINARIES)}
     problems += [
@@ -117,7 +117,7 @@ def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
     Raises:
         FmuError, OSError: the file cannot be read.
     """
-    with zipfile.ZipFile(path) as archive:
+    with open_archive(path) as archive:
         members = [member for member in archive.namelist() if not member.endswith("/")]
     found = {member for member in members if member.casefold().startswith(f"{FOLDER}/")}
     if not found:

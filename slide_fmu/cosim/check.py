@@ -15,11 +15,14 @@ from fmpy.validation import validate_fmu
 from slide_fmu.core.files import told_of_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
+from slide_fmu.core.xml_differences import differences
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
 from slide_fmu.cosim.importer import Reader, open_slave
 from slide_fmu.cosim.synthetic import random_record
-from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.fmu.description.fmi2 import guid_of, model_description
+from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import (
     BY_KEY,
@@ -30,6 +33,7 @@ from slide_fmu.fmu.description.variables import (
 )
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
+from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6
@@ -43,6 +47,9 @@ magnifies rounding."""
 WIDE, STEPS_OF_WIDE = 1000.0, 300
 """A library that is off by so many times what rounding may do has another fault; it shows in so
 many steps of random inputs."""
+
+SHOWN = 5
+"""So many differences of a document are named."""
 
 FILLED_TOLERANCE = 1e-12
 """Largest deviation of the filled part of the inputs: it is a quotient of two counts."""
@@ -127,7 +134,8 @@ def _compare_description(
             f"model identifier {description.coSimulation.modelIdentifier!r}; "
             f"expected {surrogate.name!r}"
         )
-    return problems + _compare_variables(surrogate, description, fmi)
+    problems += _compare_variables(surrogate, description, fmi)
+    return problems or _compare_attributes(path, surrogate, fmi)
 
 
 def _compare_variables(
@@ -152,6 +160,26 @@ def _compare_variables(
         "make the FMU again with slide-fmu export OLD.fmu -o NEW.fmu, and connect its variables "
         "by their names"
     ]
+
+
+def _compare_attributes(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
+    """Compare all elements and attributes with what ``export_fmu`` writes of this surrogate."""
+    payload = read_member(path, SURROGATE) or b""
+    if fmi == 3:
+        written = model_description3(surrogate, guid_of(payload))
+    else:
+        with open_archive(path) as archive:
+            sources = any(name.startswith(f"{FOLDER}/") for name in archive.namelist())
+        files = compiled_files() if sources else ()
+        written = model_description(surrogate, guid_of(payload), files)
+    found = ElementTree.fromstring(read_member(path, DESCRIPTION) or b"")
+    others = list(differences(found, ElementTree.fromstring(written)))
+    more = [f"{DESCRIPTION}: {len(others) - SHOWN} further differences"] * (len(others) > SHOWN)
+    return [
+        f"{DESCRIPTION}: {other}: it was edited, or another version of slide-fmu made it; export "
+        "again"
+        for other in others[:SHOWN]
+    ] + more
 
 
 def _described(variable: tuple[str, int, str, str | None, str] | None) -> str:

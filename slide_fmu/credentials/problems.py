@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.manifest import read_manifest
 from slide_fmu.credentials.members import MANIFEST, METADATA, member
@@ -66,7 +66,7 @@ def _links(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
     content = read_member(fmu, MANIFEST)
     if content is None:
         return
-    with zipfile.ZipFile(fmu) as archive:
+    with open_archive(fmu) as archive:
         names = set(archive.namelist())
     for file in read_manifest(content):
         if file.member not in names:

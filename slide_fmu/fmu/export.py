@@ -11,9 +11,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from slide_fmu.core.files import write_zip
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.attachments.files import attached_files
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
+from slide_fmu.fmu.hashes import HASHES, hash_list
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
 from slide_fmu.fmu.libraries.sources import Sources, compiled_files, source_members
 from slide_fmu.surrogate.payload import MAGIC, PayloadError
@@ -100,7 +102,9 @@ def export_fmu(
     for folder, files_of in ((DOCUMENTATION, documentation), (EXTRA, extra)):
         for name, content in (files_of or {}).items():
             members[f"{folder}/{_checked_name(folder, name)}"] = content
-    write_zip(path, {**members, **attached_files(fmi)})
+    members |= attached_files(fmi)
+    members.pop(HASHES, None)
+    write_zip(path, {**members, HASHES: hash_list(members)})
     return path
 
 
@@ -151,8 +155,8 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
         FmuError: the file is no FMU, no FMU of slide-fmu, or damaged.
         OSError: the file cannot be read.
     """
-    payload = read_member(path, SURROGATE)
-    if payload is None:
+    beginning = read_member(path, SURROGATE, len(MAGIC))
+    if beginning is None:
         if read_member(path, DESCRIPTION) is None:
             raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it; {REMEDY}")
         if read_member(path, MODULE) is not None:
@@ -166,7 +170,9 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
             "checks it (fmpy validate FMU)"
         )
     try:
-        surrogate = Surrogate.from_bytes(payload)
+        if beginning != MAGIC:  # then nothing of it is worth unpacking
+            Surrogate.from_bytes(beginning)
+        surrogate = Surrogate.from_bytes(read_member(path, SURROGATE) or b"")
     except PayloadError as error:
         raise FmuError(f"{path}: {error}; {REMEDY}") from error
     return surrogate, read_json(path, PROVENANCE)
@@ -199,22 +205,28 @@ def read_json(path: Path, name: str) -> dict[str, Any] | None:
     return found
 
 
-def read_member(path: Path, name: str) -> bytes | None:
+def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | None:
     """Read one file of an FMU, or None when it has no such file.
+
+    Args:
+        path: the FMU.
+        name: of the file in it.
+        beginning: read so many bytes at most; all if None.
 
     Raises:
         FmuError: the file is no zip archive or is damaged, or what is read is very large.
         OSError: the file cannot be read.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
+        with open_archive(path) as archive:
             if name not in archive.namelist():
                 return None
             size = archive.getinfo(name).file_size
             most = LARGEST_TEXT if PurePosixPath(name).suffix in PARSED else LARGEST
             if size > most:
                 raise FmuError(f"{path}: {name} has {size} bytes; expected at most {most}")
-            return archive.read(name)
+            with archive.open(name) as file:
+                return file.read() if beginning is None else file.read(beginning)
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise _no_archive(path, error) from error
     except (NotImplementedError, RuntimeError) as error:
@@ -235,7 +247,7 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
         OSError: the file cannot be read.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
+        with open_archive(path) as archive:
             names = [name for name in archive.namelist() if name.startswith(f"{folder}/")]
     except zipfile.BadZipFile as error:
         raise _no_archive(path, error) from error

@@ -1,4 +1,4 @@
-"""An FMU is checked: its archive, description and library, its credentials, its experiment."""
+"""An FMU is checked: archive, description, library, credentials, experiment, and hashes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.cosim.archive import archive_problems
+from slide_fmu.cosim.archive import BINARIES, archive_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.credentials.replay import Replay, replay
 from slide_fmu.fmu.export import FmuError, read_fmu
+from slide_fmu.fmu.hashes import hash_problems
+from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
+from slide_fmu.pipeline.agreement import agreement_problems
+
+CHANGEABLE = (BINARIES, f"{SOURCES}/")
+"""Users may compile libraries of their own; what is run then is not known here."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +48,16 @@ def check(fmu: Path, run: bool) -> Checked:
     """
     problems = check_fmu(fmu, run)
     try:
-        surrogate, _ = read_fmu(fmu)
+        surrogate, provenance = read_fmu(fmu)
         if archive_problems(fmu):
             return Checked(problems)
     except (FmuError, OSError):  # check_fmu has said it
         return Checked(problems)
     try:
         problems += credential_problems(fmu, surrogate)
+        problems += agreement_problems(fmu, surrogate, provenance)
+        # what is said above says more of a member than that its hash is another one
+        problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
         if problems or not run:
             return Checked(problems)
         found = replay(fmu, surrogate)

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.progress import Stages
+from slide_fmu.cosim.archive import BINARIES
 from slide_fmu.fmu.export import (
+    DESCRIPTION,
     DOCUMENTATION,
     EXTRA,
     MODULE_FILES,
@@ -19,10 +21,16 @@ from slide_fmu.fmu.export import (
     export_fmu,
     read_fmu,
     read_folder,
+    read_member,
 )
+from slide_fmu.fmu.hashes import HASHES, hash_problems
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.surrogate.surrogate import Surrogate
+
+WRITTEN_ANEW = (BINARIES, f"{SOURCES}/", DESCRIPTION, "model.png", "terminalsAndIcons/")
+"""Files of an FMU that no FMU written from it takes over."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,8 @@ def export(request: Request, bar: Stages) -> Exported:
     """Write the FMU of a recipe, of an FMU, or of a torch module.
 
     Raises:
-        FmuError: the source is no FMU of slide-fmu.
+        FmuError: the source is no FMU of slide-fmu, or one of the files that stay was changed
+            since it was written.
         ModuleError: the module or its description cannot be used.
         RecipeError: the recipe cannot be used.
         StageError: the recipe was not trained.
@@ -141,10 +150,14 @@ def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) ->
     Its documentation and credentials stay as they are.
 
     Raises:
-        FmuError: the source is no FMU of slide-fmu.
+        FmuError: the source is no FMU of slide-fmu, or one of the files that stay was changed
+            since it was written.
         ValueError: the path does not end in ``.fmu``.
     """
     surrogate, found = read_fmu(source)
+    if read_member(source, HASHES) is not None:  # versions up to 0.6.0 wrote no list of hashes
+        for problem in hash_problems(source, WRITTEN_ANEW):
+            raise FmuError(f"{source}: {problem}")
     return export_fmu(
         surrogate,
         path,

@@ -53,7 +53,7 @@ def model_card(
     environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
     environment.filters["seconds"] = seconds
     environment.filters["plain"] = plain
-    environment.filters["fenced"] = lambda text: text.replace("```", "")
+    environment.filters["escaped"] = lambda text: html.escape(text, quote=False)
     return environment.get_template("card.md").render(
         variables=variable_table(surrogate),
         surrogate=surrogate,

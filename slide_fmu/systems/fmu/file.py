@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
 
 from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.unpacking import UnpackingError, unpack
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.systems.base import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
@@ -201,7 +201,7 @@ def _require_library(what: str, file: FmuFile) -> None:
     """Refuse an FMU that has no library for this platform."""
     platform = fmpy.platform_tuple if file.fmi_3 else fmpy.platform
     library = f"{file.type.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    with zipfile.ZipFile(file.path) as archive:
+    with open_archive(file.path) as archive:
         names = archive.namelist()
     if f"binaries/{platform}/{library}" in names:
         return

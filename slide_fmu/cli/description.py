@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -11,23 +12,28 @@ from rich.console import Console
 from slide_fmu.cli.console import show_validation
 from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
+from slide_fmu.fmu.export import PROVENANCE
 from slide_fmu.pipeline.display import Messages
 from slide_fmu.validation.limits import ordered
 from slide_fmu.validation.verdict import Subject, verdict
 
 
-def show_description(figures: dict[str, Any]) -> None:
+def show_description(fmu: Path, figures: dict[str, Any]) -> None:
     """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output.
+
+    Args:
+        fmu: the file, for messages.
+        figures: what was found.
 
     Raises:
         ValueError: what the FMU says about its origin is none that slide-fmu writes.
     """
     out = Messages(file=sys.stdout, markup=False, highlight=False)
-    if "window" not in figures or "inputs" not in figures:
-        _show_module(figures, out)
-        return
-    origin = figures["provenance"] or {}
     try:
+        if "provenance" not in figures:
+            _show_module(figures, out)
+            return
+        origin = figures["provenance"] or {}
         out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
         for sentence in _verdict(figures, origin.get("measured", {})):
             out.print(sentence)
@@ -35,9 +41,9 @@ def show_description(figures: dict[str, Any]) -> None:
         _show_network(figures, out)
         _show_error(origin, out)
         _show_origin(origin, out)
-    except (AttributeError, IndexError, KeyError, TypeError) as error:
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
-            f"the FMU {figures['name']!r} says something else about its origin than slide-fmu "
+            f"{fmu}: {PROVENANCE} says something else about its origin than slide-fmu "
             f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
             "measured errors: slide-fmu info FMU --json - shows what is there"
         ) from error
@@ -52,9 +58,13 @@ def _verdict(figures: dict[str, Any], measured: dict[str, Any]) -> tuple[str, ..
 
 def _show_module(figures: dict[str, Any], out: Console) -> None:
     """Print what is known of an FMU that holds a torch module."""
-    out.print("an FMU that runs a torch module by Python")
-    for key, value in figures.items():
-        out.print(f"{key}: {value}")
+    out.print(f"{figures['name']}: {figures['description']}")
+    _show_signals(figures, out)
+    window, needs = figures["window"], figures["needs"]
+    out.print(f"window   {window['n_in']} inputs, {window['step']:g} s apart")
+    versions = ", ".join(f"{name} {version}" for name, version in needs.items())
+    out.print(f"made by  {versions}; it needs Python with these packages where it runs")
+    out.print("error    nobody has measured it: the module carries no reference")
 
 
 def _description(origin: dict[str, Any]) -> str:

@@ -26,7 +26,11 @@ def motion(
     ] = None,
     verify: Annotated[
         bool,
-        typer.Option("--verify", help="Simulate the reference model beside the result."),
+        typer.Option(
+            "--verify",
+            help="Simulate the reference model beside the result. This imports the "
+            "module that the FMU names.",
+        ),
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Draw the candidates with this seed.")] = 0,
     json_path: JsonOption = None,

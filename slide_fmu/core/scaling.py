@@ -106,5 +106,6 @@ class LogError:
         return np.asarray((np.log10(error) - self.middle) / self.half_range)
 
     def invert(self, eps: NDArray[Any]) -> NDArray[Any]:
-        """Map logarithmic errors eps to errors of the same shape."""
-        return np.asarray(np.power(10.0, self.middle + self.half_range * eps))
+        """Map logarithmic errors eps to errors of the same shape; very large ones are inf."""
+        with np.errstate(over="ignore"):
+            return np.asarray(np.power(10.0, self.middle + self.half_range * eps))

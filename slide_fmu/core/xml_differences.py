@@ -34,11 +34,11 @@ def _of_element(found: Element, expected: Element, place: str) -> Iterator[str]:
     for key in sorted({*found.keys(), *expected.keys()}):
         values = found.get(key), expected.get(key)
         if values[0] != values[1]:
-            told, wanted = ("none" if value is None else repr(value) for value in values)
-            yield f"{where}: {_local(key)} = {told}; expected {wanted}"
-    texts = [" ".join((element.text or "").split()) for element in (found, expected)]
-    if texts[0] != texts[1]:
-        yield f"{where}: text {apart(*texts)!r}; expected {apart(*reversed(texts))!r}"
+            told, other = ("none" if value is None else repr(value) for value in values)
+            yield f"{where}: {_local(key)} = {told}; expected {other}"
+    text, wanted = (" ".join((element.text or "").split()) for element in (found, expected))
+    if text != wanted:
+        yield f"{where}: text {apart(text, wanted)!r}; expected {apart(wanted, text)!r}"
     yield from _of_children(found, expected, place)
 
 

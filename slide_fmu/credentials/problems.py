@@ -58,7 +58,7 @@ def _metadata(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
         yield (
             f"{METADATA} describes another {name}: its SHA3-256 checksum is {stated[:12]}..., "
             f"expected {checksum(described)[:12]}...; the credentials are not those of this "
-            "FMU, export again"
+            "FMU; get the file again, or make it anew (slide-fmu run)"
         )
 
 

@@ -221,10 +221,28 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
             if table not in one:
                 other.pop(table, None)
     _require_same_values(path, found, wanted, redrawn)
-    if not same_motion(np.array(attributes["probe"]), probe):
+    known = np.array(attributes["probe"])
+    if recipe.system.is_record:
+        _require_same_records(path, recipe, known, probe)
+    elif not same_motion(known, probe):
         raise StoreError(
             f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
             "here; the model has changed since: generate again (slide-fmu generate RECIPE "
+            "--overwrite)"
+        )
+
+
+def _require_same_records(path: Path, recipe: Recipe, known: FloatArray, now: FloatArray) -> None:
+    """Refuse files of records, one row for each, that have changed since they were stored."""
+    files = (recipe.system.model, *recipe.system.further)
+    if known.shape == now.shape:
+        others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
+    else:  # earlier versions knew all files together alone
+        others = [f"one of {', '.join(files)}"]
+    if others:
+        raise StoreError(
+            f"{path}: {', '.join(others)} has changed since its samples were stored here; "
+            "expected the same content: restore it, or generate again (slide-fmu generate RECIPE "
             "--overwrite)"
         )
 

@@ -81,7 +81,10 @@ def page_of(
     experiment = read_experiment(fmu)
     files = {}
     facts = {"title": title or surrogate.name, **facts_of(surrogate)}
-    described = _drawing(surrogate, provenance, drawing)
+    if drawing is None:
+        described = carried_drawing(surrogate, provenance)
+    else:
+        described = load_drawing(drawing, names_of(surrogate))
     facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
     if moves is not None:  # their sliders begin where the moves were chosen
         for parameter in facts["parameters"]:
@@ -94,16 +97,18 @@ def page_of(
     return page_html(surrogate, facts, files, look)
 
 
-def _drawing(
-    surrogate: Surrogate, provenance: Mapping[str, Any] | None, name: str | None
+def carried_drawing(
+    surrogate: Surrogate, provenance: Mapping[str, Any] | None
 ) -> dict[str, Any] | None:
-    """Return the drawing of a name, or that of the provenance; None where there is none."""
-    if name is not None:
-        return load_drawing(name, names_of(surrogate))
+    """Return the drawing that an FMU carries in its provenance; None where there is none.
+
+    Raises:
+        DrawingError: it is not usable.
+    """
     carried = (provenance or {}).get("drawing")
     if carried is None:
         return None
-    return checked_drawing(carried, names_of(surrogate), f"of {surrogate.name}")
+    return checked_drawing(carried, names_of(surrogate), f"in the provenance of {surrogate.name}")
 
 
 def page_html(

@@ -17,6 +17,7 @@ from slide_fmu.core.xml_differences import apart, differences
 from slide_fmu.credentials.members import CARD, METADATA
 from slide_fmu.credentials.metadata import resource_metadata
 from slide_fmu.fmu.export import PROVENANCE, read_member
+from slide_fmu.page.page import carried_drawing
 from slide_fmu.pipeline.credentials import without_pictures
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
@@ -42,15 +43,18 @@ def agreement_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list
         provenance: what it says about its origin; None if it says nothing.
 
     Returns:
-        The problems, each one sentence with its remedy. An FMU without provenance has none.
+        The problems, each one sentence with its remedy. An FMU without provenance, or with
+        neither metadata nor card, has none.
 
     Raises:
         FmuError: a member cannot be read.
         OSError: the file cannot be read.
     """
-    if provenance is None:
+    carried = read_member(fmu, METADATA), read_member(fmu, CARD)
+    if provenance is None or carried == (None, None):
         return []
     try:
+        carried_drawing(surrogate, provenance)
         recipe = recipe_of_provenance(provenance, str(fmu))
         found = list(_of_metadata(fmu, surrogate, recipe, provenance))
         return found + list(_of_card(fmu, surrogate, recipe, provenance))

@@ -15,7 +15,7 @@ from slide_fmu.fitting.calibration.result import Calibration
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.calibrate import calibrate, free_parameters, released_error
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.record.clock import clock_of
+from slide_fmu.systems.record.clock import clock_of_record
 from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS
@@ -173,7 +173,7 @@ def _require_units(
 
 def _require_step(record: Record, step: float) -> None:
     """Refuse a record that knows too little between the FMU's samples."""
-    own = clock_of(record.time).step
+    own = clock_of_record(record).step
     if own > LONGER * step:
         raise RecordError(
             f"{record.path}: sample step {own:.6g} s; expected at most {step:.6g} s, the FMU's "

@@ -15,6 +15,7 @@ from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.page.page import carried_drawing
 from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
@@ -38,9 +39,11 @@ def validate_fmu_file(
 ) -> Validation:
     """Run an FMU of a user beside the reference system, which is looked for near the FMU.
 
-    Arguments and errors are those of ``measured``.
+    Arguments and errors are those of ``measured``; and a DrawingError where the FMU carries a
+    drawing that is not usable.
     """
     make_models_importable(fmu)
+    carried_drawing(*read_fmu(fmu))  # the report shows it: a wrong one is told before any work
     return measured(fmu, task, bar, workers)
 
 

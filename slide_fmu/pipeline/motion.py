@@ -23,6 +23,7 @@ from slide_fmu.motion.move import Move
 from slide_fmu.motion.problem import Problem
 from slide_fmu.motion.quietest import quietest
 from slide_fmu.motion.task import MoveTask, at_parameters, limits_of
+from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
@@ -112,6 +113,7 @@ def solve(
     solved = Solved(surrogate, task, limits, found, ())
     if not verify:
         return solved
+    make_models_importable(fmu)
     progress, truths = bar("reference model"), []
     system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
     resting = np.tile(inputs_of(coordinates, goal[None]), (found.response.lead, 1))

@@ -22,7 +22,7 @@ from slide_fmu.recipe.measured import KIND, PARTS
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
-from slide_fmu.systems.record.clock import clock_of, neat_step
+from slide_fmu.systems.record.clock import clock_of_record, neat_step
 from slide_fmu.systems.record.examination import examine
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS, recognises
@@ -110,7 +110,7 @@ def _proposed(wish: RecordWish) -> RecordProposal:
 def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
     if wish.step is not None:
         return wish.step, "The sample step in s that was given."
-    clock = clock_of(record.time)
+    clock = clock_of_record(record)
     return neat_step(
         clock, clock.longest(len(record.time))
     ), "The sample step in s of the first file."

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
+from importlib import metadata
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
@@ -16,7 +17,19 @@ from pythonfmu import FmuBuilder
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Signal
+from slide_fmu.fmu.attachments.files import FOLDER as ATTACHMENTS
+from slide_fmu.fmu.attachments.files import LICENSES
 from slide_fmu.fmu.description.fmi2 import unit_definitions
+
+TEXTS = ATTACHMENTS / "licenses"
+
+
+_OVERVIEW = f"""What is in this FMU, and under which licence:
+
+binaries/, resources/pythonfmu/: PythonFMU {metadata.version("pythonfmu")}, MIT, see pythonfmu.txt
+modelDescription.xml and all other files of slide-fmu: MIT, see slide-fmu.txt
+What the user put in, such as a torch module or a model, is the user's own.
+"""
 
 
 def write_python_fmu(
@@ -62,8 +75,32 @@ def write_python_fmu(
             sys.modules.pop(module_name, None)
             sys.path[:] = [entry for entry in sys.path if str(entry) != folder]
         with zipfile.ZipFile(built) as archive:
-            write_zip(path, {name: archive.read(name) for name in archive.namelist()})
+            members = {name: archive.read(name) for name in archive.namelist()}
+    write_zip(path, {**members, **_licenses()})
     return path
+
+
+def _licenses() -> dict[str, bytes]:
+    """Return the licences of what such an FMU holds, by their names in it.
+
+    PythonFMU is under the MIT licence, whose notice must go along with its libraries.
+
+    Raises:
+        RuntimeError: PythonFMU is installed without its licence.
+    """
+    files = metadata.files("pythonfmu") or []
+    texts = [file.read_binary() for file in files if file.name == "LICENSE"]
+    if not texts:
+        raise RuntimeError(
+            "PythonFMU is installed without its file LICENSE, which must go along with the FMU; "
+            "expected one: pip install --force-reinstall pythonfmu"
+        )
+    own = {f"{LICENSES}/{name}": (TEXTS / name).read_bytes() for name in ("slide-fmu.txt",)}
+    return {
+        **own,
+        f"{LICENSES}/license.txt": _OVERVIEW.encode("utf-8"),
+        f"{LICENSES}/pythonfmu.txt": texts[0],
+    }
 
 
 def complete(

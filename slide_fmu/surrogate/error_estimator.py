@@ -102,9 +102,10 @@ class ErrorEstimator:
         those of the newest sample, (N, n_features).
         """
         eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
-        squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
-        squares = squares * (1 + mean**2) if mean.size else squares
-        largest = self.log_error.invert(np.array(1.0)) ** 2
+        with np.errstate(over="ignore"):  # the square of a very large error may be inf
+            squares = self.log_error.invert(np.minimum(eps, 1.0)) ** 2
+            squares = squares * (1 + mean**2) if mean.size else squares
+            largest = self.log_error.invert(np.array(1.0)) ** 2
         known = np.isfinite(values).reshape(len(values), -1, n_outputs).all(axis=1)
         known &= self.knows(newest)[:, None]
         return np.where(known, np.minimum(squares, largest), largest)

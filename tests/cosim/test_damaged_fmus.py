@@ -24,13 +24,8 @@ from tests.cosim.damage import (
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import SMALL
 
-HARMLESS = {
-    "provenance: not a number",
-    "provenance: other types",
-    "metadata: description ''",  # as it was
-    "model description: utf-16",
-}
-"""Damages that leave the FMU usable."""
+HARMLESS = {"metadata: description ''"}
+"""What was as it is."""
 
 SEEDS = 40
 """Random damages of an FMU of each standard."""
@@ -101,7 +96,7 @@ def test_random_damage_is_refused_in_words_or_harmless(tmp_path: Path, fmi: FmiV
     for seed in range(SEEDS):
         path.write_bytes(random_damage(members, np.random.default_rng(seed)))
         refused += "check" in _refusals(path, f"seed {seed}")
-    assert SEEDS / 2 < refused < SEEDS
+    assert refused == SEEDS  # the list of hashes tells what nothing else does
 
 
 @pytest.mark.extended

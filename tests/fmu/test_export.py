@@ -17,6 +17,7 @@ from slide_fmu.cli import app
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked
 from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries import platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -61,6 +62,7 @@ def test_exported_fmu_holds_exactly_the_expected_members(fmu: Path) -> None:
             "documentation/figures/error.svg",
             "documentation/index.html",
             *LICENSES,
+            HASHES,
             "model.png",
             "modelDescription.xml",
             "resources/provenance.json",
@@ -83,6 +85,7 @@ def test_exported_fmu_of_fmi_3_holds_exactly_the_expected_members(
             "binaries/x86_64-linux/two_masses.so",
             "binaries/x86_64-windows/two_masses.dll",
             *LICENSES,
+            HASHES,
             "modelDescription.xml",
             "resources/surrogate.slide",
             "terminalsAndIcons/icon.png",

@@ -44,7 +44,8 @@ def test_check_command_fails_where_results_are_others(tmp_path: Path) -> None:
     path = tmp_path / "linear.fmu"
     others = results.replace(b",1\n", b",0.5\n")
     path.write_bytes(packed({**members_of(LINEAR), members.RESULTS: others}))
-    assert invoke("check", path).exit_code == 0  # nothing is run
+    (problem,) = check(path, run=False).problems  # nothing is run
+    assert problem.startswith(f"{members.RESULTS} has another content")
     result = invoke("check", path, "--run")
     assert result.exit_code == 1
     assert "window_filled: the replayed experiment differs by 0.5" in " ".join(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.measured import GIVE_STEP, RecordError
+from slide_fmu.systems.record.measured import GIVE_STEP, Record, RecordError
 
 GAP = 1.5
 """Two samples that are more steps apart than this have a gap between them."""
@@ -59,18 +60,34 @@ class Clock:
         return max(end - begin for begin, end in self.stretches(length))
 
 
-def clock_of(time: FloatArray) -> Clock:
+def clock_of_record(record: Record) -> Clock:
+    """Find out how even the times of a record are.
+
+    Raises:
+        RecordError: a time is not finite, or none rises; the message names file and place.
+    """
+    return clock_of(record.time, lambda sample: f"{record.path}, {record.place(sample)}")
+
+
+def _numbered(sample: int) -> str:
+    return f"sample {sample + 1}"
+
+
+def clock_of(time: FloatArray, place: Callable[[int], str] = _numbered) -> Clock:
     """Find out how even times are, shape (N,), in s, of at least two samples.
+
+    Messages name a sample as ``place`` does, with its file.
 
     Raises:
         RecordError: a time is not finite, or none rises.
     """
+    _require_finite(time, place)
     differences = np.diff(time)
     rising = differences[differences > 0]
-    if not np.isfinite(time).all() or not len(rising):
+    if not len(rising):
         raise RecordError(
-            f"{np.count_nonzero(~np.isfinite(time))} of {len(time)} times are not finite, "
-            f"{len(rising)} rise; expected finite times that rise: mend the time, or {GIVE_STEP}"
+            f"{place(0)}: none of {len(time)} times rises; expected times that rise: mend the "
+            f"time, or {GIVE_STEP}"
         )
     median = float(np.median(rising))
     step = float(rising[np.abs(rising - median) <= 0.5 * median].mean())
@@ -81,6 +98,16 @@ def clock_of(time: FloatArray) -> Clock:
     rough = Clock(step, 0.0, gaps, falls, repeats)
     fine = replace(rough, step=step if falls else _slope(time, rough))
     return replace(fine, jitter=_jitter(time, fine))
+
+
+def _require_finite(time: FloatArray, place: Callable[[int], str]) -> None:
+    """Refuse times that are missing, are texts, or are not finite."""
+    wrong = np.flatnonzero(~np.isfinite(time))
+    if len(wrong):
+        raise RecordError(
+            f"{place(int(wrong[0]))}: the time is no finite number, as {len(wrong)} of "
+            f"{len(time)} are; expected finite times that rise: mend the time, or {GIVE_STEP}"
+        )
 
 
 def _slope(time: FloatArray, clock: Clock) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from functools import lru_cache
 from pathlib import Path
 from typing import TypedDict, cast, get_args
@@ -44,7 +43,7 @@ class MeasuredRecords(Source):
         pieces: stretches without gaps, in the order of the files.
         files: names of the files, by the number that pieces have of them.
         digests: SHA-256 of each file, by the same number.
-        identity: SHA-256 of all files together as numbers, shape (32, 1).
+        identity: SHA-256 of each file as numbers, shape (number of files, 32).
         noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
     """
 
@@ -61,8 +60,8 @@ class MeasuredRecords(Source):
         self.pieces, self.remarks, self.noise = pieces, remarks, noise
         self.files = tuple(Path(record.path).name for record in records)
         self.digests = tuple(record.digest for record in records)
-        digest = hashlib.sha256("".join(self.digests).encode()).digest()
-        self.identity: FloatArray = np.frombuffer(digest, np.uint8).astype(np.float64)[:, None]
+        rows = [list(bytes.fromhex(digest)) for digest in self.digests]
+        self.identity: FloatArray = np.array(rows, dtype=np.float64)
 
     @property
     def lacks_outputs(self) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.clock import Clock, clock_of
+from slide_fmu.systems.record.clock import Clock, clock_of_record
 from slide_fmu.systems.record.column_findings import column_findings
 from slide_fmu.systems.record.measured import Record, RecordError
 from slide_fmu.systems.record.preparation import stretches_of
@@ -82,7 +82,7 @@ def require_alike(
                 f"noise record {noise.path}, column {name!r}: the unit is {own!r}; expected "
                 f"{wanted!r}, that of {records[0].path}: correct the header, or convert the values"
             )
-    own_step, step = clock_of(noise.time).step, clock_of(records[0].time).step
+    own_step, step = clock_of_record(noise).step, clock_of_record(records[0]).step
     if max(own_step / step, step / own_step) > LONGER:
         raise RecordError(
             f"noise record {noise.path} has a step of {own_step:.6g} s; expected {step:.6g} s, "
@@ -102,7 +102,7 @@ def noise_at_rest(
             in it, or moves.
     """
     remarks = require_alike(noise, records, outputs)
-    clock = clock_of(noise.time)
+    clock = clock_of_record(noise)
     whole = _resampled(noise, clock, outputs, step)
     stretches = tuple(stretch for stretch in whole if len(stretch) >= SHORTEST)
     samples = sum(len(stretch) for stretch in stretches)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
-from slide_fmu.systems.record.clock import Clock, clock_of, neat_step
+from slide_fmu.systems.record.clock import Clock, clock_of_record, neat_step
 from slide_fmu.systems.record.measured import GIVE_STEP, Record, RecordError
 from slide_fmu.systems.record.resampling import LONGER, Resampling, plan_resampling, resampled
 
@@ -127,7 +127,7 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
 
 
 def _sound_clock(record: Record) -> Clock:
-    clock = clock_of(record.time)
+    clock = clock_of_record(record)
     wrong = sorted((*clock.falls, *clock.repeats))
     if wrong:
         raise RecordError(
@@ -158,7 +158,7 @@ def longest_stretch(
     Raises:
         RecordError: a column is missing, or no time rises.
     """
-    stretches = stretches_of(record, clock_of(record.time), (*inputs, *outputs))
+    stretches = stretches_of(record, clock_of_record(record), (*inputs, *outputs))
     begin, end = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
     return record.chosen(inputs)[begin:end], record.chosen(outputs)[begin:end]
 

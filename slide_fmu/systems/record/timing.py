@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slide_fmu.systems.record.clock import EVEN, Clock, clock_of, drift
+from slide_fmu.systems.record.clock import EVEN, Clock, clock_of_record, drift
 from slide_fmu.systems.record.finding import Finding
 from slide_fmu.systems.record.measured import GIVE_STEP, Record
 
@@ -21,7 +21,7 @@ def time_findings(record: Record) -> list[Finding]:
         return [_broken(record, broken)]
     if not (np.diff(record.time) > 0).any():
         return [_still(record)]
-    clock = clock_of(record.time)
+    clock = clock_of_record(record)
     return [
         *_order(record, clock),
         *_gaps(record, clock),

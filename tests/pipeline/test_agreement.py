@@ -1,0 +1,144 @@
+"""``check`` notices every single edit of what an FMU says of itself."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.credentials.members import CARD, METADATA, RESULTS
+from slide_fmu.fmu.export import DESCRIPTION, PROVENANCE, FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.hashes import HASHES
+from slide_fmu.pipeline.check import check
+from slide_fmu.pipeline.export import export_again
+from tests.cosim.damage import members_of, packed
+from tests.fmu.samples import Shape, random_surrogate
+from tests.libraries import build_libraries
+
+DUFFING = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _binaries() -> None:
+    build_libraries()
+
+
+def edited(tmp_path: Path, member: str, edit: Callable[[bytes], bytes]) -> Path:
+    members = members_of(DUFFING)
+    changed = edit(members[member])
+    assert changed != members[member]
+    path = tmp_path / "duffing.fmu"
+    path.write_bytes(packed({**members, member: changed}))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            b'<BaseUnit m="1" />',
+            b'<BaseUnit m="1" factor="0.001" />',
+            "UnitDefinitions/Unit 'm'/BaseUnit: factor = '0.001'; expected none",
+        ),
+        (b'min="-1000.0"', b'min="-9000.0"', "min = '-9000.0'; expected '-1000.0'"),
+        (b'start="0.0"', b'start="500.0"', "start = '500.0'; expected '0.0'"),
+        (b'stepSize="0.03"', b'stepSize="0.3"', "stepSize = '0.3'; expected '0.03'"),
+        (b'max="0.99"', b'max="0.999"', "max = '0.999'; expected '0.99'"),
+        (
+            b'canGetAndSetFMUstate="true"',
+            b'canGetAndSetFMUstate="false"',
+            "canGetAndSetFMUstate = 'false'; expected 'true'",
+        ),
+        (b'dependencies=""', b'dependencies="1"', "dependencies = '1'; expected ''"),
+        (b"samples of the inputs", b"times of the inputs", "description = "),
+    ],
+)
+def test_each_attribute_of_the_description(
+    tmp_path: Path, old: bytes, new: bytes, said: str
+) -> None:
+    path = edited(tmp_path, DESCRIPTION, lambda text: text.replace(old, new, 1))
+    problems = check(path, run=False).problems
+    assert problems
+    assert said in problems[0]
+
+
+def smaller(content: bytes) -> bytes:
+    found = json.loads(content)
+    for output in found["measured"]["plain_call"]["outputs"]:
+        output["rough"] = output["rough"] / 1000
+    return json.dumps(found, sort_keys=True, indent=2, ensure_ascii=False).encode()
+
+
+@pytest.mark.parametrize(
+    ("member", "edit"),
+    [
+        (PROVENANCE, smaller),
+        (METADATA, lambda text: re.sub(rb'relative_rmse="[^"]*"', b'relative_rmse="1e-9"', text)),
+        (METADATA, lambda text: re.sub(rb"relative RMSE [\d.]+ %", b"relative RMSE 0.01 %", text)),
+        (CARD, lambda text: re.sub(rb"[\d.]+ %", b"0.0001 %", text, count=1)),
+    ],
+)
+def test_figures_are_held_against_each_other(
+    tmp_path: Path, member: str, edit: Callable[[bytes], bytes]
+) -> None:
+    problems = check(edited(tmp_path, member, edit), run=False).problems
+    assert any("does not say what resources/provenance.json says" in p for p in problems)
+
+
+def other_type(content: bytes) -> bytes:
+    found = json.loads(content)
+    found["measured"]["validation"]["in range"]["outputs"][0]["relative_rmse"] = "x"
+    return json.dumps(found).encode()
+
+
+def test_other_types_in_the_provenance(tmp_path: Path) -> None:
+    (problem,) = check(edited(tmp_path, PROVENANCE, other_type), run=False).problems
+    assert problem.startswith(f"{PROVENANCE} says something else than slide-fmu writes")
+
+
+@pytest.mark.parametrize(
+    "member",
+    [RESULTS, "documentation/index.html", "documentation/licenses/zig.txt", "model.png"],
+)
+def test_hashes_tell_edits_of_all_other_members(tmp_path: Path, member: str) -> None:
+    path = edited(tmp_path, member, lambda content: content + b"\n")
+    (problem,) = check(path, run=False).problems
+    assert problem.startswith(f"{member} has another content")
+
+
+def test_hashes_tell_members_that_are_missing_or_new(tmp_path: Path) -> None:
+    members = members_of(DUFFING)
+    path = tmp_path / "duffing.fmu"
+    del members["documentation/licenses/zig.txt"]
+    members["resources/new.txt"] = b"new"
+    path.write_bytes(packed(members))
+    missing, new = check(path, run=False).problems
+    assert missing.startswith("documentation/licenses/zig.txt is missing since")
+    assert new.startswith("resources/new.txt was added since")
+    del members[HASHES]
+    path.write_bytes(packed(members))
+    (problem,) = check(path, run=False).problems
+    assert problem.startswith(f"{HASHES} is missing")
+
+
+def test_an_edited_report_is_not_taken_over(tmp_path: Path) -> None:
+    path = edited(tmp_path, "documentation/index.html", lambda page: page + b"<p>0.0 %</p>")
+    with pytest.raises(FmuError, match=r"index\.html has another content"):
+        export_again(path, tmp_path / "again.fmu", 2, False)
+
+
+def test_a_library_of_ones_own_is_no_edit_where_libraries_are_run(tmp_path: Path) -> None:
+    fmu = export_fmu(random_surrogate(Shape(name="own")), tmp_path / "own.fmu", sources=True)
+    members = members_of(fmu)
+    members["binaries/arm-none/own.a"] = b"library"
+    fmu.write_bytes(packed(members))
+    assert check(fmu, run=True).problems == []
+    assert any("arm-none" in problem for problem in check(fmu, run=False).problems)
+
+
+def test_the_released_fmu_has_no_problems() -> None:
+    assert check(DUFFING, run=False).problems == []
+    assert read_fmu(DUFFING)[1] is not None

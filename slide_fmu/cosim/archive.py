@@ -7,17 +7,24 @@ import re
 import stat
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.export import LARGEST, SURROGATE, read_member
+from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
 from slide_fmu.fmu.libraries.sources import FOLDER, source_members
 from slide_fmu.fmu.native_library import NativeError
 
 BINARIES = "binaries/"
 """The libraries of an FMU lie below this folder (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
+
+LINE = re.compile(r"([0-9a-f]{64})  (.+)")
+"""A line of the list of hashes."""
+
+SHOWN = 5
+"""A message names so many members."""
 
 UNUSUAL = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
 """Some systems know no names with these signs, and unpack such members to other ones."""
@@ -138,6 +145,53 @@ def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
         f"{others[0]} first: they are damaged, foreign, or of another version of slide-fmu; "
         "export again, or take them as they are (--run)"
     ]
+
+
+def hash_problems(path: Path, free: Collection[str] = ()) -> list[str]:
+    """Compare the members of an FMU with its list.
+
+    Args:
+        path: the FMU, whose archive has no problems.
+        free: folders whose files users may change, as ``binaries/``.
+
+    Returns:
+        The problems, each one sentence with its remedy; one if there is no list.
+
+    Raises:
+        FmuError: the file is no archive, or is damaged.
+        OSError: it cannot be read.
+    """
+    content = read_member(path, HASHES)
+    if content is None:
+        return [
+            f"{HASHES} is missing, the list of the hashes of all members; expected in every FMU "
+            "of this version: export again"
+        ]
+    lines = content.decode("utf-8", "replace").splitlines()
+    listed = {match[2]: match[1] for line in lines if (match := LINE.fullmatch(line)) is not None}
+    with open_archive(path) as archive:
+        names = {name for name in archive.namelist() if not name.endswith("/")} - {HASHES}
+    kept = sorted(name for name in names | listed.keys() if not name.startswith(tuple(free)))
+    missing = [name for name in kept if name not in names]
+    added = [name for name in kept if name not in listed]
+    both = [name for name in kept if name in names and name in listed]
+    changed = [name for name in both if _sha256(path, name) != listed[name]]
+    kinds = (("has another content", changed), ("is missing", missing), ("was added", added))
+    return [
+        f"{_told(which)} {what} since the FMU was written, by the hashes in {HASHES}; get the "
+        "file again, or make it anew"
+        for what, which in kinds
+        if which
+    ]
+
+
+def _told(names: list[str]) -> str:
+    more = f" (and {len(names) - SHOWN} more)" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
+
+
+def _sha256(path: Path, name: str) -> str:
+    return hashlib.sha256(read_member(path, name) or b"").hexdigest()
 
 
 def _leaves(name: str) -> bool:

@@ -6,13 +6,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.cosim.archive import BINARIES, archive_problems
+from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.credentials.replay import Replay, replay
 from slide_fmu.fmu.export import FmuError, read_fmu
-from slide_fmu.fmu.hashes import hash_problems
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.pipeline.agreement import agreement_problems
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.cosim.archive import BINARIES
+from slide_fmu.cosim.archive import BINARIES, hash_problems
 from slide_fmu.fmu.export import (
     DESCRIPTION,
     DOCUMENTATION,
@@ -23,7 +23,7 @@ from slide_fmu.fmu.export import (
     read_folder,
     read_member,
 )
-from slide_fmu.fmu.hashes import HASHES, hash_problems
+from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.fmu.libraries.sources import Sources

@@ -18,6 +18,7 @@ from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.motion.path import read_path
 from slide_fmu.motion.task import PathTask, at_parameters, limits_of
+from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.motion import reference_at, write_inputs
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -112,6 +113,7 @@ def correct(
     if not verify:
         return corrected
     progress, errors = bar("reference model"), []
+    make_models_importable(fmu)
     system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
     for done, tried in enumerate((found.path, found.motion)):
         progress(done, 2)

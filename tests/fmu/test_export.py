@@ -14,9 +14,10 @@ from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
 from slide_fmu.cli import app
+from slide_fmu.core.files import write_zip
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked
-from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.export import SURROGATE, FmuError, export_fmu, read_fmu
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries import platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -160,3 +161,25 @@ def test_export_without_compiled_runtime_names_the_command_that_builds_it(
     monkeypatch.setattr(platforms, "BINARIES", tmp_path)
     with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.libraries\.build"):
         export_fmu(surrogate, tmp_path / "m.fmu")
+
+
+def test_a_payload_that_is_none_is_refused_by_its_beginning(
+    surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = export_fmu(surrogate, tmp_path / "m.fmu")
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    members[SURROGATE] = bytes(50_000_000)
+    write_zip(path, members)
+    largest = [0]
+    read = zipfile.ZipExtFile.read
+
+    def noted(file: zipfile.ZipExtFile, n: int | None = -1) -> bytes:
+        content = read(file, n)
+        largest[0] = max(largest[0], len(content))
+        return content
+
+    monkeypatch.setattr(zipfile.ZipExtFile, "read", noted)
+    with pytest.raises(FmuError, match="surrogate file"):
+        read_fmu(path)
+    assert largest[0] < 100

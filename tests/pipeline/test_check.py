@@ -9,6 +9,7 @@ import pytest
 
 from slide_fmu.credentials import members
 from slide_fmu.fmu.export import read_member
+from slide_fmu.fmu.hashes import HASHES, hash_list
 from slide_fmu.pipeline.check import check
 from tests.acceptance.conftest import invoke
 from tests.cosim.damage import members_of, packed
@@ -46,6 +47,9 @@ def test_check_command_fails_where_results_are_others(tmp_path: Path) -> None:
     path.write_bytes(packed({**members_of(LINEAR), members.RESULTS: others}))
     (problem,) = check(path, run=False).problems  # nothing is run
     assert problem.startswith(f"{members.RESULTS} has another content")
+    changed = {**members_of(path)}
+    del changed[HASHES]
+    path.write_bytes(packed({**changed, HASHES: hash_list(changed)}))
     result = invoke("check", path, "--run")
     assert result.exit_code == 1
     assert "window_filled: the replayed experiment differs by 0.5" in " ".join(

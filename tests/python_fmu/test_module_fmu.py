@@ -198,6 +198,10 @@ def test_info_says_what_a_module_fmu_needs(tmp_path: Path) -> None:
     assert set(figures["needs"]) == {"python", "torch", "numpy"}
     assert figures["needs"]["torch"] == torch.__version__
     assert figures == read_json(path, MODULE)
+    shown = invoke("info", path)
+    assert shown.exit_code == 0, shown.output
+    assert f"torch {torch.__version__}" in " ".join(shown.stdout.split())
+    assert all(signal["name"] in shown.stdout for signal in figures["inputs"])
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])

@@ -252,3 +252,15 @@ def test_reset_starts_anew(tmp_path: Path) -> None:
         slave.enterInitializationMode()
         slave.exitInitializationMode()
         assert np.array_equal(run(slave, np.full((5, 1), 500.0), 0.03), first)
+
+
+def test_it_carries_the_licences_of_what_it_holds(tmp_path: Path) -> None:
+    path = write_reference_fmu(
+        Specification(dotted("LinearOscillator"), {}), tmp_path / "reference.fmu"
+    )
+    with zipfile.ZipFile(path) as archive:
+        texts = {n: archive.read(n).decode() for n in archive.namelist() if "/licenses/" in n}
+    folder = "documentation/licenses"
+    assert texts.keys() == {f"{folder}/{n}.txt" for n in ("license", "pythonfmu", "slide-fmu")}
+    assert "Permission is hereby granted" in texts[f"{folder}/pythonfmu.txt"]
+    assert "PythonFMU 0.7" in texts[f"{folder}/license.txt"]

@@ -95,11 +95,15 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
 
 def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
     strange = FINER.model_copy(
-        update={"description": "a <script>alert(1)</script> | b", "equations": "x = 1\n```\n# y"}
+        update={
+            "description": "a <script>alert(1)</script> | b",
+            "equations": "x = 1\n```\n# y <img src=x onerror=alert(1)></pre>",
+        }
     )
     text = model_card(finer.surrogate, strange, figures_of(finer), "picture.png")
     assert "a &lt;script&gt;alert(1)&lt;/script&gt; \\| b." in text
-    assert text.count("```") == 4
+    assert "# y &lt;img src=x onerror=alert(1)&gt;&lt;/pre&gt;\n</pre>" in text
+    assert "<img" not in text
 
 
 @pytest.mark.parametrize(("error", "factor", "warned"), [(0.3, 2, 1), (0.1, 2, 0), (0.3, 1, 0)])

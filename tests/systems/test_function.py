@@ -216,8 +216,10 @@ def test_tutorial_models_have_at_most_forty_lines() -> None:
         (
             "p.rate",
             "p.speed",
-            r"f raised AttributeError: .*speed.*model.py, line 8\), at the start",
+            r"f raised AttributeError: p has no parameter 'speed'; expected one of \['rate'\].*"
+            r"model.py, line 8\), at the start",
         ),
+        ("p.rate", "p['rate']", r"p\['rate'\]; expected p.rate: parameters are attributes \(.*8"),
         ("[p.rate", "[0, p.rate", r"f gave .* of shape \(2,\); expected 1 numbers"),
         ("return [x[0]]", "pass", "g gave None of type object; expected 1 numbers"),
         ("return [x[0]]", "return [1j]", r"g gave \[1j\] of type complex128; expected"),
@@ -338,6 +340,18 @@ def test_step_that_is_only_tried_may_leave_where_f_is_defined(tmp_path: Path) ->
     system = loaded(tmp_path, f"import math\n{text}\nstart = [1.0]\n")
     outputs = system.simulate(np.array([[1.0], [1.0], [0.9]]))
     assert outputs[-1, 0] == pytest.approx(0.0081, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau"])
+def test_step_that_fails_says_what_f_raised_on_the_way(tmp_path: Path, method: str) -> None:
+    text = LAG.replace("p.rate * (u[0] - x[0])", "-1 - math.sqrt(x[0])")
+    system = loaded(tmp_path, f"import math\n{text}\nstart = [1.0]\nmethod = {method!r}\n")
+    raised = (
+        r"f raised ValueError: .*\(.*model.py, line 9\), [\d.e-]+ s after the sample with x = "
+    )
+    after = r"\[-[\d.e-]+\], u = \[0.0\]; .* gives up .* check f.* in sample \d+ \(t = "
+    with pytest.raises(SimulationError, match=raised + after):
+        system.simulate(np.zeros((40, 1)))
 
 
 @pytest.mark.parametrize(

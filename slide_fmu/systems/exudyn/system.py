@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import Any, cast, get_args
 
 import numpy as np
@@ -17,6 +16,7 @@ from slide_fmu.systems.exudyn.plant import Plant
 from slide_fmu.systems.exudyn.settings import Integrator
 from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
+from slide_fmu.systems.parameters import Parameters
 from slide_fmu.systems.specification import Specification, chosen_outputs, chosen_signals
 
 SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}
@@ -74,7 +74,7 @@ class _ExudynSystem(WiredSystem):
     def _fill(self, mbs: Any) -> object:
         file = read_model(self.specification.model)
         values = {name: self._values[name] for name in file.parameters}
-        kept = file.build(mbs, SimpleNamespace(**values))
+        kept = file.build(mbs, Parameters(**values))
         if mbs.systemData.NumberOfObjects() == 0:
             raise LoadError(
                 f"{_function(file)} added no object to mbs; expected that it fills the system "

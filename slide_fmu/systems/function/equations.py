@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.equilibrium import Field, equilibrium
 from slide_fmu.systems.function.integration import Solver
 from slide_fmu.systems.function.user_function import FunctionError, UserFunction
+from slide_fmu.systems.parameters import Parameters
 
 SETTLING = (16, 48, 192, 768, 3072)
 """An equilibrium is looked for from the start, and each time the system has gone on from there by
@@ -35,7 +35,7 @@ class Equations:
     """
 
     function: UserFunction
-    p: SimpleNamespace
+    p: Parameters
     step: float
     solver: Solver
 
@@ -55,7 +55,7 @@ class Equations:
         Raises:
             SimulationError: the solver gave up, or the function failed.
         """
-        trouble: list[str] = []
+        trouble: list[str] = []  # of the last step that was tried
         first, rate = read_only(last), read_only((reached - last) / self.step)
         moves, low, high = bool(rate.any()), np.minimum(last, reached), np.maximum(last, reached)
 
@@ -67,11 +67,14 @@ class Equations:
                 # a step that is only tried may go where f is not defined: a shorter one follows
                 if time == 0.0 or not isinstance(error.__cause__, ArithmeticError | ValueError):
                     raise
-                trouble[:] = [str(error)]
+                trouble[:] = [f"{error}, {place(time, x, u)}"]
                 return np.full(len(x), np.nan)
-            if not math.isfinite(values @ values):  # one number, since this is often asked
-                trouble[:] = [f"f gave {values.tolist()} for x = {x.tolist()}"]
+            if not math.isfinite(values @ values) and np.isfinite(x).all():  # the first is fast
+                trouble[:] = [f"f gave {values.tolist()}, {place(time, x, u)}"]
             return values
+
+        def place(time: float, x: FloatArray, u: FloatArray) -> str:
+            return f"{time:.6g} s after the sample with x = {x.tolist()}, u = {u.tolist()}"
 
         try:
             return self.solver.integrate(rates, state, self.step)
@@ -79,7 +82,7 @@ class Equations:
             raise
         except SimulationError as error:
             raise SimulationError(
-                f"{'; '.join([str(error), *trouble])}; expected motions that stay finite: check "
+                f"{'; '.join([*trouble, str(error)])}; expected motions that stay finite: check "
                 'f, or choose method = "LSODA" if the system is stiff'
             ) from error
 

@@ -67,12 +67,16 @@ class Solver:
             tolerances = {"rtol": self.rtol, "atol": self.atol, "first_step": duration}
             solver = method(rates, 0.0, state, duration, **tolerances)
             for _ in range(MOST_STEPS):
-                message = solver.step()
+                try:
+                    message = solver.step()
+                except (ValueError, np.linalg.LinAlgError) as error:  # of numbers not finite
+                    message = str(error)
+                    break
                 if solver.status != "running":
                     break
         if solver.status == "finished" and np.isfinite(solver.y).all():
             return np.array(solver.y)
-        if solver.status == "running":
+        if solver.status == "running" and not message:
             message = f"more than {MOST_STEPS} steps"
         raise SimulationError(
             f"{self.method} gives up {solver.t:.6g} s after the sample: {message or 'not finite'}"

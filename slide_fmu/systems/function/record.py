@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from slide_fmu.systems.function.user_function import (
     require_arguments,
     require_signals,
 )
+from slide_fmu.systems.parameters import Parameters
 
 
 class RecordSystem(System):
@@ -53,7 +53,7 @@ class RecordSystem(System):
         self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
         require_signals(self.inputs, self.outputs, self.step)
         require_arguments("simulate", simulate, ("t", "u", "p"), 3)
-        self._simulate, self._p = simulate, SimpleNamespace(**(parameters or {}))
+        self._simulate, self._p = simulate, Parameters(**(parameters or {}))
 
     def simulate(self, inputs: FloatArray) -> FloatArray:
         time = self.step * np.arange(len(inputs) + 1, dtype=np.float64)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from slide_fmu.systems.function.user_function import (
     require_arguments,
     require_signals,
 )
+from slide_fmu.systems.parameters import Parameters
 
 PROBED_SAMPLES = 50
 """The motion that shows how large the states become has twice as many samples."""
@@ -76,7 +76,7 @@ class FunctionSystem(Linearizable):
         """
         self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
         require_signals(self.inputs, self.outputs, self.step)
-        self._p, self._given_start = SimpleNamespace(**(parameters or {})), start
+        self._p, self._given_start = Parameters(**(parameters or {})), start
         if callable(start):
             require_arguments("start", start, ("u", "p"), 2)
         held = np.array([signal.start_value for signal in self.inputs])

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.units import behind
 
 Transform = Literal["linear", "log", "reciprocal"]
 """What of a parameter p the response follows most evenly: p, its logarithm, or 1/p, as it follows
@@ -59,13 +60,14 @@ class Parameter:
         if self.transform != "linear" and self.low <= 0:
             raise ValueError(
                 f"parameter {self.name!r}: transform {self.transform!r} of the range [{self.low}, "
-                f"{self.high}] {self.unit}; expected positive values: give a positive range, or "
+                f"{self.high}]{behind(self.unit)}; expected positive values: give a positive "
+                "range, or "
                 "the transform 'linear'"
             )
         if self.start is not None and not self.low <= self.start <= self.high:
             raise ValueError(
                 f"parameter {self.name!r}: start {self.start}; expected a value within its range, "
-                f"{self.low} .. {self.high} {self.unit}"
+                f"{self.low} .. {self.high}{behind(self.unit)}"
             )
 
     @property
@@ -186,8 +188,10 @@ def _checked(parameter: Parameter, value: float | None) -> float:
     number = isinstance(value, int | float | np.number) and math.isfinite(value)
     if not number or not parameter.low - slack <= value <= parameter.high + slack:
         raise ValueError(
-            f"parameter {parameter.name!r} = {value!r} {parameter.unit}; expected a number in its "
-            f"range, {parameter.low:g} .. {parameter.high:g} {parameter.unit}: outside, errors "
+            f"parameter {parameter.name!r} = {value!r}{behind(parameter.unit)}; expected a "
+            "number in its "
+            f"range, {parameter.low:g} .. {parameter.high:g}{behind(parameter.unit)}: outside, "
+            "errors "
             "grow fast; learn a surrogate with a wider range"
         )
     return min(max(float(value), parameter.low), parameter.high)

@@ -12,6 +12,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.units import behind
+
 FloatArray = NDArray[np.float64]
 
 Hold = Literal["zero_order", "first_order"]
@@ -80,17 +82,18 @@ class Signal:
             _require_number(self.name, what, getattr(self, what))
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
             raise ValueError(
-                f"signal {self.name!r}: range [{self.low}, {self.high}] {self.unit}; "
+                f"signal {self.name!r}: range [{self.low}, {self.high}]{behind(self.unit)}; "
                 "expected two finite numbers, the first smaller than the second"
             )
         if self.start is not None and not self.low <= self.start <= self.high:
             raise ValueError(
                 f"signal {self.name!r}: start {self.start}; expected a value within its range, "
-                f"{self.low} .. {self.high} {self.unit}"
+                f"{self.low} .. {self.high}{behind(self.unit)}"
             )
         if self.period is not None and not 0 < self.period < math.inf:
             raise ValueError(
-                f"signal {self.name!r}: period {self.period} {self.unit}; expected a positive, "
+                f"signal {self.name!r}: period {self.period}{behind(self.unit)}; expected a "
+                "positive, "
                 "finite number, or none"
             )
         for what, word, words in (

@@ -52,6 +52,18 @@ def behind(unit: str) -> str:
     return "" if unit == NO_UNIT else f" {unit}"
 
 
+def labelled(label: str, unit: str, between: str = " / ") -> str:
+    """Return a label with its unit, as ``force / N``; alone where there is no unit."""
+    return label if unit in ("", NO_UNIT) else f"{label}{between}{unit}"
+
+
+def ratio(unit: str, over: str) -> str:
+    """Return the unit of a quotient, as ``m/N``."""
+    if over == NO_UNIT:
+        return unit
+    return f"{unit}/{over}" if "/" not in over else f"{unit}/({over})"
+
+
 def require_unit(name: str, unit: str) -> None:
     """Refuse the unit of a signal that is no product of known symbols, as ``"N.m"`` is.
 

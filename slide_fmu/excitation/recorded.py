@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
+from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
@@ -101,7 +102,8 @@ class Recorded(Kind):
         if part > CLIPPED:
             raise ValueError(
                 f"kind = 'file': {self.path!r}: {values.min():.4g} .. {values.max():.4g} for "
-                f"{signal.name!r}, of range {signal.low:g} .. {signal.high:g} {signal.unit}; "
+                f"{signal.name!r}, of range {signal.low:g} .. "
+                f"{signal.high:g}{behind(signal.unit)}; "
                 f"{100 * part:.0f} % of the values lie outside and would be clipped: give them in "
                 f"{signal.unit}, widen the range, or lower the scale"
             )

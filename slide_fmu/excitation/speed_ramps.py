@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
 from slide_fmu.excitation.words import between
 
@@ -65,7 +66,8 @@ class SpeedRamps(Kind):
             if signal.angle is None and (signal.low > -1 or signal.high < 1):
                 raise ValueError(
                     f"kind = 'speed_ramps' for {signal.name!r} of range {signal.low:g} .. "
-                    f"{signal.high:g} {signal.unit}; expected -1 .. 1, a cosine or sine: use "
+                    f"{signal.high:g}{behind(signal.unit)}; expected -1 .. 1, a cosine or sine: "
+                    "use "
                     "another kind of excitation, or correct the range"
                 )
 

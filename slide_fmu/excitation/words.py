@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slide_fmu.core.signals import Signal
+from slide_fmu.core.units import ratio
 
 
 def between(pair: tuple[float, float], unit: str = "") -> str:
@@ -27,10 +28,10 @@ def listed(values: Sequence[float], signals: tuple[Signal, ...], per: str) -> st
         signals: the inputs.
         per: what their units are divided by, as ``s^2``.
     """
-    units = [f"{signal.unit}/{per}" for signal in signals]
+    units = [ratio(signal.unit, per) for signal in signals]
     if len(set(units)) == 1:
         return with_unit(_enumerated([f"{value:g}" for value in values]), units[0])
-    return _enumerated([f"{v:g} {unit}" for v, unit in zip(values, units, strict=True)])
+    return _enumerated([with_unit(f"{v:g}", unit) for v, unit in zip(values, units, strict=True)])
 
 
 def _enumerated(words: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ import torch
 from slide_fmu.core.progress import Heard, Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.units import behind
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.base import Offered
@@ -164,7 +165,8 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
         if signal.low != -signal.high:
             raise ValueError(
                 f"flip_signs = true in a training, but the range of {signal.name!r} is "
-                f"{signal.low} .. {signal.high} {signal.unit}; flipping needs ranges about 0 and "
+                f"{signal.low} .. {signal.high}{behind(signal.unit)}; flipping needs ranges "
+                "about 0 and "
                 "a system that answers -u with -y: set flip_signs = false, or declare a "
                 "symmetric range"
             )
@@ -181,7 +183,8 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
         if not value > STILL * (signal.high - signal.low):
             raise ValueError(
                 f"{signal.name!r} is constant in the training data; expected it to move within "
-                f"{signal.low} .. {signal.high} {signal.unit}: check data.excitation and the "
+                f"{signal.low} .. {signal.high}{behind(signal.unit)}: check data.excitation and "
+                "the "
                 "signal's range"
             )
 

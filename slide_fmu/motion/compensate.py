@@ -14,6 +14,7 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.motion.corrections import PROBE, gauss_newton, slopes, splines
@@ -181,7 +182,7 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
     if before > 0 and not after < WORTH * before:
         worst = int(np.argmax(found.condition))
         raise MotionError(
-            f"the path's error of {before:.3g} {unit} RMS does not become smaller; the "
+            f"the path's error of {before:.3g}{behind(unit)} RMS does not become smaller; the "
             "coordinates move the outputs with a condition number of up to "
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
@@ -190,8 +191,10 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
     off = judged.margins[found.records.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(
-            f"the path's error of {before:.3g} {unit} RMS would become {after:.3g} {unit}, but "
-            f"the prediction may be off by {margin:.3g} {unit} RMS there; expected less than what "
+            f"the path's error of {before:.3g}{behind(unit)} RMS would become "
+            f"{after:.3g}{behind(unit)}, but "
+            f"the prediction may be off by {margin:.3g}{behind(unit)} RMS there; expected less "
+            "than what "
             "the corrections gain: choose a slower path, which the surrogate knows better"
         )
     _require_limits("corrected path", found.motion, surrogate, limits)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.units import behind
 from slide_fmu.motion.costs import residual, settled
 from slide_fmu.motion.move import Move, described, described_all
 from slide_fmu.motion.moves import arrivals, shaped_shares
@@ -118,7 +119,8 @@ def earliest(problem: Problem, progress: Progress = quiet) -> Found:
         if found is not None:
             return found
     raise MotionError(
-        f"no move was found that settles within {problem.tolerance:g} {problem.unit} and stays "
+        f"no move was found that settles within {problem.tolerance:g}{behind(problem.unit)} and "
+        "stays "
         f"in the domain of the surrogate, even {SLOWER[-1]:g} times slower than the limits admit; "
         "outside its error bound says nothing: lower the limits, raise the tolerance, or move "
         "start or goal"
@@ -162,7 +164,9 @@ def _nothing(problem: Problem, response: Response, margin: float, known: list[Mo
     unit = problem.unit
     least = min(move.cost(residual, response, problem.tolerance) for move in known)
     return (
-        f"tolerance {problem.tolerance:g} {unit}; no move was found that settles within it: the "
-        f"best of those tried leaves {least:.3g} {unit}, and after it predictions may be off by "
-        f"{margin:.3g} {unit}: raise the tolerance"
+        f"tolerance {problem.tolerance:g}{behind(unit)}; no move was found that settles within "
+        "it: the "
+        f"best of those tried leaves {least:.3g}{behind(unit)}, and after it predictions may be "
+        "off by "
+        f"{margin:.3g}{behind(unit)}: raise the tolerance"
     )

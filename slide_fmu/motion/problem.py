@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
 from slide_fmu.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.records import MotionError
@@ -103,7 +104,8 @@ class Problem:
             coordinate = coordinates_of(self.surrogate.inputs)[worst]
             raise MotionError(
                 f"the smooth way past the points leaves the range of {coordinate.name} by "
-                f"{beyond[worst]:.3g} {coordinate.unit}; expected one within it: move the points, "
+                f"{beyond[worst]:.3g}{behind(coordinate.unit)}; expected one within it: move "
+                "the points, "
                 "or raise via_tolerance"
             )
 

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
 from slide_fmu.motion.coordinates import Coordinate
 from slide_fmu.motion.limits import Limits
 from slide_fmu.motion.problem import Past
@@ -156,7 +157,7 @@ def _require_point(
     for coordinate, value in zip(coordinates, values, strict=True):
         if not coordinate.low <= value <= coordinate.high:
             raise MotionError(
-                f"{name} of {coordinate.name} is {value:g} {coordinate.unit}; expected "
+                f"{name} of {coordinate.name} is {value:g}{behind(coordinate.unit)}; expected "
                 f"{coordinate.low:g} to {coordinate.high:g}, the range that the FMU declares: "
                 "move the point"
             )

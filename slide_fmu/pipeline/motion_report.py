@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind, labelled
 from slide_fmu.motion.move import Move
 from slide_fmu.pipeline.motion import Solved
 from slide_fmu.validation.pictures import png
@@ -29,8 +30,10 @@ def motion_report(solved: Solved) -> Report:
     move = figures["move"]
     summary = (
         f"The move from {list(solved.task.start)} to {list(solved.task.goal)} arrives after "
-        f"{move['arrives_s']:.4g} s and leaves {move['residual']:.3g} {unit}; with its margin "
-        f"{move['residual_with_margin']:.3g} {unit}, of {solved.task.tolerance:g} {unit} that "
+        f"{move['arrives_s']:.4g} s and leaves {move['residual']:.3g}{behind(unit)}; with its "
+        "margin "
+        f"{move['residual_with_margin']:.3g}{behind(unit)}, of "
+        f"{solved.task.tolerance:g}{behind(unit)} that "
         f"are allowed. The margin is {figures['margin_is']}."
     )
     if remark := remark_on_moves(solved):
@@ -113,7 +116,7 @@ def _rows(solved: Solved, moves: list[dict[str, Any]], margins: bool) -> Rows:
 
 
 def _cell(value: float | None, unit: str) -> str:
-    return "not" if value is None else f"{value:.{4 if unit == 's' else 3}g} {unit}"
+    return "not" if value is None else f"{value:.{4 if unit == 's' else 3}g}{behind(unit)}"
 
 
 def limit_rows(move: dict[str, Any]) -> list[tuple[str, str]]:
@@ -140,7 +143,9 @@ def _distances(solved: Solved) -> bytes:
     ax.axhline(solved.task.tolerance, color="black", lw=1)
     ax.text(time[0], 1.15 * solved.task.tolerance, "tolerance", va="bottom")
     unit = solved.surrogate.outputs[0].unit
-    ax.set(xlabel="time in s", ylabel=f"distance from rest in {unit}", ylim=(least, None))
+    ax.set(
+        xlabel="time in s", ylabel=labelled("distance from rest", unit, " in "), ylim=(least, None)
+    )
     ax.legend(loc="lower left", fontsize="small")
     return png(figure)
 
@@ -157,7 +162,7 @@ def _set_points(solved: Solved) -> bytes:
     rows = np.concatenate([response.start[None], move.motion[: move.end + 4]])
     time = response.step * np.arange(len(rows))
     for index, coordinate in enumerate(response.coordinates):
-        upper.plot(time, rows[:, index], label=f"{coordinate.name} in {coordinate.unit}")
+        upper.plot(time, rows[:, index], label=labelled(coordinate.name, coordinate.unit, " in "))
         lower.plot(time[1:], np.diff(rows[:, index]) / response.step)
     upper.set(ylabel="coordinate")
     lower.set(ylabel="its change per s", xlabel="time in s")

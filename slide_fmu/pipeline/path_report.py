@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind, labelled
 from slide_fmu.pipeline.motion_report import Rows, limit_rows
 from slide_fmu.pipeline.path_correction import Corrected
 from slide_fmu.validation.pictures import png
@@ -19,9 +20,10 @@ def path_report(corrected: Corrected) -> Report:
     figures = corrected.figures()
     found, unit = figures["predicted"], figures["unit"]
     summary = (
-        f"The path is off by {found['rms_before']:.3g} {unit} RMS as it is, and by "
-        f"{found['rms_after']:.3g} {unit} with its corrections, as the surrogate predicts. It may "
-        f"be off by {figures['largest_margin']:.3g} {unit} in that: {figures['margin_is']}."
+        f"The path is off by {found['rms_before']:.3g}{behind(unit)} RMS as it is, and by "
+        f"{found['rms_after']:.3g}{behind(unit)} with its corrections, as the surrogate "
+        "predicts. It may "
+        f"be off by {figures['largest_margin']:.3g}{behind(unit)} in that: {figures['margin_is']}."
     )
     text = (
         "Errors are distances of the outputs from where they are wished to be. For the tool of a "
@@ -56,7 +58,7 @@ def _cells(found: dict[str, Any], unit: str) -> list[str]:
     names = "rms_before", "rms_after", "largest_before", "largest_after"
     less = found["times_less"]
     return [
-        *(f"{found[name]:.3g} {unit}" for name in names),
+        *(f"{found[name]:.3g}{behind(unit)}" for name in names),
         "all of it" if less is None else f"{less:.3g} times",
     ]
 
@@ -74,7 +76,9 @@ def _errors(corrected: Corrected) -> bytes:
         if truth is not None:
             label = f"{name}, reference model"
             ax.semilogy(_time(corrected), _distance(truth), f"{colour}--", label=label)
-    ax.set(xlabel="time in s", ylabel=f"error in {corrected.surrogate.outputs[0].unit}")
+    ax.set(
+        xlabel="time in s", ylabel=labelled("error", corrected.surrogate.outputs[0].unit, " in ")
+    )
     ax.legend(fontsize="small")
     return png(figure)
 
@@ -89,7 +93,7 @@ def _corrections(corrected: Corrected) -> bytes:
     ax, found = figure.subplots(), corrected.found
     for index, coordinate in enumerate(found.records.coordinates):
         change = found.motion[:, index] - found.path[:, index]
-        ax.plot(_time(corrected), change, label=f"{coordinate.name} in {coordinate.unit}")
+        ax.plot(_time(corrected), change, label=labelled(coordinate.name, coordinate.unit, " in "))
     ax.set(xlabel="time in s", ylabel="correction")
     ax.legend(fontsize="small", ncols=3)
     return png(figure)

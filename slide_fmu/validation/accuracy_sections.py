@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Bar
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -167,12 +168,12 @@ def _accuracy_rows(validations: Mapping[str, Validation]) -> list[Sequence[str]]
                 (
                     name,
                     output["name"],
-                    f"{output['rms_reference_about_mean']:.4g} {unit}",
-                    f"{output['rmse']:.4g} {unit}",
+                    f"{output['rms_reference_about_mean']:.4g}{behind(unit)}",
+                    f"{output['rmse']:.4g}{behind(unit)}",
                     percent(output["relative_rmse"]),
                     f"{percent(single['median'])} ({percent(single['p10'])} .. "
                     f"{percent(single['p90'])})",
-                    f"{output['max_error']:.4g} {unit}",
+                    f"{output['max_error']:.4g}{behind(unit)}",
                     *([percent(output["plain_relative_rmse"])] if moving else []),
                     *([percent(output["model_relative_rmse"])] if with_model else []),
                     *([_known(output, key) for key in OF_RECORDS] if measured else []),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from slide_fmu.core.units import labelled
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack, attack_figures
 from slide_fmu.validation.pictures import png
@@ -69,6 +70,6 @@ def _picture(found: Attack, surrogate: Surrogate) -> bytes:
     if outside.any():
         top = max(found.errors[shown, output].max(), found.bounds[shown, output].max())
         lower.fill_between(time, 0, top, where=outside, alpha=0.15, label="outside of the domain")
-    lower.set(xlabel="time / s", ylabel=f"error of {signal.name} / {signal.unit}")
+    lower.set(xlabel="time / s", ylabel=labelled(f"error of {signal.name}", signal.unit))
     lower.legend(loc="upper left", fontsize=8)
     return png(figure)

@@ -16,6 +16,7 @@ import numpy as np
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
@@ -161,7 +162,9 @@ def _outputs(
 
 def _named(surrogate: Surrogate, point: FloatArray) -> str:
     pairs = zip(surrogate.inputs, point, strict=True)
-    return ", ".join(f"{signal.name} = {value:.4g} {signal.unit}" for signal, value in pairs)
+    return ", ".join(
+        f"{signal.name} = {value:.4g}{behind(signal.unit)}" for signal, value in pairs
+    )
 
 
 def with_box(report: Report, found: Mapping[str, Any] | None) -> Report:
@@ -187,7 +190,7 @@ def box_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
     rows: list[Sequence[str]] = [(*heading, "covered by the bound") if covers else heading]
     for name, group in found.items():
         for output in group["outputs"]:
-            unit = "" if output["unit"] == "1" else f" {output['unit']}"
+            unit = behind(output["unit"])
             row = (
                 f"{TITLES[name]} ({group['points']} points)",
                 output["name"],

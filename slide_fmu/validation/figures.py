@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import labelled
 from slide_fmu.memory.decay import Decay
 from slide_fmu.validation.comparison import Comparison, Validation
 from slide_fmu.validation.motions import motions_of
@@ -44,7 +45,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         middle.plot(
             time, comparison.surrogate[shown, output], "--", color=SURROGATE, label="surrogate FMU"
         )
-        middle.set_ylabel(f"{signal.name} / {signal.unit}")
+        middle.set_ylabel(labelled(signal.name, signal.unit))
         lower.plot(
             time, np.abs(comparison.error[shown, output]), color=ERROR, lw=0.8, label="|error|"
         )
@@ -55,7 +56,7 @@ def side_by_side(validation: Validation, output: int) -> bytes:
         if filled.any() and comparison.estimate is not None:
             estimate = np.where(filled, comparison.estimate[shown, output], np.nan)
             lower.plot(time, estimate, color=ESTIMATE, label="RMSE, estimated")
-        lower.set_ylabel(f"error / {signal.unit}")
+        lower.set_ylabel(labelled("error", signal.unit))
         lower.set_xlabel("time / s")
         middle.legend(loc="upper right", fontsize=8)
         lower.legend(loc="upper right", fontsize=8)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 from slide_fmu.validation.report import Section
-from slide_fmu.validation.trajectory_charts import OWN, TRUE, said, true_name
+from slide_fmu.validation.trajectory_charts import OWN, TRUE, true_name
 
 FREQUENCY = Axis("frequency", "Hz", log=True)
 
@@ -59,7 +60,7 @@ def _response_chart(validation: Validation, spectra: Spectra, output: int) -> Ch
     panels = [
         Panel(
             "size",
-            _ratio(other.unit, one.unit),
+            ratio(other.unit, one.unit),
             _both(named, frequency, np.abs(true), np.abs(own)),
             log=True,
         ),
@@ -72,12 +73,12 @@ def _response_chart(validation: Validation, spectra: Spectra, output: int) -> Ch
             height="short",
         ),
     ]
-    return Chart(f"{said(one.name)} to {said(other.name)}", panels, FREQUENCY)
+    return Chart(f"{one.name} to {other.name}", panels, FREQUENCY)
 
 
 def _spectrum_chart(validation: Validation, spectra: Spectra, output: int) -> Chart:
     signal = validation.surrogate.outputs[output]
-    unit = "1/√Hz" if signal.unit == "1" else f"{signal.unit}/√Hz"
+    unit = ratio(signal.unit, "√Hz")
     true, own, error = (
         np.sqrt(density[:, output])
         for density in (spectra.reference, spectra.surrogate, spectra.error)
@@ -86,7 +87,7 @@ def _spectrum_chart(validation: Validation, spectra: Spectra, output: int) -> Ch
         *_both(true_name(validation), spectra.frequency, true, own),
         Line("error", spectra.frequency, error, "bad"),
     ]
-    return Chart(said(signal.name), [Panel("density", unit, lines, log=True)], FREQUENCY)
+    return Chart(signal.name, [Panel("density", unit, lines, log=True)], FREQUENCY)
 
 
 def _both(name: str, frequency: FloatArray, true: FloatArray, own: FloatArray) -> list[Line]:
@@ -98,9 +99,3 @@ def _both(name: str, frequency: FloatArray, true: FloatArray, own: FloatArray) -
 
 def _phase(response: ComplexArray) -> FloatArray:
     return np.asarray(np.angle(response, deg=True))
-
-
-def _ratio(unit: str, over: str) -> str:
-    if over == "1":
-        return unit
-    return f"{unit}/{over}" if "/" not in over else f"{unit}/({over})"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.units import NO_UNIT
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.memory.stability import AmplitudeTest
 
@@ -16,7 +18,10 @@ PLOTTED = 1e6
 MOST_POINTS = 2000
 """A course has no more points than about these."""
 
-History = Mapping[str, Sequence[float]]
+FAR = 1e3
+"""Errors of more than so many times the median of the validations are left out of a course."""
+
+History = Mapping[str, Any]
 
 
 def training_charts(histories: Mapping[str, History]) -> list[Chart]:
@@ -29,13 +34,12 @@ def training_charts(histories: Mapping[str, History]) -> list[Chart]:
             stage,
             [
                 Panel(
-                    "error, scaled",
-                    "1",
+                    *_axis_of(history),
                     [
                         _course("training", history, "training_error", "line"),
                         _course("validation", history, "validation_error", "truth"),
                     ],
-                    log=True,
+                    log=_positive(history),
                 )
             ],
             axis,
@@ -44,10 +48,28 @@ def training_charts(histories: Mapping[str, History]) -> list[Chart]:
     ]
 
 
+def _axis_of(history: History) -> tuple[str, str]:
+    """Return title and unit of the errors: those of outputs are relative RMSE."""
+    return ("relative RMSE", "%") if history.get("relative") else ("error, scaled", NO_UNIT)
+
+
+def _positive(history: History) -> bool:
+    """Tell whether errors have logarithms; the loss of an error bound may be negative."""
+    return bool(min(history["validation_error"]) > 0)
+
+
 def _course(name: str, history: History, key: str, colour: str) -> Line:
     every = max(1, len(history["step"]) // MOST_POINTS)
-    step, error = (np.asarray(history[k], dtype=np.float64)[::every] for k in ("step", key))
-    return Line(name, step, error, colour)
+    step, error = (np.array(history[k], dtype=np.float64)[::every] for k in ("step", key))
+    error[error > _largest_shown(history)] = np.nan
+    return Line(name, step, 100 * error if history.get("relative") else error, colour)
+
+
+def _largest_shown(history: History) -> float:
+    """Return the largest error that is drawn: a start far from all solutions hides the course."""
+    errors = np.asarray(history["validation_error"], dtype=np.float64)
+    errors = errors[np.isfinite(errors) & (errors > 0)]
+    return FAR * float(np.median(errors)) if len(errors) else math.inf
 
 
 def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]:

@@ -86,15 +86,17 @@ def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
     )
 
 
-def training_section(histories: Mapping[str, Mapping[str, Sequence[float]]]) -> Section:
+def training_section(histories: Mapping[str, Mapping[str, Any]]) -> Section:
     """Show how the trainings went."""
-    rows = [("stage", "steps or iterations", "best validation error, scaled")]
+    rows = [("stage", "steps or iterations", "best validation error")]
     for stage, history in histories.items():
         best = min(history["validation_error"])
-        rows.append((stage, str(history["step"][-1]), f"{best:.4g}"))
+        error = f"{100 * best:.3g} %" if history.get("relative") else f"{best:.4g}, scaled"
+        rows.append((stage, str(history["step"][-1]), error))
     return Section(
         "Training",
-        "The weights of the best validation are kept. Errors are RMSE in scaled units, weighted "
+        "The weights of the best validation are kept. Errors in per cent are relative RMSE of the "
+        "outputs, over their standard deviation. Others are RMSE in scaled units, weighted "
         "by the spectrum of the outputs' noise where a noise record is named; of the "
         "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
         "and then the mean deviation of its scaled logarithm.",

@@ -8,6 +8,7 @@ from typing import Any
 
 import jinja2
 
+from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.decay_figures import seconds
@@ -50,6 +51,7 @@ def model_card(
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.filters["behind"] = behind
     environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
     environment.filters["seconds"] = seconds
     environment.filters["plain"] = plain
@@ -132,7 +134,7 @@ def plain(text: str) -> str:
 def variable_table(surrogate: Surrogate) -> str:
     """Return the FMU's variables in the order of their value references, as Markdown table."""
     rows = [
-        f"| `{v.name}` | {v.causality} | {plain(v.unit or '')} | {_range_of(v)} "
+        f"| `{v.name}` | {v.causality} | {plain(behind(v.unit or NO_UNIT))} | {_range_of(v)} "
         f"| {plain(v.description)} |"
         for v in fmu_variables(surrogate)
     ]

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.units import labelled
 
 REFERENCE, SURROGATE, ERROR, ESTIMATE = "#222222", "#1f77b4", "#d62728", "#ff7f0e"
 
@@ -27,4 +28,4 @@ def draw_inputs(ax: Axes, signals: Sequence[Signal], time: FloatArray, values: F
         ax.step(time, values[:, index], where="pre", lw=0.9, label=signal.name)
     units = ", ".join(dict.fromkeys(signal.unit for signal in signals))
     names = f"{signals[0].name} .. {signals[-1].name}" if len(signals) > 1 else signals[0].name
-    ax.set_ylabel(f"{names} / {units}")
+    ax.set_ylabel(labelled(names, units))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.validation.comparison import Comparison, Validation
 from slide_fmu.validation.motions import motions_of
@@ -61,9 +62,9 @@ def phase_charts(validation: Validation) -> list[Chart]:
                 ("surrogate", chosen.surrogate, OWN),
             )
         ]
-        panel = Panel("speed", f"{signal.unit}/s", lines, height="square")
-        axis = Axis(said(signal.name), "" if signal.unit == "1" else signal.unit)
-        found.append(Chart(said(signal.name), [panel], axis))
+        panel = Panel("speed", ratio(signal.unit, "s"), lines, height="square")
+        axis = Axis(signal.name, behind(signal.unit).strip())
+        found.append(Chart(signal.name, [panel], axis))
     return found
 
 
@@ -102,7 +103,7 @@ def outputs_panel(validation: Validation, chosen: Comparison, part: slice, outpu
     signal, time = validation.surrogate.outputs[output], chosen.time[part]
     truth = Line(true_name(validation), time, chosen.reference[part, output], **TRUE)
     own = Line("surrogate", time, chosen.surrogate[part, output], **OWN)
-    return Panel(said(signal.name), signal.unit, [truth, own])
+    return Panel(signal.name, signal.unit, [truth, own])
 
 
 def error_panel(validation: Validation, chosen: Comparison, part: slice, output: int) -> Panel:
@@ -145,11 +146,6 @@ def true_name(validation: Validation) -> str:
     return "measured" if validation.recipe.system.is_record else "reference"
 
 
-def said(name: str) -> str:
-    """Return the name of a variable as people say it."""
-    return name.replace("_", " ")
-
-
 def _over_range(signal: Signal, values: FloatArray) -> FloatArray:
     middle, half = 0.5 * (signal.low + signal.high), 0.5 * (signal.high - signal.low)
     return np.asarray((values - middle) / half)
@@ -167,7 +163,7 @@ def _trajectory_chart(
         inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
     ]
     return Chart(
-        f"{said(signal.name)}: {title}",
+        f"{signal.name}: {title}",
         panels,
         text=f"{kind.name}, relative RMSE {100 * error:.3g} %",
         parts=outside_parts(chosen, part),

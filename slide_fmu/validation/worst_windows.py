@@ -15,7 +15,6 @@ from slide_fmu.validation.trajectory_charts import (
     inputs_panel,
     outputs_panel,
     outside_parts,
-    said,
 )
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
@@ -73,7 +72,7 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
         f"{step.ratio:.3g} times its bound" if bounded else f"{100 * step.ratio:.3g} % of the RMS"
     )
     return Chart(
-        f"{said(signal.name)} errs by {size}",
+        f"{signal.name} errs by {size}",
         [
             inputs_panel(validation, comparison.time[part], comparison.inputs[part]),
             outputs_panel(validation, comparison, part, step.output),

@@ -339,7 +339,7 @@ def test_trapezoid_goes_the_whole_way_and_is_symmetric(ramp: float) -> None:
             "speed_ramps",
             RAMPS,
             (DIRECTOR[0], Signal("sine", "1", -0.5, 1.0)),
-            r"for 'sine' of range -0\.5 \.\. 1 1; expected -1 \.\. 1",
+            r"for 'sine' of range -0\.5 \.\. 1; expected -1 \.\. 1",
         ),
         (
             "point_to_point",

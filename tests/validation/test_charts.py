@@ -14,6 +14,7 @@ from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Comparison, Validation
 from slide_fmu.validation.frequency_charts import frequency_sections
 from slide_fmu.validation.learning_charts import curve_chart, stability_charts, training_charts
+from slide_fmu.validation.learning_sections import training_section
 from slide_fmu.validation.trajectory_charts import (
     MOST_SAMPLES,
     inputs_panel,
@@ -176,6 +177,31 @@ def test_training_of_one_step_is_not_drawn() -> None:
     (chart,) = training_charts({"surrogate": long, "estimator": short})
     assert chart.title == "surrogate"
     assert line_of(chart.panels[0].lines, "validation").y.tolist() == [3.0, 2.0]
+
+
+def test_training_is_drawn_as_relative_rmse_without_a_start_far_off() -> None:
+    history = {
+        "step": [1, 2, 3, 4],
+        "training_error": [1e34, 0.5, 0.02, 0.004],
+        "validation_error": [1e30, 0.4, 0.02, 0.00287],
+        "relative": True,
+    }
+    (chart,) = training_charts({"surrogate": history})
+    (panel,) = chart.panels
+    assert (panel.title, panel.unit, panel.log) == ("relative RMSE", "%", True)
+    training, validation = panel.lines
+    np.testing.assert_allclose(training.y, [np.nan, 50.0, 2.0, 0.4])
+    np.testing.assert_allclose(validation.y, [np.nan, 40.0, 2.0, 0.287])
+    section = training_section({"surrogate": history, "x": {**history, "relative": False}})
+    assert section.rows[1] == ("surrogate", "4", "0.287 %")
+    assert section.rows[2] == ("x", "4", "0.00287, scaled")
+
+
+def test_training_whose_loss_may_be_negative_has_an_even_axis() -> None:
+    loss = {"step": [1, 2], "training_error": [3.0, -0.2], "validation_error": [2.0, -0.3]}
+    (panel,) = training_charts({"error bound": loss})[0].panels
+    assert (panel.title, panel.log) == ("error, scaled", False)
+    assert panel.lines[1].y.tolist() == [2.0, -0.3]
 
 
 def test_run_that_grows_without_bound_is_drawn_up_to_a_limit() -> None:

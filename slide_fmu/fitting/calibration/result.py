@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.units import behind
 
 WHOLE = 0.9
 """An interval that covers more than this part of a range tells nothing."""
@@ -52,7 +53,8 @@ class FittedParameter:
             )
         if self.at_end:
             return (
-                f"{name} lies at the end of its range, {self.value:.6g} {unit}: the record may "
+                f"{name} lies at the end of its range, {self.value:.6g}{behind(unit)}: the "
+                "record may "
                 "ask for a value outside; learn a surrogate with a wider range"
             )
         return None

@@ -20,7 +20,7 @@ export class Card {
     this.below = element("canvas", { class: "plot below", role: "img" });
     this.keys = element("p", { class: "keys" });
     this.estimated = facts.estimated;
-    const heading = element("h3", {}, output.name.replaceAll("_", " "));
+    const heading = element("h3", {}, output.name);
     const what = element("p", { class: "what" }, output.description);
     const head = element("div", { class: "head" }, heading, this.value);
     this.block = element("article", { class: "card" }, head, what, this.error);

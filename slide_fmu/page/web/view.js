@@ -78,7 +78,7 @@ export class View {
   /** The table of errors beside a reference; difference: to what the FMU stores, or null. */
   showErrors(course, difference) {
     const rows = course.errors(this.facts).map(([name, text]) =>
-      element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, text)),
+      element("tr", {}, element("td", {}, name), element("td", {}, text)),
     );
     byId("record-name").textContent = course.name;
     byId("errors").replaceChildren(...rows);

@@ -3,6 +3,7 @@
 import { ticksOf } from "./units.js";
 
 const MINUS = "−";
+const MOST_DIGITS = 4; // decimals of a number that fits beside an axis, or digits but for the first
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 /** The way from values of a range to places between two pixels, on a logarithmic axis or not. */
@@ -45,6 +46,12 @@ export function widenedLog([low, high]) {
 /** Ticks of an even axis: { value, text }, about so many. */
 export function linearTicks([low, high], about) {
   const { values, decimals } = ticksOf(low, high, about);
+  const power = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
+  const step = values.length > 1 ? values[1] - values[0] : 10 ** power;
+  const places = Math.max(0, power - Math.floor(Math.log10(step * 1.001)));
+  if ((power > MOST_DIGITS || decimals > MOST_DIGITS) && places < 2) {
+    return values.map((value) => ({ value, text: partText(value / 10 ** power, power, places) }));
+  }
   return values.map((value) => ({ value, text: value.toFixed(decimals).replace("-", MINUS) }));
 }
 
@@ -68,10 +75,20 @@ export function logTicks([low, high], about) {
   return [];
 }
 
+/** A tick as a part of a power of ten, the same one for all of an axis: "2.5·10⁻⁶". */
+function partText(part, power, places) {
+  const text = `${part.toFixed(places)}·${tenTo(power)}`.replace("-", MINUS);
+  return Math.abs(part) < 1e-9 ? "0" : text;
+}
+
+function tenTo(power) {
+  const raised = [...String(Math.abs(power))].map((digit) => RAISED[Number(digit)]).join("");
+  return `10${power < 0 ? "⁻" : ""}${raised}`;
+}
+
 function powerText(part, power) {
   if (power >= -2 && power <= 3) {
     return (part * 10 ** power).toFixed(Math.max(0, -power));
   }
-  const raised = [...String(Math.abs(power))].map((digit) => RAISED[Number(digit)]).join("");
-  return `${part === 1 ? "" : `${part}·`}10${power < 0 ? "⁻" : ""}${raised}`;
+  return `${part === 1 ? "" : `${part}·`}${tenTo(power)}`;
 }

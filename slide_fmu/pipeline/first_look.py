@@ -12,23 +12,28 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
+from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.memory.bandwidth import GAIN, proposed_step
+from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
 from slide_fmu.memory.failing import Tolerance
+from slide_fmu.memory.modes import spectrum
 from slide_fmu.recipe.tables import DataRecipe
-from slide_fmu.systems.base import System
-from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.base import Linearizable, System
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 
+FIRST_STEP = 0.01
+"""This step in s is tried first."""
 SAMPLES = 1000
 """Each motion by which ranges of outputs are found has this many samples."""
 INSIDE = 4
 """Inputs are held constant at so many points inside of their ranges, beside all corners."""
+ABOVE_MODES = 3.0
+"""A weakly damped resonance has a bandwidth of up to this many times its own frequency."""
 PATIENCE = 20.0
 """No further motion is begun after this time in s, nor a further rest after as much again."""
 
@@ -100,7 +105,14 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
     given = looking.specification
     if given.step is not None:
         return given.step, looking.origin, None
-    proposed = proposed_step(lambda step: load_system(replace(given, step=step)))
+
+    def make(step: float) -> System:
+        return load_system(replace(given, step=step))
+
+    proposed = proposed_step(make, FIRST_STEP)
+    by_modes = _step_of_modes(make(FIRST_STEP), proposed.bandwidth)
+    if by_modes is not None:
+        return *by_modes, None
     failed = proposed.failed and (
         "the model failed under noise over the whole ranges of its inputs, so a part of them "
         f"showed the step: {proposed.failed}"
@@ -112,6 +124,32 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
             "largest gain."
         )
     return proposed.step, origin, failed
+
+
+def _step_of_modes(system: System, bandwidth: float | None) -> tuple[float, str] | None:
+    """Return the step in s of a system whose outputs follow the rates of its inputs; its origin.
+
+    Rates have no highest frequency, so outputs that follow them have none either. The step follows
+    from the fastest mode then. None is returned where the bandwidth, in Hz, is about that mode's.
+    """
+    if not (system.follows_rates and isinstance(system, Linearizable)):
+        return None
+    start = np.array([signal.start_value for signal in system.inputs])
+    modes = spectrum(system.linearize(system.rest_state(start))).modes
+    if not modes:
+        raise LoadError(
+            "the model follows the rates of its inputs and has no mode of its own, so nothing "
+            "says how fast these move; expected a sample step: give --step SECONDS, a fifteenth "
+            "of the shortest period of the inputs"
+        )
+    fastest = max(mode.natural_frequency for mode in modes) / (2 * np.pi)
+    if bandwidth is not None and bandwidth < ABOVE_MODES * fastest:
+        return None
+    samples = SAMPLES_PER_PERIOD[hold_of(system.inputs)]
+    return tidy_step(1.0 / (samples * fastest)), (
+        f"The fastest mode has {fastest:.3g} Hz. The rates of the inputs act too: if these move "
+        "faster, take a smaller step."
+    )
 
 
 def _outputs(

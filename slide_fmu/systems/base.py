@@ -103,9 +103,12 @@ class System(Source):
 
     Attributes:
         own_step: the step in s by which it goes on inside, where it names one, as an FMU may.
+        follows_rates: whether it says that the rates of its inputs act too, as of a damper whose
+            end is an input.
     """
 
     own_step: float | None = None
+    follows_rates: bool = False
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

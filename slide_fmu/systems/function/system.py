@@ -90,6 +90,7 @@ class FunctionSystem(Linearizable):
                 one.finite(state, read_only(held), self._p, read_only(np.zeros_like(held)))
         except SimulationError as error:
             raise LoadError(f"{error}, at the start: correct the model") from error
+        self.follows_rates = function.takes_rates or self._g.takes_rates
         self._advanced, self._calls = 0, 0
         self._stiff: tuple[str, ...] = ()
         self.set_state(State(state, np.zeros(0), held))

@@ -240,7 +240,7 @@ def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> N
     assert figures["system"]["offers"]["linearization"]
     assert figures["data"]["expected_wall_time_s"] > 0
     assert "trial: 0 of 4\n" in tried.output
-    assert "trial: 4 of 4\n" in tried.output
+    assert "trial: 4 of 4, took " in tried.output
     assert "next    slide-fmu run recipes/lag.toml" in tried.output
 
 

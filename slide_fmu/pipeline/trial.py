@@ -26,6 +26,7 @@ from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.base import OFFERS, Source, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.validation.plain_call import cost_of_holding
 
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
@@ -118,12 +119,21 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
         said = (*said, *guarded_recipe(job.recipe, system, _failures_of_kinds))
+        said = (*said, guarded_recipe(job.recipe, system, _cost_of_holding))
     progress(3, STEPS)
     said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
     remarks = sizing.problem, sizing.remark, failed, *said
     progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.recipe, system, sizing, seconds, told)
+
+
+def _cost_of_holding(recipe: Recipe) -> str | None:
+    """Say what a smooth input costs where inputs are held; nothing where the model fails."""
+    try:
+        return cost_of_holding(recipe)
+    except SimulationError as error:
+        return f"what a smooth input costs was not measured: {error}"
 
 
 def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:

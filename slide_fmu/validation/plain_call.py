@@ -18,7 +18,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import finer_steps, reference_at_finer_step
+from slide_fmu.recipe.systems import finer_steps, recipe_system, reference_at_finer_step
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -34,6 +34,8 @@ DECADES = 1.5
 TRAJECTORIES, PERIODS, SINES = 2, 4, 3
 """So many smooth trajectories, each of so many periods of the slowest sine, are sums of so many
 sines an input."""
+MOST_SAMPLES = 1000
+"""What holding costs is measured on so many samples."""
 FILLED = 0.9
 """A smooth input fills this part of its declared range at most."""
 SEED = 0x5A007
@@ -205,6 +207,40 @@ def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Sm
             errors.append(values - truth)
             truths.append(truth)
     return _Smooth(np.concatenate(errors), np.concatenate(truths), hz)
+
+
+def cost_of_holding(recipe: Recipe) -> str | None:
+    """Say by how much a smooth input is late where a recipe holds its inputs over a step.
+
+    The model alone tells it: it is simulated under inputs that are held, and at its own fine step.
+
+    Returns:
+        A sentence; None where inputs move, turn, or are recorded, or there is no finer step.
+
+    Raises:
+        SimulationError: the model could not be simulated.
+    """
+    if recipe.system.is_record:
+        return None
+    held = recipe_system(recipe)
+    if any(s.hold != "zero_order" or s.angle is not None for s in held.inputs):
+        return None
+    try:
+        times = finer_steps(recipe)
+        fine = reference_at_finer_step(recipe, times, as_it_runs=True)
+    except LoadError:  # its class has a step of its own
+        return None
+    hz, step = band_of(recipe), recipe.window.step
+    first = round(recipe.data.burn_in / step) + 1
+    count = first + min(round(PERIODS / hz[0] / step), MOST_SAMPLES)
+    rows = smooth_inputs(held.inputs, step * np.arange(count, dtype=np.float64), hz, 0)
+    truth = _truth(fine, hz, (count, times), 0)[first:]
+    error = percent(float(_relative(simulate(held, rows).outputs[first:] - truth, truth).max()))
+    return (
+        f"inputs are held over a step of {step:g} s, so a smooth one is late by {step / 2:g} s: "
+        f"{error} at {hz[0]:.2g} to {hz[1]:.2g} Hz; if yours are smooth, write hold = "
+        '"first_order" for them'
+    )
 
 
 def _truth(

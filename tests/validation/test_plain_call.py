@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -32,6 +33,7 @@ from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.plain_call import (
     TRAJECTORIES,
     band_of,
+    cost_of_holding,
     plain_call_figures,
     smooth_inputs,
     with_plain_call,
@@ -172,6 +174,19 @@ def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
         assert found["late_s"] is output["smooth_if_held"] is None
         assert output["known_to_step_end"] < 1e-5 < output["smooth"] < 0.02
         assert output["rough"] > output["smooth"]
+
+
+def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None:
+    """The exact surrogate errs by the same in its FMU's plain call."""
+    _, validation, found = case
+    cost = cost_of_holding(validation.recipe)
+    if found["hold"] == "first_order":
+        assert cost is None
+        return
+    assert cost is not None
+    told = re.search(r"late by 0.03125 s: ([\d.]+) %", cost)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(100 * found["outputs"][0]["smooth_if_held"], rel=0.3)
 
 
 def test_figures_come_first_in_report_and_card(case: Case) -> None:

@@ -132,8 +132,11 @@ def _cost_of_holding(recipe: Recipe) -> str | None:
     """Say what a smooth input costs where inputs are held; nothing where the model fails."""
     try:
         return cost_of_holding(recipe)
-    except SimulationError as error:
-        return f"what a smooth input costs was not measured: {error}"
+    except SimulationError:
+        return (
+            "what a smooth input costs was not measured: the model failed under one that fills "
+            "nine tenths of its range"
+        )
 
 
 def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:

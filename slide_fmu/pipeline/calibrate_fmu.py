@@ -17,7 +17,7 @@ from slide_fmu.pipeline.calibrate import calibrate, free_parameters, released_er
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.record.clock import clock_of_record
 from slide_fmu.systems.record.examination import examine
-from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.measured import MissingColumnsError, Record, RecordError
 from slide_fmu.systems.record.model import PAIRINGS
 from slide_fmu.systems.record.pairing import check_pairing
 from slide_fmu.systems.record.preparation import Pairing, Preparation, prepared
@@ -103,9 +103,19 @@ def _arrays(
     pairing, step = measured.pairing or PAIRINGS[surrogate.hold], surrogate.window.step
     names = tuple(inputs.values()), tuple(outputs.values())
     preparation = Preparation(*names, step, surrogate.hold, pairing)
-    records = read_records(
-        measured.paths, (*names[0], *names[1]), time=measured.time, step=measured.step
-    )
+    try:
+        records = read_records(
+            measured.paths, (*names[0], *names[1]), time=measured.time, step=measured.step
+        )
+    except MissingColumnsError as error:
+        given = {"--input": inputs, "--output": outputs}
+        options = [
+            f"{option} {name}=COLUMN"
+            for option, columns in given.items()
+            for name, column in columns.items()
+            if column in error.missing
+        ]
+        raise RecordError("; ".join([str(error), *options])) from error
     remarks = _examined(records, preparation)
     _require_units(records[0], (*surrogate.inputs, *surrogate.outputs), {**inputs, **outputs})
     for record in records:

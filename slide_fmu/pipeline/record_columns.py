@@ -9,7 +9,12 @@ from typing import Any
 
 from slide_fmu.pipeline.draft_signals import Ranges
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
+from slide_fmu.systems.record.measured import (
+    MissingColumnsError,
+    NoTimesError,
+    Record,
+    RecordError,
+)
 from slide_fmu.systems.record.reading import read_records
 
 NO_TIMES = "none"
@@ -48,6 +53,20 @@ def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
         RecipeError: times shall not count, and no step is given.
         RecordError: a file cannot be read, or lacks a column.
     """
+    try:
+        return _read(wish)
+    except MissingColumnsError as error:
+        options = {"--input": wish.inputs, "--output": wish.outputs, "--time": (wish.time,)}
+        wrong = [
+            f"{option} COLUMN in place of {option} {name}"
+            for option, names in options.items()
+            for name in names
+            if name in error.missing
+        ]
+        raise RecordError(f"{error}; {', '.join(wrong)}") from error
+
+
+def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
     named = (*wish.inputs, *wish.outputs)
     read = partial(read_records, wish.paths, named, others=not wish.outputs)
     if wish.time == NO_TIMES:

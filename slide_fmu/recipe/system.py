@@ -42,6 +42,13 @@ class SignalRecipe(Table):
     period: float | None = None
     column: str | None = None
 
+    @field_validator("range")
+    @classmethod
+    def _low_end_comes_first(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        if ends is not None and not ends[0] < ends[1]:
+            raise ValueError("expected [LOW, HIGH], the smaller number first")
+        return ends
+
     def choice(self, name: str) -> SignalChoice:
         """Return the choice that this table makes about the signal of a name."""
         low, high = self.range or (None, None)

@@ -118,5 +118,10 @@ def _signal(
     limits = said.get("range", (None, None))
     if not (isinstance(limits, list | tuple) and len(limits) == 2):
         raise LoadError(f"{what}: range = {limits!r}; expected [LOW, HIGH]")
+    numbers = all(isinstance(end, float | int) for end in limits)
+    if numbers and not limits[0] < limits[1]:
+        raise LoadError(
+            f"{what}: range = {list(limits)}; expected [LOW, HIGH], the smaller number first"
+        )
     given = {key: said[key] for key in SIGNAL_KEYS if key in said and key != "range"}
     return SignalChoice(name, low=limits[0], high=limits[1], **given)

@@ -57,7 +57,7 @@ class SignalChoice:
         try:
             return Signal(**{"unit": "1", **given})
         except ValueError as error:
-            raise LoadError(f"{what} {self.name!r}: {error}") from error
+            raise LoadError(f"{what} {str(error).removeprefix('signal ')}") from error
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,7 @@ def test_records_that_do_not_fit_are_refused_in_words(
     short = {name: values[:30] for name, values in columns.items()}
     cases = [
         (Measured((good,), {"force": "u0"}), "--input names 'force'; expected one of the FMU's"),
-        (Measured((good,), {"u0": "force"}), "has no columns ['force']"),
+        (Measured((good,), {"u0": "force"}), "that it has; --input u0=COLUMN"),
         (Measured((good,), {}, {"y7": "y1"}), "--output names 'y7'"),
         (Measured((str(tmp_path / "none.csv"),)), "none.csv"),
         (Measured((write(tmp_path / "slow.csv", slow),)), "sample step 0.01 s; expected at most"),

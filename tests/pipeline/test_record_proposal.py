@@ -204,6 +204,7 @@ def test_unit_that_fmi_does_not_know_is_remarked_and_left_out(tmp_path: Path) ->
     [
         ([], "expected which of them are inputs"),
         (["--input", "speed"], "no columns ['speed']; it has"),
+        (["--input", "forc"], "did you mean 'force'?; --input COLUMN in place of --input forc"),
         (["--input", "force", "--output", "speed"], "no columns ['speed']; it has"),
         (["--input", "force", "--output", "force"], "is an output too"),
         (["--input", "force", "--name", "1st"], "--name '1st'; expected a letter"),

@@ -54,6 +54,12 @@ samples = [1, 5]
             "system.inputs.force.range = [-1.0]: expected more than 1 value",
         ),
         (
+            "range = [-1.0, 1.0]",
+            "range = [10.0, -10.0]",
+            "system.inputs.force.range = [10.0, -10.0]: expected [LOW, HIGH], the smaller number "
+            "first",
+        ),
+        (
             "mass = 1.0",
             "mass = inf",
             "system.parameters.mass = inf: expected a finite number, or a whole number, or a text "

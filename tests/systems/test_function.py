@@ -230,12 +230,17 @@ def test_tutorial_models_have_at_most_forty_lines() -> None:
         ('{"rate": 2.0}', '{"rate": [2.0]}', r"parameters\['rate'\] = \[2.0\]; expected a number"),
         ('{"u": {', '{"u": {"low": 1, ', r"inputs\['u'\] = .*; expected a unit, or a table with"),
         ('"range": [-1, 1]', '"range": 3', r"inputs\['u'\]: range = 3; expected \[LOW, HIGH\]"),
+        (
+            '"range": [-1, 1]',
+            '"range": [1, -1]',
+            r"model.py': inputs\['u'\]: range = \[1, -1\]; expected \[LOW, HIGH\], the smaller",
+        ),
         ('"range": [-1, 1]', '"hold": "ramp"', "input 'u' has no range; expected one"),
         ('"u"', "3", r"inputs = \{3: .*; expected names with values"),
         ("start", "step = -1\nstart", "step = -1; expected a positive sample step"),
         ("start", "method = 'Euler'\nstart", "method = 'Euler'; expected one of .*'LSODA'"),
         ("start", "rtol = 0\nstart", "rtol = 0; expected a positive number"),
-        ("start", "hold = 'ramp'\nstart", "input 'u': signal 'u': hold 'ramp'; expected one of"),
+        ("start", "hold = 'ramp'\nstart", "input 'u': hold 'ramp'; expected one of"),
         ("start", "start(", "SyntaxError"),
     ],
 )

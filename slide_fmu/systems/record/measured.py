@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.suggestions import or_meant
 
 GIVE_STEP = (
     "give the step, so that the times do not count: --time none --step SECONDS in slide-fmu init, "
@@ -21,6 +23,29 @@ class RecordError(ValueError):
 
 class NoTimesError(RecordError):
     """A file has no column of times, and no step was given."""
+
+
+class MissingColumnsError(RecordError):
+    """A record lacks columns that are named.
+
+    Attributes:
+        missing: their names, at least one.
+    """
+
+    def __init__(self, path: str, missing: Sequence[str], columns: Iterable[str]) -> None:
+        known = list(columns)
+        super().__init__(
+            f"{path} has no columns {list(missing)}; it has {shortened(known)}: name columns that "
+            f"it has{or_meant(missing, known)}"
+        )
+        self.missing = tuple(missing)
+
+
+def shortened(names: Iterable[str], most: int = 20) -> str:
+    """Write names as a list, of which the end is left out if there are many."""
+    listed: Sequence[str] = list(names)
+    more = f" and {len(listed) - most} more" if len(listed) > most else ""
+    return f"{listed[:most]}{more}"
 
 
 @dataclass(frozen=True)
@@ -92,10 +117,7 @@ class Record:
         """
         missing = [name for name in names if name not in self.columns]
         if missing:
-            raise RecordError(
-                f"{self.path} has no columns {missing}; it has {list(self.columns)}: "
-                "name columns that it has"
-            )
+            raise MissingColumnsError(self.path, missing, self.columns)
         if not names:
             return np.empty((len(self.time), 0))
         return np.stack([self.columns[name] for name in names], axis=1)

@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.record.examination import examine
-from slide_fmu.systems.record.measured import Record, RecordError
+from slide_fmu.systems.record.measured import MissingColumnsError, Record, RecordError
 from slide_fmu.systems.record.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.systems.record.pairing import check_pairing
 from slide_fmu.systems.record.preparation import Pairing, Piece, Preparation, prepared
@@ -96,6 +96,15 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
     names = _columns(specification.inputs), _columns(specification.outputs)
     try:
         return _prepared(specification, _read(specification, (*names[0], *names[1])), names)
+    except MissingColumnsError as error:
+        given = {"inputs": specification.inputs, "outputs": specification.outputs}
+        keys = [
+            f'system.{what}.{choice.name}.column = "COLUMN"'
+            for what, choices in given.items()
+            for choice, column in zip(choices, _columns(choices), strict=True)
+            if column in error.missing
+        ]
+        raise LoadError("; in the recipe: ".join([str(error), *keys[:1]])) from error
     except RecordError as error:
         raise LoadError(str(error)) from error
 

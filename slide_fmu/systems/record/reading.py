@@ -14,9 +14,9 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.record.csv_file import read_csv
 from slide_fmu.systems.record.hdf5_file import read_hdf5
 from slide_fmu.systems.record.mat_file import read_mat
-from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError
+from slide_fmu.systems.record.measured import NoTimesError, Record, RecordError, shortened
 from slide_fmu.systems.record.parquet_file import read_parquet
-from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table, shortened
+from slide_fmu.systems.record.table import MOST_NUMBERS, Choice, Table
 from slide_fmu.systems.record.time_column import (
     SECONDS,
     counts_samples,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.record.measured import RecordError, Text
+from slide_fmu.systems.record.measured import MissingColumnsError, RecordError, Text
 from slide_fmu.systems.record.time_column import may_be_time
 
 MOST_NUMBERS = 50_000_000
@@ -72,10 +72,7 @@ class Choice:
         wanted = [*(self.names or ()), *([self.time] if self.time else [])]
         missing = [name for name in wanted if name not in units]
         if missing:
-            raise RecordError(
-                f"{self.path} has no columns {missing}; it has {shortened(units)}: "
-                "name columns that it has"
-            )
+            raise MissingColumnsError(self.path, missing, units)
         if self.all:
             return list(units)
         return [
@@ -137,10 +134,3 @@ def library(module: str, path: str) -> Any:
             f"{path}: no package {module.partition('.')[0]!r} is installed, which reads files of "
             "this format; expected the extra 'records': pip install 'slide-fmu[records]'"
         ) from error
-
-
-def shortened(names: Iterable[str], most: int = 20) -> str:
-    """Write names as a list, of which the end is left out if there are many."""
-    listed: Sequence[str] = list(names)
-    more = f" and {len(listed) - most} more" if len(listed) > most else ""
-    return f"{listed[:most]}{more}"

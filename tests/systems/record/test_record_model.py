@@ -46,6 +46,13 @@ def test_column_of_another_name_becomes_the_signal(tmp_path: Path) -> None:
     assert (signal.name, signal.unit) == ("force", "kN")
 
 
+def test_column_that_is_missing_is_named_with_the_key_that_names_another(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv", header="time [s],Force at rod [kN],travel [m]")
+    wanted = r"it has \['time', .*'travel'\].*recipe: system.inputs.force.column = \"COLUMN\""
+    with pytest.raises(LoadError, match=wanted):
+        source_of(path)
+
+
 def test_pairing_follows_from_the_hold_unless_it_is_said(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv")
     held = (replace(FORCE, hold="zero_order"),)

@@ -103,7 +103,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
 
     seeds, runs = (request.training_seed, request.data_seed), request.runs or Path("runs")
-    recipe = parse_recipe(read_recipe_text(request.source), str(request.source))
+    recipe = parse_recipe(read_recipe_text(request.source), request.source)
     RunFolder(runs / recipe.name).require_surrogate()  # before lengths are looked for
     job = open_job(request.source, runs, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)

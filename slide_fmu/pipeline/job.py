@@ -70,7 +70,7 @@ def open_job(
     text = read_recipe_text(recipe_path)
     make_importable(recipe_path.parent)
     seeds = training_seed, data_seed
-    job = job_of_text(text, str(recipe_path), runs, bar, seeds, patience)
+    job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)
     return replace(job, beside=recipe_path.parent.resolve(), command=command)
 
@@ -84,7 +84,7 @@ def _command(recipe: Path, training_seed: int | None, data_seed: int | None) -> 
 
 def job_of_text(
     text: str,
-    source: str,
+    source: str | Path,
     runs: Path,
     bar: Stages,
     seeds: tuple[int | None, int | None] = (None, None),
@@ -105,7 +105,7 @@ def job_of_text(
     folder.require_folder()
     # found for the recipe as it is written: other seeds keep the window
     resolved, sizing = resolved_lengths(recipe, folder.resolved, patience)
-    recipe = with_resolved(recipe, resolved, source)
+    recipe = with_resolved(recipe, resolved, str(source))
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:

@@ -227,10 +227,11 @@ def _parts() -> tuple[str, dict[str, bytes]]:
 def _read(path: Path) -> ModuleTable:
     """Read the description in a file; what is wrong with it becomes a ModuleError."""
     try:
-        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        text = path.read_bytes().decode("utf-8-sig")
+        content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ModuleError(f"{path}: not valid TOML: {error}") from error
     try:
         return ModuleTable.model_validate(content)
     except ValidationError as error:
-        raise ModuleError(mistakes(error, str(path), "module", ModuleTable)) from error
+        raise ModuleError(mistakes(error, str(path), "module", ModuleTable, text)) from error

@@ -15,12 +15,15 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
 from slide_fmu.recipe.learning import METHODS
+from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.words import expectation, meant_choice, unknown_key, value_text
 
 
-def parse_recipe(text: str, source: str, released: bool = False) -> Recipe:
+def parse_recipe(text: str, source: str | Path, released: bool = False) -> Recipe:
     """Read a recipe from TOML text, which messages call ``source``.
+
+    A path is that of a file which holds the text: messages name the line of a mistake then.
 
     One that an FMU carries was ``released``, perhaps before inputs could leave their ranges only
     where ``estimator.beyond`` asks for that: a factor above 1 asked for it then.
@@ -48,7 +51,8 @@ def parse_recipe(text: str, source: str, released: bool = False) -> Recipe:
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
     except ValidationError as error:
-        raise RecipeError(mistakes(error, source, file=Recipe)) from error
+        lines = text if isinstance(source, Path) else ""
+        raise RecipeError(mistakes(error, str(source), file=Recipe, text=lines)) from error
 
 
 def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -93,7 +97,11 @@ def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], sourc
 
 
 def mistakes(
-    error: ValidationError, source: str, whole: str = "recipe", file: type[Table] | None = None
+    error: ValidationError,
+    source: str,
+    whole: str = "recipe",
+    file: type[Table] | None = None,
+    text: str = "",
 ) -> str:
     """Say what is wrong in a TOML file, one line per mistake.
 
@@ -102,13 +110,31 @@ def mistakes(
         source: what messages call the file.
         whole: what it is, for mistakes that belong to no single key.
         file: the outermost table of the file, whose keys are suggested for misspelt ones.
+        text: what the file holds, whose lines are named; empty where nobody can look there.
     """
     found = _joined([item for item in error.errors() if _is_cause(item)])
     places = {item["loc"] for item in found}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
         found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
-    return "\n".join(f"{source}: {_describe(item, whole, file)}" for item in found)
+    return "\n".join(
+        f"{source}{_line(text, item, file)}: {_describe(item, whole, file)}" for item in found
+    )
+
+
+def _line(text: str, item: Any, file: type[Table] | None) -> str:
+    """Return what to add to the name of a file, as ``, line 12``, where the line is known."""
+    tag = [item["ctx"]["discriminator"].strip("'")] if item["type"].startswith("union_") else []
+    number = line_of(text, (*_place(item, file)[0], *tag))
+    return "" if number is None else f", line {number}"
+
+
+def _place(item: Any, file: type[Table] | None) -> tuple[Place, str]:
+    """Return the place of a mistake in the file, and the form of the table that it is in."""
+    parts = [part for part in item["loc"] if part != "[key]"]  # pydantic's own word
+    if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
+        parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
+    return without_forms(tuple(parts), file)
 
 
 def load_recipe(path: str | Path) -> Recipe:
@@ -117,7 +143,7 @@ def load_recipe(path: str | Path) -> Recipe:
     Raises:
         RecipeError: the file cannot be read, or it is no recipe; there is one line per mistake.
     """
-    return parse_recipe(read_recipe_text(Path(path)), str(path))
+    return parse_recipe(read_recipe_text(Path(path)), Path(path))
 
 
 def read_recipe_text(path: Path) -> str:
@@ -170,21 +196,20 @@ def _one_of(place: tuple[Any, ...], items: list[Any]) -> Any:
 
 
 def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
-    parts = [str(part) for part in item["loc"] if part != "[key]"]  # pydantic's own word
-    if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
-        parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
-    place = ".".join(parts) or whole
+    parts, form = _place(item, file)
+    place = in_words(parts, form, table=isinstance(item["input"], dict)) or whole
     if item["type"] == "union_tag_not_found":
         key = item["ctx"]["discriminator"].strip("'")
-        return f"{place}.{key} is missing"
+        return f"{in_words((*parts, key))} is missing"
     if item["type"] == "union_tag_invalid":
         context = item["ctx"]
         key = context["discriminator"].strip("'")
         expected = context["expected_tags"]
         meant = meant_choice(str(context["tag"]), expected)
-        return f"{place}.{key} = {context['tag']!r}; expected one of {expected}{meant}"
+        at = in_words((*parts, key))
+        return f"{at} = {context['tag']!r}; expected one of {expected}{meant}"
     if item["type"] == "missing" and isinstance(item["loc"][-1], int):  # of a list
-        place, n = ".".join(parts[:-1]), len(item["input"])
+        place, n = in_words(parts[:-1], form), len(item["input"])
         return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
     if item["type"] == "missing":
         return f"{place} is missing"

@@ -15,6 +15,7 @@ from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
+from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, System, chain_of
 from slide_fmu.systems.errors import LoadError
@@ -132,7 +133,7 @@ def _require_driving(
         try:
             kind.check(system.inputs)
         except ValueError as error:
-            place = f"recipe {recipe.name!r}: {table}.excitation.{index}"
+            place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[{table}.excitation]]"
             raise RecipeError(f"{place}: {error}") from error
 
 

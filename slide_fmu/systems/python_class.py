@@ -12,7 +12,7 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import SignalChoice, Specification
-from slide_fmu.systems.user_code import imported, told
+from slide_fmu.systems.user_code import imported, refuse_foreign, told
 
 
 def make(specification: Specification) -> System:
@@ -112,6 +112,7 @@ def _classes_of(model: str) -> list[str]:
 def _find_class(model: str) -> type[System]:
     """Import the class that a dotted name means."""
     if not all(model.partition(":")):
+        refuse_foreign(f"system {model!r}", model)
         raise LoadError(
             f"system {model!r}; expected 'package.module:Class', for example "
             "'mbs_models.oscillators:DuffingOscillator'; a model that is no class has another "

@@ -16,6 +16,24 @@ from slide_fmu.core.files import AmbiguousFileError
 from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
+FOREIGN = {
+    ".slx": "Simulink",
+    ".mdl": "Simulink",
+    ".slxp": "Simulink",
+    ".mo": "Modelica",
+    ".mos": "Modelica",
+    ".moe": "Modelica",
+    ".ame": "Amesim",
+    ".adm": "Adams",
+    ".spck": "Simpack",
+    ".xcos": "Xcos",
+    ".zcos": "Xcos",
+    ".msim": "MapleSim",
+    ".rfmbd": "RecurDyn",
+    ".rdyn": "RecurDyn",
+}
+"""Tools whose own files are no models here, by the end of the file's name in small letters."""
+
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"
 
 
@@ -30,6 +48,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
     """
     module_name, _, wanted = name.partition(":")
     if not _is_module(module_name):
+        refuse_foreign(what, module_name)
         raise LoadError(
             f"{what}: {module_name!r} is no name of a module; expected a Python file (.py), an "
             "FMU (.fmu), or a module as in 'package.module': check the name"
@@ -43,6 +62,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
         raise
     except ModuleNotFoundError as error:
         if error.name is not None and module_name.startswith(error.name):
+            refuse_foreign(what, module_name)
             raise LoadError(
                 f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
                 "installed module, or one beside the recipe or in a folder on PYTHONPATH: check "
@@ -73,6 +93,20 @@ def _require_own(what: str, name: str) -> None:
                 "each"
             )
         places = list(spec.submodule_search_locations or ())
+
+
+def refuse_foreign(what: str, name: str) -> None:
+    """Refuse a file of another tool, by its name.
+
+    Raises:
+        LoadError: it is one; the message begins with what names it.
+    """
+    tool = FOREIGN.get(Path(name).suffix.lower())
+    if tool is not None:
+        raise LoadError(
+            f"{what}: {name!r} is a file of {tool} by its name; expected an FMU (.fmu): export "
+            f"the model from {tool} as an FMU for co-simulation, and name that"
+        ) from None
 
 
 def _is_module(name: str) -> bool:

@@ -81,7 +81,9 @@ def test_names_hide_nothing(name: str, module: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["class", "None", "__name__", "1st", "größe", "", "a" * 101])
 def test_name_that_no_class_can_have_is_refused(name: str, module: Path, tmp_path: Path) -> None:
-    with pytest.raises(ModuleError, match=r"toml: name = .*: expected at most 100 letters"):
+    with pytest.raises(
+        ModuleError, match=r"toml, line 1: name = .*: expected at most 100 letters"
+    ):
         exported(module, tmp_path / "m.fmu", name=f'"{name}"')
     assert not (tmp_path / "m.fmu").exists()
 
@@ -169,7 +171,7 @@ def test_what_is_no_number_is_null(module: Path, tmp_path: Path) -> None:
 def test_range_that_cannot_be_scaled_is_refused(
     changes: dict[str, str], message: str, module: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(ModuleError, match=f"signals.toml: inputs.0: {message}.* offset and scale"):
+    with pytest.raises(ModuleError, match=rf"1st \[\[inputs\]\]: {message}.* offset and scale"):
         exported(module, tmp_path / "m.fmu", **changes)
 
 

@@ -120,7 +120,9 @@ def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
     values: dict[str, Any] = {"data": LONG, "bound": {}, "validation": {}}
     values[table] = {**values[table], "excitation": [SWITCHED, turned]}
     recipe = tiny_state_space_recipe(**values)
-    with pytest.raises(RecipeError, match=rf"{table}\.excitation\.1: kind = 'speed_ramps' for 1"):
+    with pytest.raises(
+        RecipeError, match=rf"2nd \[\[{table}.excitation\]\]: kind = 'speed_ramps'"
+    ):
         check_recipe(recipe)
 
 

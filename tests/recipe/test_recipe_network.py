@@ -95,8 +95,8 @@ def test_trajectories_beyond_the_range_are_for_state_space_networks() -> None:
     [
         ("beyond = -1", "data.beyond = -1: expected at least 0"),
         ("beyond_factor = [3.0, 1.0]", "data.beyond_factor = [3.0, 1.0]: expected two numbers, "),
-        ("beyond_factor = [0.0, 1.0]", "data.beyond_factor.0 = 0.0: expected more"),
-        ("beyond_factor = [1.0, inf]", "data.beyond_factor.1 = inf: expected a finite"),
+        ("beyond_factor = [0.0, 1.0]", "1st value of data.beyond_factor = 0.0: expected more"),
+        ("beyond_factor = [1.0, inf]", "2nd value of data.beyond_factor = inf: expected a finite"),
     ],
 )
 def test_mistakes_about_trajectories_beyond_the_range(key: str, line: str) -> None:
@@ -244,7 +244,10 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
         ("[training]\neven_out = 2", r"training\.even_out = 2: expected true or false"),
         ("[training]\npart = 0", r"training\.part = 0: expected more than 0"),
         ("[stability]\namplitudes = []", r"stability.amplitudes = \[\]: "),
-        ("[stability]\namplitudes = [1, 0]", r"stability.amplitudes.1 = 0: expected more"),
+        (
+            "[stability]\namplitudes = [1, 0]",
+            r"2nd value of stability.amplitudes = 0: expected more",
+        ),
         ("[training]\nbeyond_weight = 0", r"training\.beyond_weight = 0: expected more"),
         ("[stability]\ngrowth = inf", r"stability.growth = inf: expected a finite number"),
     ],

@@ -78,7 +78,7 @@ MISSPELT = {
     "in a kind": (
         '[[data.excitation]]\nkind = "sweep"\nweight = 1\nangular_frequncy = [1, 2]\n'
         "angular_frequency = [1, 2]\n",
-        "data.excitation.0.sweep.angular_frequncy is not a known key; did you mean "
+        "1st [[data.excitation]] (sweep), key angular_frequncy is not a known key; did you mean "
         "angular_frequency?",
     ),
     "in another table": (
@@ -125,9 +125,11 @@ OF_ANOTHER_TYPE = {
     '[training]\nflip_signs = "yes"': "training.flip_signs = 'yes': expected true or false",
     "[estimator]\nin_range = true": "estimator.in_range = true: expected a number",
     "[network]\nunits = 3": "network.units = 3: expected 'tanh', 'cubic'",
-    "[stability]\namplitudes = [1, true]": "stability.amplitudes.1 = true: expected a number",
+    "[stability]\namplitudes = [1, true]": (
+        "2nd value of stability.amplitudes = true: expected a number"
+    ),
     '[[data.excitation]]\nkind = "rest"\nweight = true\nduration = [1, 2]': (
-        "data.excitation.0.rest.weight = true: expected a number"
+        "1st [[data.excitation]] (rest), key weight = true: expected a number"
     ),
 }
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.units import require_unit
+from slide_fmu.recipe.places import in_words, line_of
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
 
@@ -46,7 +47,8 @@ samples = [1, 5]
         (
             "amplitude = [0.1, 1.0]",
             "amplitude = [0.1, 1.0, 2.0]",
-            "data.excitation.0.held_random.amplitude = [0.1, 1.0, 2.0]: expected 2 values, not 3",
+            "1st [[data.excitation]] (held_random), key amplitude = [0.1, 1.0, 2.0]: expected 2 "
+            "values, not 3",
         ),
         (
             "range = [-1.0, 1.0]",
@@ -74,8 +76,8 @@ samples = [1, 5]
         (
             "samples = [1, 5]",
             "samples = [1, 5]\ncoefficients = [3, 4]",
-            "data.excitation.0.held_random.coefficients is not a known key where kind = "
-            "'held_random', only where it is 'moving_average_random': remove it, or choose "
+            "1st [[data.excitation]] (held_random), key coefficients is not a known key where "
+            "kind = 'held_random', only where it is 'moving_average_random': remove it, or choose "
             "another kind",
         ),
         (
@@ -110,3 +112,74 @@ def test_recipe_of_an_editor_of_windows_is_read(
 def test_unit_without_a_text_is_answered_once() -> None:
     with pytest.raises(ValueError, match="but '' is none: write '1' for a number without unit"):
         require_unit("force", "")
+
+
+SECOND = """
+[[data.excitation]]  # the second of two
+weight = 1.0
+kind = "sweep"
+rate = 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("range = [-1.0, 1.0]", "range = [1.0, -1.0]", "line 13: system.inputs.force.range = "),
+        ("amplitude = [0.1, 1.0]", "amplitude = [0.1]", "line 21: 1st [[data.excitation]] (held"),
+        (
+            "weight = 1.0\nkind",
+            "weight = 0.0\nkind",
+            "line 25: 2nd [[data.excitation]] (sweep), key w",
+        ),
+        (
+            '"sweep"',
+            '"swep"',
+            "line 26: 2nd [[data.excitation]], key kind = 'swep'; expected one of",
+        ),
+        (
+            "rate = 3",
+            "",
+            "line 24: 2nd [[data.excitation]] (sweep), key angular_frequency is missing",
+        ),
+        ("step = 0.1", "", "line 15: window.step is missing"),
+    ],
+)
+def test_mistake_in_a_file_has_its_line(tmp_path: Path, old: str, new: str, line: str) -> None:
+    place, text = tmp_path / "spring.toml", PLAIN + SECOND
+    assert old in text
+    place.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(RecipeError) as raised:
+        load_recipe(place)
+    assert any(told.startswith(f"{place}, {line}") for told in str(raised.value).splitlines())
+
+
+def test_lines_are_found_below_inline_tables_and_tables_of_items() -> None:
+    text = """a.b = { c = 1 }
+[[list]]
+[list.inner]
+x = [
+  [1, 2],
+]
+"key.part" = 2
+[[list]]
+  [[list.deep]]
+  y = 1
+"""
+    found = {
+        ("a", "b", "c"): 1,
+        ("list", 0, "inner", "x", 0, 1): 4,
+        ("list", 0, "other"): 2,
+        ("list", 1, "deep", 0, "y"): 10,
+        ("list", 1, "deep", 0, "z"): 9,
+        ("none",): None,
+    }
+    assert {place: line_of(text, place) for place in found} == found
+
+
+def test_places_in_lists_are_counted_from_one() -> None:
+    assert in_words(("data", "excitation", 4, "samples", 0)) == (
+        "5th [[data.excitation]], 1st value of samples"
+    )
+    assert in_words(("points", 10, 1)) == "2nd value in the 11th value of points"
+    assert in_words(("window", "step")) == "window.step"

@@ -34,6 +34,12 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
         ("mbs_models.oscillators/LinearOscillator", {}, "expected 'package.module:Class'"),
         ("../oscillators:LinearOscillator", {}, "'../oscillators' is no name of a module"),
         ("README.md:LinearOscillator", {}, "'README.md' is no name of a module"),
+        (
+            "swing/pendulum.slx",
+            {},
+            "a file of Simulink .* export the model from Simulink as an FMU",
+        ),
+        ("pendulum.mo", {}, r"'pendulum.mo' is a file of Modelica by its name; expected an FMU"),
         (":DuffingOscillator", {}, "expected 'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
         ("my_model:Model", {}, "installed module, or one beside the recipe"),

@@ -1,0 +1,113 @@
+"""Where a mistake stands in a TOML file: in words that count from 1, and with its line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from slide_fmu.core.toml_table import Table
+from slide_fmu.recipe.reference import sections_of
+
+Place = tuple[str | int, ...]
+"""Keys, and indices of items of lists, from the outermost table of a file on."""
+
+HEADER = re.compile(r"""\s*(\[\[?)\s*([\w."' -]+?)\s*\]\]?\s*(?:#.*)?$""")
+"""A line that begins a table, or one of several."""
+KEY = re.compile(r"""\s*([\w."' -]+?)\s*=""")
+"""A line that gives a value to a key."""
+
+
+def without_forms(place: Place, file: type[Table] | None) -> tuple[Place, str]:
+    """Give a place without names of forms, which pydantic adds to items of several forms.
+
+    Args:
+        place: as pydantic names it.
+        file: the outermost table of the file; nothing is known of its forms if None.
+
+    Returns:
+        The place, and the form of the innermost such item; it is empty where there is none.
+    """
+    tables = [] if file is None else [s for s in sections_of(file) if s.tag is not None]
+    kept: list[str | int] = []
+    form = ""
+    for count, part in enumerate(place, 1):
+        item = count > 1 and isinstance(place[count - 2], int)
+        if item and any(s.place[-1] == part and s.matches(place[:count]) for s in tables):
+            form = str(part)
+        else:
+            kept.append(part)
+    return tuple(kept), form
+
+
+def in_words(place: Place, form: str = "", table: bool = False) -> str:
+    """Say a place, as ``5th [[data.excitation]] (sweep), key samples``.
+
+    Args:
+        place: without names of forms.
+        form: of the innermost item of a list of tables.
+        table: whether an item at the place's end is a table.
+    """
+    words: list[str] = []
+    keys: list[str] = []
+    for index, part in enumerate(place):
+        if not isinstance(part, int):
+            keys.append(part)
+            continue
+        name, last = ".".join(keys), index == len(place) - 1
+        if table if last else isinstance(place[index + 1], str):
+            words.append(f"{ordinal(part + 1)} [[{name}]]")
+        else:
+            of = f"of {name}" if name else f"in the {words.pop()}"
+            words.append(f"{ordinal(part + 1)} value {of}")
+        keys = []
+    if words and form:
+        words[-1] += f" ({form})"
+    if not words:
+        return ".".join(keys)
+    return ", ".join([*words, *([f"key {'.'.join(keys)}"] if keys else [])])
+
+
+def ordinal(number: int) -> str:
+    """Write 1st, 2nd, 3rd, 4th."""
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{number}{'th' if number % 100 in (11, 12, 13) else ends.get(number % 10, 'th')}"
+
+
+def line_of(text: str, place: Place) -> int | None:
+    """Give the line of a TOML text, from 1, where a place begins; None where it is not found.
+
+    Of a place that is missing, or lies in a line with others, it is that of what it belongs to.
+    """
+    inside: Place = ()
+    counts: dict[Place, int] = {}
+    found, known = None, 0
+    for number, line in enumerate(text.splitlines(), 1):
+        header, key = HEADER.match(line), KEY.match(line)
+        if header is not None:
+            inside = _with_indices(_keys(header[2]), counts)
+            if header[1] == "[[":
+                counts[inside] = counts.get(inside, -1) + 1
+                inside = (*inside, counts[inside])
+            here = inside
+        elif key is not None:
+            here = (*inside, *_keys(key[1]))
+        else:
+            continue
+        if len(here) > known and here == place[: len(here)]:
+            found, known = number, len(here)
+    return found
+
+
+def _keys(text: str) -> list[str]:
+    """Split a dotted name into its keys."""
+    return [part.strip(" \"'") for part in text.split(".")]
+
+
+def _with_indices(keys: Sequence[str], counts: dict[Place, int]) -> Place:
+    """Give the place of a table: in lists of tables it lies in the last one so far."""
+    place: Place = ()
+    for index, key in enumerate(keys):
+        place = (*place, key)
+        if place in counts and index < len(keys) - 1:
+            place = (*place, counts[place])
+    return place

@@ -123,9 +123,9 @@ class Record:
         return np.stack([self.columns[name] for name in names], axis=1)
 
     def place(self, sample: int) -> str:
-        """Say where a sample is, for people: its line if the file has lines, and its time."""
+        """Say where a sample is, for people: number from 1, line if there are lines, time."""
         line = f"line {self.first_line + sample}, " if self.first_line else ""
-        return f"sample {sample} ({line}t = {self.time[sample]:.6g} s)"
+        return f"sample {sample + 1} ({line}t = {self.time[sample]:.6g} s)"
 
     def with_unit(self, name: str, value: float) -> str:
         """Write a value of a column with its unit, if it has one."""

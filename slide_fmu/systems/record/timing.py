@@ -63,7 +63,7 @@ def _broken(record: Record, broken: np.ndarray) -> Finding:
     return _finding(
         record,
         "time",
-        f"the time {what} at sample {sample}{line}, {len(broken)} times in all",
+        f"the time {what} at sample {sample + 1}{line}, {len(broken)} times in all",
         "a number in s at every sample",
         f"mend or cut the file, or {GIVE_STEP}",
     )

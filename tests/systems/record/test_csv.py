@@ -49,7 +49,7 @@ def test_csv_is_read_however_it_is_written(
     assert record.columns["y"] == pytest.approx(TRAVEL, abs=5.1e-5)
     told = {"road": "", "y": ""} if units == "none" else {"road": "m", "y": "°C"}
     assert record.units == told
-    assert record.place(0).startswith("sample 0 (line 3" if second else "sample 0 (line 2")
+    assert record.place(0).startswith("sample 1 (line 3" if second else "sample 1 (line 2")
 
 
 @given(
@@ -89,7 +89,7 @@ def test_text_in_a_later_chunk_is_found_with_its_line(
     record = read_record(str(tmp_path / "a.csv"))
     (text,) = record.texts
     assert (text.column, text.count, text.sample, text.value) == ("u", 2, 57, "fault")
-    assert record.place(text.sample).startswith("sample 57 (line 59, t = 5.7 s)")
+    assert record.place(text.sample).startswith("sample 58 (line 59, t = 5.7 s)")
     assert np.flatnonzero(np.isnan(record.columns["u"])).tolist() == [57, 80]
     assert np.array_equal(
         np.delete(record.columns["u"], [57, 80]), np.delete(np.arange(100.0), [57, 80])

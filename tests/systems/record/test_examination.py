@@ -35,7 +35,7 @@ def test_text_is_refused_with_its_line_and_column() -> None:
     text = Text("u", 2, 57, "fault")
     message = the_one(examine([record({"u": values}, texts=(text,))]), "text", "refused")
     assert message.startswith(
-        "a.csv, column 'u': the text 'fault' at sample 57 (line 59, t = 0.057"
+        "a.csv, column 'u': the text 'fault' at sample 58 (line 59, t = 0.057"
     )
     assert "2 texts in all; expected numbers throughout: mend" in message
 
@@ -46,7 +46,7 @@ def test_empty_stretches_are_remarked_with_the_longest(nothing: float) -> None:
     values[100], values[500:530] = nothing, nothing
     message = the_one(examine([record({"u": values})]), "empty", "remarked")
     assert "31 of 4000 values are empty" in message
-    assert "in 2 stretches; the longest has 30 samples from sample 500 (line 502" in message
+    assert "in 2 stretches; the longest has 30 samples from sample 501 (line 502" in message
 
 
 def test_mostly_empty_column_is_refused() -> None:
@@ -91,7 +91,7 @@ def test_saturation_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
     found = {finding.kind: finding.message for finding in examine([record({"u": values})])}
     at_limit = values == 1.5
     long = at_limit[:-2] & at_limit[1:-1] & at_limit[2:]
-    assert f"the first at sample {np.flatnonzero(long)[0]} " in found["saturation"]
+    assert f"the first at sample {np.flatnonzero(long)[0] + 1} " in found["saturation"]
 
 
 def test_both_ends_of_a_range_can_saturate() -> None:
@@ -107,7 +107,7 @@ def test_outliers_are_found_where_they_are() -> None:
     message = the_one(examine([record({"u": values})]), "outlier", "remarked")
     assert "left out of the linear fit that the window follows from, but learnt from" in message
     assert "3 samples jump away" in message
-    assert "at sample 700 (line 702" in message
+    assert "at sample 701 (line 702" in message
 
 
 def test_outlier_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
@@ -115,7 +115,7 @@ def test_outlier_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
     values[700] += 3
     values[200:300] = np.nan
     found = {finding.kind: finding.message for finding in examine([record({"u": values})])}
-    assert "at sample 700 (line 702" in found["outlier"]
+    assert "at sample 701 (line 702" in found["outlier"]
 
 
 def test_steep_rise_over_two_samples_is_no_outlier() -> None:

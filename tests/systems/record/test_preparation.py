@@ -173,7 +173,7 @@ def test_step_of_rounded_times_has_few_digits() -> None:
 def test_time_that_does_not_rise_is_refused(fault: str) -> None:
     time = STEP * np.arange(N)
     time[700] = time[600] if fault == "falls" else time[699]
-    with pytest.raises(RecordError, match=r"does not rise at sample 700 \(line 702"):
+    with pytest.raises(RecordError, match=r"does not rise at sample 701 \(line 702"):
         prepared([record({"u": U, "y": Y}, time)], ONE)
 
 

@@ -29,7 +29,7 @@ def test_gap_is_remarked_with_its_place_and_the_missing_samples() -> None:
     time = STEP * np.delete(np.arange(1000), np.r_[300:320, 700])
     message = the_one(examine([timed(time)]), "gap", "remarked")
     assert "2 gaps, 21 samples of 0.001 s are missing" in message
-    assert "the longest has 0.021 s behind sample 299 (line 301, t = 0.299 s)" in message
+    assert "the longest has 0.021 s behind sample 300 (line 301, t = 0.299 s)" in message
 
 
 def test_jitter_is_remarked_and_small_jitter_is_not() -> None:
@@ -64,14 +64,14 @@ def test_step_does_not_come_from_the_first_difference() -> None:
 def test_time_that_falls_back_is_refused_at_its_line() -> None:
     time = STEP * np.concatenate([np.arange(400), np.arange(100, 500)])
     message = the_one(examine([timed(time)]), "time falls back", "refused")
-    assert "falls back by 0.299 s at sample 400 (line 402" in message
+    assert "falls back by 0.299 s at sample 401 (line 402" in message
     assert "cut the file there" in message
 
 
 def test_time_that_repeats_is_refused_at_its_line() -> None:
     time = STEP * np.insert(np.arange(500), 200, 199)
     message = the_one(examine([timed(time)]), "time repeats", "refused")
-    assert "stays the same at sample 200 (line 202" in message
+    assert "stays the same at sample 201 (line 202" in message
 
 
 @pytest.mark.parametrize(("value", "what"), [(np.nan, "is empty"), (np.inf, "is empty")])
@@ -79,14 +79,14 @@ def test_time_that_is_no_number_is_refused(value: float, what: str) -> None:
     time = STEP * np.arange(500)
     time[[20, 30]] = value
     message = the_one(examine([timed(time)]), "time", "refused")
-    assert f"the time {what} or not finite at sample 20 (line 22), 2 times" in message
+    assert f"the time {what} or not finite at sample 21 (line 22), 2 times" in message
 
 
 def test_text_in_the_time_is_refused_with_it() -> None:
     time = STEP * np.arange(N)
     time[20] = np.nan
     found = examine([record({"u": NOISE}, time, (Text("time", 1, 20, "12:00"),))])
-    assert "has the text '12:00' at sample 20 (line 22)" in the_one(found, "time", "refused")
+    assert "has the text '12:00' at sample 21 (line 22)" in the_one(found, "time", "refused")
 
 
 def test_time_that_never_rises_is_refused() -> None:

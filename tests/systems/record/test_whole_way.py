@@ -38,7 +38,7 @@ def test_records_with_troubles_become_blocks_of_what_was_measured(tmp_path: Path
         ("empty", "a.csv"),
         ("empty", "b.csv"),
     ]
-    assert "behind sample 499 (line 502, t = 2.495 s)" in found[0].message
+    assert "behind sample 500 (line 502, t = 2.495 s)" in found[0].message
     done = prepared(records, Preparation(("Weg",), ("Federweg",), least=150))
     assert [len(piece.trajectory.outputs) for piece in done.pieces] == [300, 199, 690, 689]
     split = split_pieces(done.pieces, Splitting(lead=40))

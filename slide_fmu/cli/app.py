@@ -12,6 +12,7 @@ from slide_fmu import __version__
 from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.completion import quick_completion
+from slide_fmu.cli.console import errors
 from slide_fmu.cli.fmu_commands import bench, check, export, info, page, ssp, validate
 from slide_fmu.cli.motion_commands import motion
 from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
@@ -74,4 +75,8 @@ def _options(
 def main() -> None:
     """Run the console script; its help is wrapped on a terminal only."""
     quick_completion()
-    app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
+    try:
+        app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
+    except ModuleNotFoundError:  # of what a subcommand imports first
+        with errors():
+            raise

@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
+from slide_fmu.cli.console import (
+    GOES_ON,
+    console,
+    errors,
+    progress_bars,
+    show_remark,
+    write_json,
+)
 from slide_fmu.cli.options import (
     DataSeedOption,
     JsonOption,
@@ -18,6 +25,7 @@ from slide_fmu.cli.options import (
     WorkersOption,
 )
 from slide_fmu.cli.tables import table_of
+from slide_fmu.core.extras import require_training
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -39,11 +47,13 @@ def compare(
     workers: WorkersOption = None,
 ) -> None:
     """Compare the network of a recipe with models of other kinds on the same data."""
+    with errors():
+        require_training()
     from slide_fmu.pipeline.compare import Terms, compare_recipe
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.validation.baselines import baseline_rows
 
-    with progress_bars() as bar:
+    with progress_bars(GOES_ON) as bar:
         terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
         job = open_job(recipe, runs, bar, seed, data_seed)
         with job.folder.alone():

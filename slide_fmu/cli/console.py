@@ -13,6 +13,7 @@ from typing import Any
 from rich.console import Console
 
 from slide_fmu.cli.tables import table_of
+from slide_fmu.core.extras import told_missing
 from slide_fmu.core.files import told_of_system, write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.units import behind
@@ -20,6 +21,12 @@ from slide_fmu.pipeline.display import messages, shown
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""
+
+STOPPED = "stopped"
+GOES_ON = "stopped; the same command goes on from here"
+"""What is said where the user interrupts a program, and one that keeps its work."""
+INTERRUPTED = 130
+"""Exit code of a program that the user interrupts, as shells have it."""
 
 console = messages()
 
@@ -192,9 +199,12 @@ def show_remark(remark: str | None) -> None:
 
 
 @contextmanager
-def progress_bars() -> Iterator[Stages]:
-    """Show progress as bars on a terminal, as lines elsewhere; errors become messages."""
-    with errors(), _quiet_output(), shown(console) as stages:
+def progress_bars(stopped: str = STOPPED) -> Iterator[Stages]:
+    """Show progress as bars on a terminal, as lines elsewhere; errors become messages.
+
+    ``stopped`` is as of ``errors``.
+    """
+    with errors(stopped), _quiet_output(), shown(console) as stages:
         yield stages
 
 
@@ -216,14 +226,19 @@ def _quiet_output() -> Iterator[None]:
 
 
 @contextmanager
-def errors() -> Iterator[None]:
-    """Turn a user's mistakes into one message and exit code 1."""
+def errors(stopped: str = STOPPED) -> Iterator[None]:
+    """Turn a user's mistakes into one message and exit code 1.
+
+    Where the user interrupts the program, it says that it ``stopped``, with the exit code of that.
+    """
     try:
         yield
     except ImportError as error:
-        _fail(
-            error, f"{error}; this subcommand needs more packages: pip install 'slide-fmu[train]'"
-        )
+        needs = f"{error}; this subcommand needs more packages: pip install 'slide-fmu[train]'"
+        _fail(error, told_missing(error) or needs)
+    except KeyboardInterrupt:
+        console.print(stopped)
+        raise SystemExit(INTERRUPTED) from None
     except OSError as error:
         _fail(error, told_of_system(error))
     except (ValueError, RuntimeError) as error:

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 import typer
 
 from slide_fmu.cli.console import (
+    GOES_ON,
     console,
     errors,
     json_bytes,
@@ -40,6 +41,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
+from slide_fmu.core.extras import require_training
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -174,6 +176,8 @@ def try_(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Tell in a minute whether a recipe fits, and what its data will cost."""
+    with errors():
+        require_training()
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.trial import open_trial, try_recipe
 
@@ -200,12 +204,14 @@ def run(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Go the whole way: find the window, make data, train, write the FMU, measure it."""
+    with errors():
+        require_training()
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
 
-    with progress_bars() as bar:
-        job = open_job(recipe, runs, bar, seed, data_seed)
+    with progress_bars(GOES_ON) as bar:
+        job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     show_search(finished.figures)
@@ -268,7 +274,7 @@ def generate(
     from slide_fmu.pipeline.generate import generate_recipe, workplace
     from slide_fmu.pipeline.job import open_job
 
-    with progress_bars() as bar:
+    with progress_bars(GOES_ON) as bar:
         place = workplace(workers, executor, shard, overwrite)
         job = open_job(recipe, runs, bar, data_seed=seed)
         figures = generate_recipe(job, place, overwrite)
@@ -310,13 +316,15 @@ def train(
     threads: ThreadsOption = 1,
 ) -> None:
     """Train the network of a recipe and its error estimator; go on if it was stopped."""
+    with errors():
+        require_training()
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import check_window, train_surrogate
 
-    with progress_bars() as bar:
+    with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
-        check_window(job)
         with job.folder.alone():
+            check_window(job)
             figures = train_surrogate(job, threads)
     write_json(json_path, figures)
     show_search(figures)

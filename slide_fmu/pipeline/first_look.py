@@ -18,7 +18,9 @@ from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_insi
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
 from slide_fmu.memory.failing import Tolerance
+from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import spectrum
+from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.recipe.tables import DataRecipe
 from slide_fmu.systems.base import Linearizable, System
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -83,6 +85,7 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
 
     Raises:
         LoadError: the model cannot be made.
+        NotForgettingError: its outputs integrate, so that no window can hold it.
         SimulationError: it fails with any step, or on more than a few motions.
     """
     step, origin, failed = _step(looking)
@@ -91,6 +94,9 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     still, count = np.empty(0, dtype=bool), 0
     if looking.excitation is not None:
         system = load_system(replace(looking.specification, step=step))
+        lasts = integral(system)
+        if lasts is not None:
+            raise NotForgettingError(str(lasts))
         kinds = TypeAdapter(list[Excitation]).validate_python(looking.excitation(step))
         rows, remark = _outputs(system, kinds, progress)
         low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)

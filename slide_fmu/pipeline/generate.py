@@ -58,5 +58,5 @@ def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, An
         )
     with job.folder.alone() if is_open or overwrite else nullcontext():
         job = choose_numbers(job, place, overwrite)
-    with job.folder.together():
+    with job.folder.together(job.bar):
         return generate_data(job, place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
@@ -22,6 +23,13 @@ from slide_fmu.recipe.recipe import Recipe
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 
+Tell = Callable[[str], None]
+"""Says a sentence to people."""
+
+
+def silent(sentence: str) -> None:
+    """Say nothing."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -36,6 +44,7 @@ class Job:
         sizing: how the window of this recipe was sized when it was found; None if it was not now.
         beside: folder of the recipe file; None of a text that lies in none.
         command: what was typed to make the surrogate, for people; paths are left out.
+        tell: says a sentence to people while the job is done.
     """
 
     text: str = field(repr=False)
@@ -46,6 +55,7 @@ class Job:
     sizing: AnySizing | None = field(default=None, repr=False)
     beside: Path | None = None
     command: str = "slide-fmu run RECIPE"
+    tell: Tell = field(default=silent, repr=False)
 
 
 def open_job(
@@ -55,11 +65,13 @@ def open_job(
     training_seed: int | None = None,
     data_seed: int | None = None,
     patience: float = math.inf,
+    tell: Tell = silent,
 ) -> Job:
     """Read a recipe, find its run folder, and what it leaves to be found about its lengths.
 
     The training seed replaces those of initialisation and order of windows, the data seed that of
-    the trajectories. Lengths are looked for no longer than the patience, in s.
+    the trajectories. Lengths are looked for no longer than the patience, in s. The job
+    says sentences by ``tell``.
 
     Raises:
         DamagedFileError: the run folder keeps a damaged file about it.
@@ -72,7 +84,7 @@ def open_job(
     seeds = training_seed, data_seed
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)
-    return replace(job, beside=recipe_path.parent.resolve(), command=command)
+    return replace(job, beside=recipe_path.parent.resolve(), command=command, tell=tell)
 
 
 def _command(recipe: Path, training_seed: int | None, data_seed: int | None) -> str:

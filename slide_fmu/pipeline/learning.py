@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.extras import require_training
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.export import load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -122,10 +123,12 @@ def learn(
             one line per mistake.
         QualityError: an output errs by more than the recipe requires; FMU and report are there.
         ValueError: there shall be workers, which would run the user's script again.
+        ModuleNotFoundError: the extra ``train`` is not installed.
         LoadError: the system cannot be loaded. So are the other errors those of
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
+    require_training()
     from slide_fmu.pipeline.importable import make_importable
     from slide_fmu.pipeline.job import job_of_text
     from slide_fmu.pipeline.quality import require_quality
@@ -139,7 +142,7 @@ def learn(
         console.print(f"remark: {remark}")
     with shown(console) as bar:
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
-        job = replace(job, command=f"slide.learn(system, {name!r})")
+        job = replace(job, command=f"slide.learn(system, {name!r})", tell=console.print)
         finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
     require_quality(job.recipe, finished.figures)
     return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)

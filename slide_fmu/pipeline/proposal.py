@@ -119,6 +119,7 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
             recipe cannot have the name that is wished.
         UrdfError: that chain cannot be read.
         FmuError: an FMU of slide-fmu is damaged.
+        NotForgettingError: its outputs integrate, so that no window can hold it.
         SimulationError: the model could not be simulated, or crashed.
     """
     require_name(wish.name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.extras import require_training
 from slide_fmu.core.progress import quiet_stages
 from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -47,10 +48,12 @@ def run(
     Raises:
         RecipeError: the recipe cannot be read or used; there is one line per mistake.
         QualityError: an output errs by more than the recipe requires; FMU and report are there.
+        ModuleNotFoundError: the extra ``train`` is not installed.
         LoadError: the system cannot be loaded. So are the other errors those of
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
+    require_training()
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
@@ -60,7 +63,7 @@ def run(
     if remark is not None:
         console.print(f"remark: {remark}")
     with shown(console) as bar:
-        job = open_job(Path(recipe), Path(runs), bar, seed, data_seed)
+        job = open_job(Path(recipe), Path(runs), bar, seed, data_seed, tell=console.print)
         done = run_recipe(job, UNSEEN_SEED, trajectories, processes, threads, overwrite)
     require_quality(job.recipe, done.figures)
     return Learnt(load(done.fmu), done.fmu, done.page, done.figures)

@@ -95,15 +95,35 @@ def run_recipe(
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
-    sizing = check_window(job)  # before anything is made
     with job.folder.alone():
+        sizing = check_window(job)  # before anything is made
         job = choose_numbers(job, Workplace(workers), overwrite)
+        before = _trainings(job) if _is_trained(job) else None
         generate_data(job, Workplace(workers))
         train_surrogate(job, threads)
+        if _trainings(job) == before:
+            job.tell("Data and training were finished already; only the measuring is left to do.")
         trained = job.folder.load_surrogate(job.recipe)
         origin = provenance(job, trained.versions)
         wanted = tasks(job.recipe, seed, trajectories)
         return measure_trained(job, trained, origin, sizing, wanted, workers)
+
+
+def _is_trained(job: Job) -> bool:
+    """Tell whether all trajectories are there, and a surrogate that was trained of them."""
+    from slide_fmu.data.store import require_trajectories
+
+    try:
+        require_trajectories(job.folder.store, job.recipe)
+        job.folder.load_surrogate(job.recipe)
+    except ValueError:  # data or surrogate are missing, of another recipe, or damaged
+        return False
+    return True
+
+
+def _trainings(job: Job) -> set[str]:
+    """Name all trainings in the run folder; one of other code or data has another name."""
+    return {place.name for place in job.folder.checkpoints.glob("*.pt")}
 
 
 def measure_trained(

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept, sealed
+from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
@@ -72,42 +73,50 @@ class RunFolder:
             StageError: another one does.
             ClaimError: the disk cannot lock files.
         """
-        with self._gate(0.0):
+        with self._gate():
             for mark in self._marks.glob("*"):
                 with locked(mark) as ended:
                     if not ended:
-                        raise self._taken()
+                        raise self._taken(_program(mark.name))
             yield
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def together(self, bar: Stages = lambda _: quiet) -> Iterator[None]:
         """Work in the folder with others that do the same, and with none that works there alone.
 
-        That lasts until the block or this program ends.
+        That lasts until the block or this program ends. The bar shows whom this program waits for.
 
         Raises:
             StageError: another one works there alone.
             ClaimError: the disk cannot lock files.
         """
         with ExitStack() as work:
-            with self._gate(TOGETHER_PATIENCE):  # others pass through it too, one by one
+            with self._gate(bar, TOGETHER_PATIENCE):  # others pass through it too, one by one
                 self._marks.mkdir(exist_ok=True)
-                name = f"{socket.gethostname()}.{os.getpid()}.{threading.get_ident()}"
-                work.enter_context(locked(self._marks / name))
+                work.enter_context(locked(self._marks / _me()))
             yield
 
     @contextmanager
-    def _gate(self, patience: float) -> Iterator[None]:
-        """Let one program at a time into the block."""
+    def _gate(self, bar: Stages = lambda _: quiet, patience: float = 0.0) -> Iterator[None]:
+        """Let one program at a time into the block; it leaves its name there meanwhile."""
         self.path.mkdir(parents=True, exist_ok=True)
-        with locked(self.path / ".lock", patience) as free:
+        place, named = self.path / ".lock", self.path / ".locked_by"
+        with ExitStack() as work:
+            free = work.enter_context(locked(place))
+            if not free and patience:
+                waiting = bar(f"waiting for another slide-fmu here ({_told(named)})")
+                waiting(0, 1)
+                free = work.enter_context(locked(place, patience))
+                waiting(1, 1)
             if not free:
-                raise self._taken()
+                raise self._taken(_told(named))
+            named.write_text(_me(), encoding="utf-8")
+            work.callback(named.unlink, missing_ok=True)
             yield
 
-    def _taken(self) -> StageError:
+    def _taken(self, by: str) -> StageError:
         return StageError(
-            f"another program works in {self.path}; expected none: wait until it "
+            f"another program works in {self.path} ({by}); expected none: wait until it "
             "has finished, or work in another folder (--runs FOLDER)"
         )
 
@@ -206,6 +215,26 @@ class RunFolder:
                 "was broken off between them; train again (slide-fmu train RECIPE)"
             )
         return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
+
+
+def _me() -> str:
+    """Name this thread of this process of this machine."""
+    return f"{socket.gethostname()}.{os.getpid()}.{threading.get_ident()}"
+
+
+def _program(name: str) -> str:
+    """Say which process a name as of ``_me`` means."""
+    host, _, process = name.rpartition(".")[0].rpartition(".")
+    return f"process {process}" + ("" if host == socket.gethostname() else f" on {host}")
+
+
+def _told(place: Path) -> str:
+    """Say which process a file names."""
+    try:
+        name = place.read_text(encoding="utf-8")
+    except OSError:
+        name = ""
+    return _program(name) if name else "it begins or ends just now"
 
 
 def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:

@@ -96,7 +96,7 @@ def kind_module(kind: str) -> ModuleType:
     except ModuleNotFoundError as error:
         raise LoadError(
             f"kind of system {kind!r} needs the package {error.name!r}, which is not installed: "
-            "install it (the extra 'train' brings exudyn)"
+            "install it (pip install 'slide-fmu[train]' brings exudyn)"
         ) from error
 
 

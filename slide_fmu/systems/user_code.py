@@ -70,7 +70,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
             ) from error
         raise LoadError(
             f"{what}: {told(error)}: correct the name of the import, or install what it needs "
-            "(the extra 'train' brings exudyn)"
+            "(pip install 'slide-fmu[train]' brings exudyn)"
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error

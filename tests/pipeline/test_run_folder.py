@@ -82,7 +82,7 @@ def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_pa
     try:
         assert other.stdout is not None
         assert other.stdout.readline() == "held\n"
-        with pytest.raises(StageError, match=r"another program works in .*x; .*--runs"):
+        with pytest.raises(StageError, match=rf"works in .*x \(process {other.pid}\); .*--runs"):
             folder.alone().__enter__()
     finally:
         other.kill()

@@ -1,0 +1,38 @@
+"""Packages that the base installation does not have are named with the extra that brings them."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+EXTRAS = {"torch": "train", "zarr": "train", "exudyn": "train", "sysidentpy": "compare"}
+"""Extras by the packages that they bring."""
+TRAINING = "zarr", "torch"
+"""Packages without which nothing can be learnt."""
+
+
+def told_missing(error: ImportError) -> str | None:
+    """Say what must be installed; None where the package is of no extra."""
+    package = (error.name or "").partition(".")[0]
+    extra = EXTRAS.get(package)
+    if extra is None:
+        return None
+    return (
+        f"the package {package!r} is not installed; expected the extra {extra!r}: "
+        f"pip install 'slide-fmu[{extra}]'"
+    )
+
+
+def require_training() -> None:
+    """Refuse to learn without the packages for it, before anything is made.
+
+    Raises:
+        ModuleNotFoundError: one is not installed; the message has the remedy.
+    """
+    for package in TRAINING:
+        try:
+            found = find_spec(package) is not None
+        except ModuleNotFoundError:
+            found = False
+        if not found:
+            missing = ModuleNotFoundError(name=package)
+            raise ModuleNotFoundError(told_missing(missing), name=package)

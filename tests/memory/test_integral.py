@@ -1,0 +1,74 @@
+"""Outputs that integrate are found before there is a recipe, and no others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.memory.integral import integral
+from slide_fmu.memory.sizing import NotForgettingError
+from slide_fmu.pipeline.proposal import Wish, propose
+from slide_fmu.systems.base import System
+from slide_fmu.systems.function.system import FunctionSystem
+from slide_fmu.systems.loading import load_system
+from tests.systems.function_models import specifications as models
+
+MODELS = {
+    "integrator": (lambda x, u, p: [u[0]], 1),
+    "mass": (lambda x, u, p: [x[1], u[0]], 2),
+    "damped mass": (lambda x, u, p: [x[1], u[0] - x[1]], 2),
+    "lag": (lambda x, u, p: [u[0] - x[0]], 1),
+    "slow lag": (lambda x, u, p: [1e-4 * (u[0] - x[0])], 1),
+    "undamped": (lambda x, u, p: [x[1], u[0] - x[0]], 2),
+    "hardly damped": (lambda x, u, p: [x[1], u[0] - x[0] - 1e-3 * x[1]], 2),
+    "two wells": (lambda x, u, p: [x[1], u[0] + x[0] - x[0] ** 3 - 0.1 * x[1]], 2),
+}
+
+
+def made(name: str) -> System:
+    f, n_states = MODELS[name]
+    return FunctionSystem(
+        f,
+        lambda x, u, p: [x[0]],
+        inputs=[Signal("force", "N", -1.0, 1.0, hold="first_order")],
+        outputs=[Signal("travel", "m", -1.0, 1.0)],
+        start=[0.0] * n_states,
+        step=0.1,
+    )
+
+
+@pytest.mark.parametrize("name", ["integrator", "mass", "damped mass"])
+def test_output_that_integrates_is_refused_with_the_reason(name: str) -> None:
+    found = integral(made(name))
+    assert found is not None
+    assert str(found).startswith("an integral or a free direction: ")
+    assert found.time == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize("name", ["lag", "slow lag", "undamped", "hardly damped", "two wells"])
+def test_system_that_forgets_or_has_another_reason_is_let_through(name: str) -> None:
+    assert integral(made(name)) is None
+
+
+@pytest.mark.parametrize(
+    "model", [models.bistable, models.bouc_wen, models.first_order_lag, models.thermal_masses]
+)
+def test_other_systems_without_fading_memory_are_let_through(model: Any) -> None:
+    assert integral(load_system(model())) is None
+
+
+@pytest.mark.parametrize("step", [None, 0.1])
+def test_init_refuses_an_integral_and_proposes_nothing(tmp_path: Path, step: float | None) -> None:
+    place = tmp_path / "mass.py"
+    place.write_text(
+        'inputs = {"force": {"unit": "N", "range": [-10, 10]}}\n'
+        'outputs = {"position": "m"}\nstart = [0.0, 0.0]\n'
+        "def f(x, u, p):\n    return [x[1], u[0] / 2]\n"
+        "def g(x, u, p):\n    return [x[0]]\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(NotForgettingError, match=r"a free direction.*No window can hold it"):
+        propose(Wish(str(place), step=step), lambda done, total, error=None: None)

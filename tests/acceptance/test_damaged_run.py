@@ -81,6 +81,7 @@ def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: s
     damage(copied.fmu, kind)
     result = invoke("run", copied.recipe, "--runs", copied.runs, "--trajectories", 1)
     assert result.exit_code == 0, result.output
+    assert "finished already; only the measuring is left to do." in result.output
     assert read_member(copied.fmu, "documentation/index.html") is not None
 
 

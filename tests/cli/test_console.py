@@ -15,6 +15,7 @@ import pytest
 
 from slide_fmu.cli import console
 from slide_fmu.cli.app import SUBCOMMANDS
+from slide_fmu.cli.console import GOES_ON, STOPPED, progress_bars
 from slide_fmu.pipeline.display import Messages
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
@@ -273,3 +274,13 @@ def test_figures_may_go_to_a_pipe_and_through_a_link(tmp_path: Path) -> None:
     os.close(writer)
     with os.fdopen(reader) as pipe:
         assert json.load(pipe) == {"a": 2}
+
+
+@pytest.mark.parametrize("stopped", [STOPPED, GOES_ON])
+def test_interrupted_program_says_whether_its_work_is_kept(
+    capsys: pytest.CaptureFixture[str], stopped: str
+) -> None:
+    with pytest.raises(SystemExit) as ended, progress_bars(stopped):
+        raise KeyboardInterrupt
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == f"{stopped}\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,8 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
+from slide_fmu.core.progress import Progress
+from slide_fmu.pipeline import run_folder
 from slide_fmu.pipeline.importable import make_importable, make_models_importable
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
@@ -89,6 +92,23 @@ def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_pa
         other.communicate()
     with folder.alone():  # a program that was killed keeps nothing
         pass
+
+
+def test_who_waits_for_another_program_says_so_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_folder, "TOGETHER_PATIENCE", 0.1)
+    folder, shown = RunFolder(tmp_path / "x"), list[tuple[str, int]]()
+
+    def bar(stage: str) -> Progress:
+        return lambda done, total, error=None: shown.append((stage, done))
+
+    with folder.alone(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
+        folder.together(bar).__enter__()
+    assert shown[0] == (f"waiting for another slide-fmu here (process {os.getpid()})", 0)
+    shown.clear()
+    with folder.together(bar):
+        assert shown == []
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5])

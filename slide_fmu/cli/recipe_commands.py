@@ -323,8 +323,9 @@ def train(
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
+        job.folder.require_free()
+        check_window(job)
         with job.folder.alone():
-            check_window(job)
             figures = train_surrogate(job, threads)
     write_json(json_path, figures)
     show_search(figures)

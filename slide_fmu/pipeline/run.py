@@ -95,8 +95,9 @@ def run_recipe(
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
+    job.folder.require_free()  # sizing may take a minute
+    sizing = check_window(job)  # before anything is made
     with job.folder.alone():
-        sizing = check_window(job)  # before anything is made
         job = choose_numbers(job, Workplace(workers), overwrite)
         before = _trainings(job) if _is_trained(job) else None
         generate_data(job, Workplace(workers))

@@ -65,6 +65,12 @@ class RunFolder:
                 f"{self.path}: move the file away, or work in another folder (--runs FOLDER)"
             )
 
+    def require_free(self) -> None:
+        """Raise a StageError where another program works in the folder now; make nothing."""
+        if self.path.exists():
+            with self.alone():
+                pass
+
     @contextmanager
     def alone(self) -> Iterator[None]:
         """Keep other programs from working in the folder, until the block or this program ends.

@@ -94,6 +94,15 @@ def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_pa
         pass
 
 
+def test_folder_is_found_to_be_taken_before_anything_is_made(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "x")
+    folder.require_free()
+    assert not folder.path.exists()
+    with folder.alone(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
+        folder.require_free()
+    folder.require_free()
+
+
 def test_who_waits_for_another_program_says_so_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

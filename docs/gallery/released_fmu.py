@@ -1,7 +1,7 @@
 """
 # A released FMU in FMPy
 
-Of [inputs that move](../../moving_inputs.md) one must know what a value means that is set.
+Of [inputs that move](../../moving_inputs.md) the FMU forecasts what it is not told.
 """
 
 # mkdocs_gallery_thumbnail_path = 'tutorials/results/released_fmu.png'
@@ -37,9 +37,9 @@ late, found = plain(fmu, t, force, ["force"], "position"), slide.simulate(fmu, t
 tell("duffing", true, plain=late, simulate=found)
 
 # %%
-# The crank of the slider-crank moves within each step. Its FMU takes what is set as the angle at
-# the step's end, right for set points that are known ahead. `fmpy.simulate_fmu` sets u(t) and then
-# steps from t to t + h, so all outputs are one step late; `slide_fmu.simulate` sets u(t + h).
+# The crank of the slider-crank moves within each step. `fmpy.simulate_fmu` sets u(t) and then steps
+# from t to t + h, so the FMU forecasts what the crank does within the step. `slide_fmu.simulate`
+# knows the whole motion: it sets u(t + h), and says so to the FMU by `inputs_at_step_end` = 1.
 t, fmu = 0.03125 * np.arange(400), "fmus/slider_crank/slider_crank.fmu"
 angle = 4 * t + 0.8 * np.sin(2.5 * t)
 u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -51,7 +51,7 @@ _, (upper, lower) = plt.subplots(2, sharex=True, layout="constrained")
 upper.plot(t, true, "k", t, found, "--", t, late, ":")
 upper.set(ylim=(-0.05, 0.04), ylabel="deflection / m", title="model black, plain call dotted")
 lower.plot(t, found - true, "C0--", t, late - true, "C1:")
-lower.set(xlim=(6, 8), ylim=(-0.02, 0.01), xlabel="time / s", ylabel="error / m")
+lower.set(xlim=(6, 8), xlabel="time / s", ylabel="error / m")
 plt.savefig("released_fmu.png")
 print("picture: released_fmu.png")
 

@@ -12,7 +12,6 @@ from rich.console import Console
 from slide_fmu.cli.console import show_validation
 from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
-from slide_fmu.fmu.export import PROVENANCE
 from slide_fmu.pipeline.display import Messages
 from slide_fmu.validation.limits import ordered
 from slide_fmu.validation.verdict import Subject, verdict
@@ -43,7 +42,7 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
         _show_origin(origin, out)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
-            f"{fmu}: {PROVENANCE} says something else about its origin than slide-fmu "
+            f"{fmu}: resources/provenance.json says something else than slide-fmu "
             f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
             "measured errors: slide-fmu info FMU --json - shows what is there"
         ) from error

@@ -115,10 +115,7 @@ def ssp(
         ),
     ] = None,
 ) -> None:
-    """Write an FMU, its reference system and unseen inputs as one SSP.
-
-    The module of the model that the FMU's recipe names is imported, and run.
-    """
+    """Write an FMU, its reference system and unseen inputs as one SSP; runs the model's code."""
     from slide_fmu.cosim.ssv import read_parameter_set
     from slide_fmu.pipeline.side_by_side import write_side_by_side
 
@@ -152,10 +149,7 @@ def validate(
         Path | None, typer.Option("--report", help="Write report.html and report.json here.")
     ] = None,
 ) -> None:
-    """Run an FMU beside its reference system on unseen inputs, and measure its error.
-
-    The module of the model that the FMU's recipe names is imported, and run.
-    """
+    """Measure an FMU beside its reference system on unseen inputs; runs the model's code."""
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
     from slide_fmu.pipeline.touching import touched
     from slide_fmu.validation.comparison import Task

@@ -21,7 +21,6 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from slide_fmu.recipe.reading import mistakes
 from slide_fmu.systems.user_code import imported
 
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
@@ -92,7 +91,11 @@ def checked_drawing(description: Any, signals: Collection[str], name: str) -> di
     try:
         drawing = Drawing.model_validate(description)
     except ValidationError as error:
-        raise DrawingError(mistakes(error, f"drawing {name!r}", "drawing")) from error
+        places = [
+            f"{'.'.join(map(str, item['loc']))} = {item['input']!r:.60}: {item['msg']}"
+            for item in error.errors()
+        ]
+        raise DrawingError(f"drawing {name!r}: {'; '.join(places)}") from error
     known = set(signals)
     for value, expression in drawing.values:
         _check(expression, known, f"drawing {name!r}, value {value!r}")

@@ -15,7 +15,7 @@ import numpy as np
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, within_ranges
 from slide_fmu.core.units import behind
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST
@@ -124,7 +124,7 @@ def _rest_at(
     window = max(surrogate.memory_length, round(recipe.data.burn_in / recipe.window.step))
     start = np.mean([[s.low, s.high] for s in surrogate.inputs], axis=1)
     part = np.clip(np.arange(-1.0, (WAY + LATER) * window) / max(1.0, WAY * window), 0, 1)
-    inputs = start + part[:, None] * (point - start)
+    inputs = within_ranges(system.inputs, start + part[:, None] * (point - start))  # rounding
     initial = None
     if isinstance(system, RandomStates):
         initial = system.random_state(np.random.default_rng(TEST), inputs[0])

@@ -16,13 +16,13 @@ ROOT = Path(__file__).parents[2]
 GALLERY = ROOT / "docs" / "gallery"
 CAR = ("body_acceleration", "suspension_travel", "tyre_deflection")
 LIMITS = {
-    "car_in_exudyn": dict(zip(CAR, (2.0, 1.6, 1.1), strict=True)),
-    "car_as_fmu": dict(zip(CAR, (2.2, 1.1, 0.9), strict=True)),
+    "car_in_exudyn": dict(zip(CAR, (5.0, 4.0, 2.6), strict=True)),
+    "car_as_fmu": dict(zip(CAR, (4.0, 3.6, 2.4), strict=True)),
     "car_as_function": dict(zip(CAR, (2.4, 1.9, 1.2), strict=True)),
     "released_fmu": {
         "duffing, plain": 0.024,
         "duffing, simulate": 0.024,
-        "slider_crank, plain": 53.0,
+        "slider_crank, plain": 0.4,
         "slider_crank, simulate": 0.27,
     },
     "thermal_masses": {"left": 0.08, "middle": 0.1, "right": 0.1},
@@ -111,5 +111,5 @@ def test_tutorial_runs_and_prints_small_errors(name: str, tmp_path: Path) -> Non
     if name == "open_mass":  # the record was made with 2.8 kg
         (interval,) = re.findall(r"between ([\d.]+) and ([\d.]+) with 95 %", done.stdout)
         assert float(interval[0]) < 2.8 < float(interval[1])
-    if name == "released_fmu":  # one step late, as the page says
-        assert errors["slider_crank, plain"] > 50 * errors["slider_crank, simulate"]
+    if name == "released_fmu":  # what is forecast is not known
+        assert errors["slider_crank, plain"] > 1.1 * errors["slider_crank, simulate"]

@@ -62,7 +62,7 @@ def test_commands_of_the_readme_make_an_fmu_with_a_small_error(tmp_path: Path) -
     """``make demo`` would set up another checkout: only what it would run is looked at."""
     assert shell_commands()[:2] == ["make demo", ". .venv/bin/activate"]
     planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
-    assert "slide-fmu run training/duffing.toml" in planned.stdout
+    assert "slide-fmu run training/duffing_demo.toml" in planned.stdout
     for command in shell_commands()[2:]:
         program, *arguments = shlex.split(command)
         assert program == "slide-fmu"

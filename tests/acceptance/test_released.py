@@ -119,7 +119,9 @@ def test_model_card_lists_the_variables_of_the_released_fmu(name: str) -> None:
     found = fmpy.read_model_description(str(released(name))).modelVariables
     assert [row[0] for row in listed] == [f"| `{variable.name}`" for variable in found]
     assert [row[1] for row in listed] == [variable.causality for variable in found]
-    assert [row[2] for row in listed] == [variable.unit or "" for variable in found]
+    assert [row[2] for row in listed] == [
+        (variable.unit or "1").replace("1", "") for variable in found
+    ]
     assert table == variable_table(read_fmu(released(name))[0])
 
 

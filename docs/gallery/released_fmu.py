@@ -37,8 +37,8 @@ late, found = plain(fmu, t, force, ["force"], "position"), slide.simulate(fmu, t
 tell("duffing", true, plain=late, simulate=found)
 
 # %%
-# The crank of the slider-crank moves within each step. `fmpy.simulate_fmu` sets u(t) and then steps
-# from t to t + h, so the FMU forecasts what the crank does within the step. `slide_fmu.simulate`
+# The crank of the slider-crank moves within each step. `fmpy.simulate_fmu` sets u(t), then steps
+# from t to t + h: the FMU forecasts what the crank does within the step. `slide_fmu.simulate`
 # knows the whole motion: it sets u(t + h), and says so to the FMU by `inputs_at_step_end` = 1.
 t, fmu = 0.03125 * np.arange(400), "fmus/slider_crank/slider_crank.fmu"
 angle = 4 * t + 0.8 * np.sin(2.5 * t)

@@ -8,7 +8,7 @@ import os
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -116,8 +116,9 @@ class RunFolder:
                 waiting(1, 1)
             if not free:
                 raise self._taken(_told(named))
-            named.write_text(_me(), encoding="utf-8")
             work.callback(named.unlink, missing_ok=True)
+            with suppress(OSError):  # as on a full disk: the work says what it cannot write
+                named.write_text(_me(), encoding="utf-8")
             yield
 
     def _taken(self, by: str) -> StageError:

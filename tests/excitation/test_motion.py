@@ -369,7 +369,7 @@ def test_recipe_whose_excitation_does_not_fit_is_refused_at_once() -> None:
     ]
     recipe = tiny_state_space_recipe(data={"excitation": kinds})
     with pytest.raises(
-        RecipeError, match=r"'tiny': data\.excitation\.1: kind = 'speed_ramps' for 1 "
+        RecipeError, match=r"'tiny': 2nd \[\[data\.excitation\]\]: kind = 'speed_ramps' for 1 "
     ):
         recipe_system(recipe)
 

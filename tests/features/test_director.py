@@ -34,7 +34,7 @@ def test_angles_are_known_by_unit_period_or_meaning() -> None:
     assert period_of(JOINT) == 2 * math.pi
     assert period_of(COMPASS) == 360.0
     assert (period_of(PHASE), period_of(FORCE)) == (4.0, None)
-    with pytest.raises(ValueError, match=r"'phase': period -1.0 1; expected a positive, finite"):
+    with pytest.raises(ValueError, match=r"'phase': period -1.0; expected a positive, finite"):
         Signal("phase", "1", 0.0, 8.0, period=-1.0)
 
 

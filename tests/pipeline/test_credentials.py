@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.cosim.archive import hash_problems
 from slide_fmu.credentials import members
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.manifest import read_manifest
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.credentials.tables import rounded
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
+from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.credentials import Documents, credentials, without_pictures
 from slide_fmu.pipeline.experiment import COMPARED, make_experiment
 from slide_fmu.pipeline.export import export_again
@@ -75,9 +77,19 @@ def test_card_in_the_fmu_has_no_pictures() -> None:
     assert without_pictures(DOCUMENTS.card) == "# card\n\n\ntext\n"
 
 
+def extra_of(path: Path) -> dict[str, bytes]:
+    """Read the extra files but the list of hashes: it differs with the version of FMI."""
+    return {
+        name: read
+        for name, read in read_folder(path, EXTRA).items()
+        if f"{EXTRA}/{name}" != HASHES
+    }
+
+
 def test_fmu_that_is_exported_again_keeps_its_credentials(tmp_path: Path) -> None:
     again = export_again(LINEAR, tmp_path / "three.fmu", 3, False)
-    assert read_folder(again, EXTRA) == read_folder(LINEAR, EXTRA)
+    assert extra_of(again) == extra_of(LINEAR)
+    assert hash_problems(again) == []
     kept = read_folder(LINEAR, "documentation")
     assert read_folder(again, "documentation") == kept
     assert credential_problems(again, read_fmu(again)[0]) == []

@@ -15,7 +15,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from slide_fmu.core.files import write_whole
+from slide_fmu.core.files import FullDiskError, write_whole, writing
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
@@ -117,7 +117,8 @@ class RunFolder:
             if not free:
                 raise self._taken(_told(named))
             work.callback(named.unlink, missing_ok=True)
-            with suppress(OSError):  # as on a full disk: the work says what it cannot write
+            # on a full disk the work itself says what it cannot write, the name is worth no error
+            with suppress(FullDiskError), writing(named):
                 named.write_text(_me(), encoding="utf-8")
             yield
 
@@ -241,7 +242,11 @@ def _told(place: Path) -> str:
         name = place.read_text(encoding="utf-8")
     except OSError:
         name = ""
-    return _program(name) if name else "it begins or ends just now"
+    return (
+        _program(name)
+        if name
+        else "its number is not known: it begins or ends, or the disk is full"
+    )
 
 
 def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.pipeline.run_folder import RunFolder
 from tests.acceptance.conftest import SMALL_LINEAR, Finished, invoke
 from tests.limits import fill, small_disk
 
@@ -110,3 +111,19 @@ def test_fmu_that_is_there_stays_whole_where_the_disk_is_full(
     assert fmu.read_bytes() == before
     with zipfile.ZipFile(fmu) as archive:
         assert archive.testzip() is None
+
+
+def test_name_of_a_program_is_left_out_on_a_full_disk_and_no_other_error_is_hidden(
+    disk: Path, tmp_path: Path
+) -> None:
+    """Who works in a folder is only told to others; a place that cannot be written to is named."""
+    (disk / "run").mkdir()
+    fill(disk)
+    with RunFolder(disk / "run").alone():
+        pass
+    assert unfinished(disk) == []
+    in_the_way = tmp_path / "run" / ".locked_by"
+    in_the_way.parent.mkdir()
+    in_the_way.symlink_to(tmp_path / "nowhere" / "file")  # it can be removed, not written to
+    with pytest.raises(OSError, match=r"\.locked_by"), RunFolder(in_the_way.parent).alone():
+        pass

@@ -41,9 +41,10 @@ PAYS = 0.95
 HOLDS = 1.1
 """More trajectories teach nothing new where the validation error is at most this many times the
 error on those that were learnt from."""
-VALIDATION, SHARE = 12, 4
-"""The curve is judged on the first number of validation trajectories. In the end there are as
-many, or one for so many trajectories to learn from, if that is more."""
+VALIDATION, SHARE = 24, 4
+"""The curve is judged on the first number of validation trajectories: they shall hold every kind
+of the mix, also what is drawn seldom and is hard, such as a resonance that lasts. In the end there
+are as many, or one for so many trajectories to learn from, if that is more."""
 ESTIMATOR, ESTIMATOR_SHARE = 128, 8
 """An error estimator learns from at least the first number of trajectories, and from as many as
 the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""

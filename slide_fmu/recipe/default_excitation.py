@@ -1,9 +1,10 @@
 """A recipe that says nothing about its excitation gets this mix, which follows from its step.
 
 Networks answer what they have been taught. So the mix holds what inputs of machines usually do:
-noise, sums of sines, single sines and sweeps in the band that the sample step can show, steps and
-rests, each from small to large. Set points of drives get motions from point to point instead, and
-an angle, of which the inputs are cosine and sine, turns at a speed that goes up and down.
+noise, sums of many and of few sines, single sines and sweeps in the band that the sample step can
+show, steps and rests, each from small to large. A few sines that last let a resonance build up.
+Set points of drives get motions from point to point instead, and an angle, of which the inputs are
+cosine and sine, turns at a speed that goes up and down.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from typing import Any, Literal, assert_never
 TOP = 0.3
 """The mix reaches this part of the highest frequency that samples show (that of Nyquist): at six
 samples per period a network still sees the waves."""
+RESONANT = 12.0, 2.0
+"""Resonances mostly lie between these parts of the highest frequency: a step that follows from a
+system's bandwidth has them there."""
 DECADES = 2.5
 """Frequencies reach this many decades below the highest one."""
 CROSSING = 200
@@ -65,7 +69,8 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    noise, sines, steps = (0.25, 0.2, 0.05) if moving else (0.15, 0.15, 0.1)
+    noise, sines, steps = (0.15, 0.2, 0.05) if moving else (0.1, 0.15, 0.1)
+    lasting = 0.15 if moving else 0.1
     longest = long if moving else _tidy(4 * long)
     ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
     others: list[dict[str, Any]] = [
@@ -73,8 +78,10 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
          "angular_frequency": [low, top]},
         {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
-        {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.3],
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
+        {"kind": "multisine", "weight": lasting, "amplitude": [0.1, 0.5],
+         "angular_frequency": [_tidy(top / part) for part in RESONANT], "components": [1, 3]},
         {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},

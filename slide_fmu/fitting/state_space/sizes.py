@@ -92,7 +92,10 @@ def choose_sizes(multi_start: MultiStart) -> Chosen:
     if order != "auto" and units != "auto":
         return Chosen(order, units)
     search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(units))
-    place = search.climb((0, 0), [STATES])
+    place = (0, 0)
+    if units != "auto" or not multi_start.eigenvalues_known:
+        # where the order is known, linear models of more states only imitate what units will learn
+        place = search.climb(place, [STATES])
     if units == "auto":
         place = search.climb(place, [STATES, UNITS])
     larger = None

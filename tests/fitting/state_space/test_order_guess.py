@@ -80,6 +80,15 @@ def test_known_order_has_no_other_beside_it(monkeypatch: pytest.MonkeyPatch) -> 
     assert chosen.larger is None
 
 
+@pytest.mark.parametrize(("two", "four", "order"), [(1e-3, 1e-2, 2), (1e-2, 1e-3, 4)])
+def test_linear_models_of_more_states_do_not_raise_a_known_order(
+    monkeypatch: pytest.MonkeyPatch, two: float, four: float, order: int
+) -> None:
+    """Twice the states halve the error of the linear model; with units the smaller one counts."""
+    chosen = choose_sizes(search(monkeypatch, {2: two, 4: four}, 2, eigenvalues=True))
+    assert (chosen.order, chosen.units) == (order, sizes.FIRST_UNITS)
+
+
 @pytest.mark.parametrize(("more", "states"), [(0.9, 6), (0.97, 6), (0.99, 4), (2.0, 4)])
 def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, states: int) -> None:
     """Refined errors decide: relative to that of the guessed order."""

@@ -100,6 +100,14 @@ def init(
             "move. If not given, inputs of a function or an FMU move, unless it says otherwise.",
         ),
     ] = None,
+    fmu_step: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Say by which step you run your co-simulation FMU: its inputs are held over it, "
+            "and so late by half of it. If not given, they move smoothly.",
+        ),
+    ] = None,
     time: Annotated[
         str | None,
         typer.Option(
@@ -145,7 +153,7 @@ def init(
             written = write_template(model, kind)
             if written is not None:
                 console.print(f"model   {written}")
-            wish = Wish(written or model, *chosen, kind, step, name, folder, chain, hold)
+            wish = Wish(written or model, *chosen, kind, step, name, folder, chain, hold, fmu_step)
             proposal = propose(wish, bar("motions"))
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)

@@ -194,6 +194,11 @@ def hold_of(signals: tuple[Signal, ...]) -> Hold:
     return signals[0].hold
 
 
+def moves(signals: tuple[Signal, ...]) -> bool:
+    """Tell whether inputs, of which there is at least one, move between samples."""
+    return hold_of(signals) == "first_order"
+
+
 def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
     """Give the indices of inputs that are the cosine of an angle; the sine of each is the next."""
     return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")

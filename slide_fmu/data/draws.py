@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Trajectory, within_ranges
+from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
 from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, System
@@ -73,6 +73,8 @@ class Draw:
         initial: state of the system at the start of the burn-in; None where the system draws
             none, but begins at its own start.
         inputs: inputs in their units, burn-in first, shape (burn_in + N, n_inputs).
+        between: the same with what is between samples, (parts * (burn_in + N), n_inputs), where
+            inputs bend there; every sample is the last of its parts.
         burn_in: number of leading samples in which the initial state decays; they are not used.
         attempt: number of draws before it, on which the system failed.
     """
@@ -83,6 +85,7 @@ class Draw:
     inputs: FloatArray
     burn_in: int
     attempt: int = 0
+    between: FloatArray | None = None
 
 
 T = TypeVar("T")
@@ -145,7 +148,8 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
     """
     drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt)
     if isinstance(system, RandomStates):
-        return replace(drawn, initial=system.random_state(rng, drawn.inputs[0]))
+        first = drawn.inputs[0] if drawn.between is None else drawn.between[0]
+        return replace(drawn, initial=system.random_state(rng, first))
     return drawn
 
 
@@ -173,11 +177,15 @@ def _drawn_inputs(
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
     kind = choose_kind(recipe.data.excitation, rng)
-    time = step * np.arange(burn_in + count, dtype=np.float64)
-    inputs = recipe.data.excitation[kind].inputs(system.inputs, time, factor, rng)
+    excitation = recipe.data.excitation[kind]
+    parts = recipe.data.substeps if excitation.bends and moves(system.inputs) else 1
+    # sample k ends part k, and is at the time k * step
+    time = step / parts * (np.arange(parts * (burn_in + count), dtype=np.float64) + 1 - parts)
+    inputs = excitation.inputs(system.inputs, time, factor, rng)
     if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
         inputs = within_ranges(system.inputs, inputs)
-    return Draw(kind, factor, None, inputs, burn_in, attempt), rng
+    between = inputs if parts > 1 else None
+    return Draw(kind, factor, None, inputs[parts - 1 :: parts], burn_in, attempt, between), rng
 
 
 def first_that_runs(
@@ -215,7 +223,7 @@ def probe(recipe: Recipe, system: System) -> FloatArray:
     failure = SimulationError("no motion was drawn")
     for drawn in probe_draws(recipe, system):
         try:
-            return simulate(system, drawn.inputs, drawn.initial).outputs
+            return drawn_outputs(system, drawn)
         except SimulationError as error:
             failure = error
     raise failure
@@ -234,7 +242,7 @@ def _moving_first(recipe: Recipe, system: System, stream: Stream) -> Iterator[Dr
     others: list[tuple[float, Draw]] = []
     for attempt in range(PROBE_DRAWS):
         drawn = draw(recipe, system, stream, 0, attempt)
-        drawn = replace(drawn, inputs=drawn.inputs[:PROBE_SAMPLES], burn_in=0)
+        drawn = replace(shortened(drawn, PROBE_SAMPLES), burn_in=0)
         moved = _moved(system, drawn.inputs)
         if moved >= MOVED:
             yield drawn
@@ -256,6 +264,30 @@ def simulate_draw(system: System, drawn: Draw) -> Trajectory:
     Raises:
         SimulationError: the system could not be simulated.
     """
-    trajectory = simulate(system, drawn.inputs, drawn.initial)
-    first = drawn.burn_in
-    return Trajectory(system.step, trajectory.inputs[first:], trajectory.outputs[first:])
+    outputs, first = drawn_outputs(system, drawn), drawn.burn_in
+    return Trajectory(system.step, drawn.inputs[first:], outputs[first:])
+
+
+def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
+    """Simulate a drawn trajectory; the outputs at its samples, (burn_in + N + 1, n_outputs).
+
+    Where inputs bend between samples, the system goes on by finer steps.
+
+    Raises:
+        LoadError: the system cannot be made with a finer step.
+        SimulationError: it could not be simulated.
+    """
+    if drawn.between is None:
+        return simulate(system, drawn.inputs, drawn.initial).outputs
+    parts = len(drawn.between) // len(drawn.inputs)
+    if system.finer is None or system.finer.parts != parts:
+        raise ValueError(
+            f"inputs in {parts} parts of a sample step for a system that is not made for them; "
+            "expected that of the recipe by which they were drawn"
+        )
+    return simulate(system.finer.system, drawn.between, drawn.initial).outputs[::parts]
+
+
+def shortened(drawn: Draw, count: int | None) -> Draw:
+    """Return a draw of the first so many samples, which its inputs reach on straight lines."""
+    return replace(drawn, inputs=drawn.inputs[:count], between=None)

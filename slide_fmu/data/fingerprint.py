@@ -43,6 +43,8 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     left_out = {*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
     data = recipe.data.model_dump(mode="json", exclude=left_out)
     data["excitation"] = _of_kinds(recipe.data.excitation)
+    if data["substeps"] == 1:  # stores of earlier versions know no other
+        del data["substeps"]
     fingerprint = {"system": system, "step": recipe.window.step, "data": data}
     if recipe.parameters:
         tables = recipe.model_dump(mode="json", include={"parameters"})
@@ -81,9 +83,9 @@ def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
 
 
 def _of_kinds(kinds: Sequence[Excitation]) -> list[dict[str, Any]]:
-    """Return their settings; stores of earlier versions know of no rest."""
-    found = [kind.model_dump(mode="json") for kind in kinds]
-    return [{k: v for k, v in table.items() if (k, v) != ("rest", 0.0)} for table in found]
+    """Return their settings; stores of earlier versions know of no rest and no decades."""
+    found, new = [kind.model_dump(mode="json") for kind in kinds], {"rest": 0.0, "decades": False}
+    return [{k: v for k, v in table.items() if k not in new or v != new[k]} for table in found]
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

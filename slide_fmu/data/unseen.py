@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import Draw, Stream, first_that_runs
+from slide_fmu.data.draws import Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +76,7 @@ def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> Unsee
     """Draw a motion and simulate it; where the system fails on it, another one."""
 
     def run(drawn: Draw) -> UnseenMotion:
-        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        outputs = drawn_outputs(system, drawn)
         return UnseenMotion(drawn.inputs, outputs, drawn.burn_in, drawn.kind)
 
     return first_that_runs(recipe, system, stream, index, run)

@@ -6,7 +6,7 @@ The annotated types are those of the fields that recipes set; pydantic checks th
 from __future__ import annotations
 
 import abc
-from typing import Annotated, get_args
+from typing import Annotated, ClassVar, get_args
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -45,7 +45,11 @@ class Kind(Table, abc.ABC):
     Attributes:
         kind: name of the kind, which must be there.
         weight: how often this kind is drawn, relative to the weights of the others in the mix.
+        bends: whether inputs are smooth functions of time, which bend between samples. Others are
+            known at samples alone, and go straight from one to the next.
     """
+
+    bends: ClassVar[bool] = False
 
     weight: float = Field(gt=0)
 

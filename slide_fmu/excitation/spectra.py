@@ -51,6 +51,8 @@ class Harmonic(ChannelKind):
         angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
     """
 
+    bends = True
+
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
 
@@ -71,6 +73,8 @@ class Sweep(ChannelKind):
     Attributes:
         angular_frequency: range in rad/s through which the frequency goes.
     """
+
+    bends = True
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange
@@ -98,22 +102,32 @@ class Multisine(ChannelKind):
     Attributes:
         angular_frequency: range in rad/s from which all frequencies are drawn uniformly.
         components: range of the number of sines, both ends included.
+        decades: whether the range is cut instead into as many parts as there are sines, all of
+            the same ratio, and each part has one: slow and fast sines at once.
     """
+
+    bends = True
 
     kind: Literal["multisine"]
     angular_frequency: PositiveRange
     components: CountRange = (8, 20)
+    decades: bool = False
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        spread = ", slow and fast ones at once" if self.decades else ""
         return (
             f"{subject(signals)} is a sum of {between(self.components)} sines of "
-            f"{between(self.angular_frequency)} rad/s, with an RMS of "
+            f"{between(self.angular_frequency)} rad/s{spread}, with an RMS of "
             f"{size(self.amplitude, signals)}, clipped to its range"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         count = int(rng.integers(self.components[0], self.components[1] + 1))
-        frequency = rng.uniform(*self.angular_frequency, count)
+        if self.decades:
+            low, high = np.log(self.angular_frequency)
+            frequency = np.exp(low + (high - low) * (np.arange(count) + rng.random(count)) / count)
+        else:
+            frequency = rng.uniform(*self.angular_frequency, count)
         phase = rng.uniform(-np.pi, np.pi, count)
         total = np.sin(time[:, None] * frequency + phase).sum(axis=1)
         return np.asarray(total * np.sqrt(2 / count))

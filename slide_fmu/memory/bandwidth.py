@@ -25,10 +25,9 @@ first order at five times its corner, a weakly damped resonance a little above i
 hardly counts, and to follow it would make the window many times as long."""
 SMOOTHED = 16
 """A spectrum is the mean of about so many of parts of the record, which makes it smooth."""
-SAMPLES_PER_PERIOD = {"zero_order": 5.0, "first_order": 15.0}
-"""Samples in a period of the bandwidth; a resonance below it gets about twice as many. Straight
-lines between the samples of a moving input cost up to (2 pi / samples)^2 / 12 of a sine: 1.5 % of
-one at the bandwidth."""
+SAMPLES_PER_PERIOD = {"zero_order": 5.0, "first_order": 10.0}
+"""Samples in a period of the bandwidth; a resonance below it gets about twice as many. How inputs
+that move go on within a step is forecast from their past: that takes more samples."""
 SAMPLES, LEAD_IN = 4096, 1024
 """Samples of a spectrum, and those before it in which the start is forgotten."""
 RESOLVED = 0.5

@@ -6,10 +6,9 @@ Another draw takes the place of each, which a remark says.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TypeVar
 
-from slide_fmu.data.draws import Draw
+from slide_fmu.data.draws import Draw, shortened
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -89,7 +88,7 @@ class Failing:
         """
         key = index, count or 0
         attempt = self._fits.get(key, self._first)
-        found = _cut(draw(attempt), count)
+        found = shortened(draw(attempt), count)
         if key in self._fits:
             return found
         self.tolerance.tried += 1
@@ -101,7 +100,7 @@ class Failing:
                 self.tolerance.hear(error)
                 self.tolerance.tried += 1
                 attempt += 1
-                found = _cut(draw(attempt), count)
+                found = shortened(draw(attempt), count)
         self._fits[key] = attempt
         return found
 
@@ -122,7 +121,3 @@ class Failing:
                     self._first += 1
                 self._careful = True
                 self._fits.clear()
-
-
-def _cut(drawn: Draw, count: int | None) -> Draw:
-    return replace(drawn, inputs=drawn.inputs[:count])

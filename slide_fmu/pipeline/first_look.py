@@ -145,7 +145,7 @@ def _step_of_modes(system: System, bandwidth: float | None) -> tuple[float, str]
     if not modes:
         raise LoadError(
             "the model follows the rates of its inputs and has no mode of its own, so nothing "
-            "says how fast these move; expected a sample step: give --step SECONDS, a fifteenth "
+            "says how fast these move; expected a sample step: give --step SECONDS, a tenth "
             "of the shortest period of the inputs"
         )
     fastest = max(mode.natural_frequency for mode in modes) / (2 * np.pi)

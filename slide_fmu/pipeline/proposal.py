@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,14 +25,19 @@ from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.pipeline.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
 FIRST_STEP = 0.01
 """A model without a step is made with this one, in s, to see what it offers."""
+SUBSTEPS = 4
+"""Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 
@@ -52,6 +58,8 @@ class Wish:
         chain: URDF of the robot whose joints' set points the inputs are; the only one beside the
             model if None, where it fits.
         hold: how inputs act between samples; by what the model can take if None.
+        fmu_step: step in s by which the FMU is run for which the surrogate stands in, whose inputs
+            are held over it; None if they move smoothly.
     """
 
     model: str
@@ -63,6 +71,7 @@ class Wish:
     folder: Path = Path()
     chain: Path | None = None
     hold: Hold | None = None
+    fmu_step: float | None = None
 
 
 @dataclass(frozen=True)
@@ -123,6 +132,11 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
         SimulationError: the model could not be simulated, or crashed.
     """
     require_name(wish.name)
+    if wish.fmu_step is not None and not (wish.fmu_step > 0 and wish.model.endswith(".fmu")):
+        raise RecipeError(
+            f"--fmu-step {wish.fmu_step:g} for {wish.model!r}; expected a positive number of "
+            "seconds for an FMU: leave it out for other models"
+        )
     make_importable(Path(wish.model).parent)
     begun = _begin(wish)
     seen = _look(begun, wish, progress)
@@ -161,6 +175,9 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
 def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> Draft:
     """Return what the recipe says."""
     found, chain = begun.found, begun.chain.path
+    step = seen.step
+    if wish.fmu_step is not None and wish.step is None:
+        step = float(f"{max(1, round(step / wish.fmu_step)) * wish.fmu_step:.10g}")
     name = proposed_name(found.model, wish.name)
     return Draft(
         name,
@@ -168,13 +185,30 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         replace(found, model=_from_folder(found.model, wish.folder)),
         tuple(begun.inputs),
         tuple(outputs),
-        seen.step,
+        step,
         seen.origin,
-        begun.tables(seen.step),
+        begun.tables(step),
         declares_signals=begun.own,
         kind_of_inputs=begun.kind,
         chain=None if chain is None else _from_folder(str(chain), wish.folder),
+        substeps=_substeps(begun, step, wish.fmu_step),
+        fmu_step=wish.fmu_step,
     )
+
+
+def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
+    """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not."""
+    if begun.kind != "moving" or begun.own:
+        return 1
+    if fmu_step is not None:
+        stairs = round(step / fmu_step)
+        whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
+        return next((n for n in whole if n >= SUBSTEPS), whole[-1])
+    try:
+        finer = load_system(replace(begun.specification, step=step / SUBSTEPS))
+    except LoadError:  # the model has a step of its own
+        return 1
+    return SUBSTEPS if math.isclose(finer.step, step / SUBSTEPS) else 1
 
 
 def kind_of_inputs(system: System) -> InputKind:

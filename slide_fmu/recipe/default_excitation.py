@@ -2,9 +2,10 @@
 
 Networks answer what they have been taught. So the mix holds what inputs of machines usually do:
 noise, sums of many and of few sines, single sines and sweeps in the band that the sample step can
-show, steps and rests, each from small to large. A few sines that last let a resonance build up.
-Set points of drives get motions from point to point instead, and an angle, of which the inputs are
-cosine and sine, turns at a speed that goes up and down.
+show, steps and rests, each from small to large. Most smooth inputs look like slow and fast sines
+at once; few sines that last let a resonance build up. Set points of drives get motions from point
+to point instead, and an angle, of which the inputs are cosine and sine, turns at a speed that goes
+up and down.
 """
 
 from __future__ import annotations
@@ -69,19 +70,22 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    noise, sines, steps = (0.15, 0.2, 0.05) if moving else (0.1, 0.15, 0.1)
-    lasting = 0.15 if moving else 0.1
+    sines, steps = (0.15, 0.05) if moving else (0.1, 0.1)
+    slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
+    end = _tidy(top / RESONANT[1])
     longest = long if moving else _tidy(4 * long)
     ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
     others: list[dict[str, Any]] = [
-        {"kind": "filtered_random", "weight": noise, "amplitude": [0.05, 0.4],
+        {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
         {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
-        {"kind": "multisine", "weight": lasting, "amplitude": [0.1, 0.5],
-         "angular_frequency": [_tidy(top / part) for part in RESONANT], "components": [1, 3]},
+        {"kind": "multisine", "weight": slow_and_fast, "amplitude": [0.1, 0.5],
+         "angular_frequency": [low, end], "components": [2, 4], "decades": True},
+        {"kind": "multisine", "weight": resonant, "amplitude": [0.1, 0.5],
+         "angular_frequency": [_tidy(top / RESONANT[0]), end], "components": [1, 3]},
         {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},

@@ -11,13 +11,14 @@ from dataclasses import replace
 from typing import TypeVar
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import moves
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.base import Finer, Source, System, chain_of
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
 from slide_fmu.systems.specification import SignalChoice, Specification
@@ -36,7 +37,8 @@ def recipe_system(recipe: Recipe) -> System:
         RecipeError: an excitation of the recipe cannot drive the system's inputs, or the recipe
             gives the step as a parameter.
     """
-    return _drivable(load_system(data_specification(recipe)), recipe)
+    made = data_specification(recipe)
+    return _drivable(_with_finer(load_system(made), made, recipe), recipe)
 
 
 def recipe_source(recipe: Recipe) -> Source:
@@ -45,7 +47,8 @@ def recipe_source(recipe: Recipe) -> Source:
     Raises:
         LoadError, RecipeError: as of ``recipe_system``; or the records cannot be used.
     """
-    return _drivable(load_source(data_specification(recipe)), recipe)
+    made = data_specification(recipe)
+    return _drivable(_with_finer(load_source(made), made, recipe), recipe)
 
 
 def reference_system(recipe: Recipe) -> System:
@@ -56,9 +59,34 @@ def reference_system(recipe: Recipe) -> System:
         RecipeError: as of ``recipe_system``; or signals or geometry are not those of the system
             that makes the data.
     """
-    system = _drivable(load_system(reference_specification(recipe)), recipe)
+    made = reference_specification(recipe)
+    system = _drivable(_with_finer(load_system(made), made, recipe), recipe)
     if recipe.system.reference:
         _require_same_signals(recipe, recipe_system(recipe), system)
+    return system
+
+
+def _with_finer(source: Driven, made: Specification, recipe: Recipe) -> Driven:
+    """Give a system what is the same between its samples, if a recipe's inputs bend there."""
+    parts = recipe.data.substeps
+    if parts > 1 and isinstance(source, System) and moves(source.inputs):
+        source.finer = Finer(parts, lambda: _with_parts(made, recipe.window.step, parts))
+    return source
+
+
+def _with_parts(made: Specification, step: float, parts: int) -> System:
+    """Make a system whose step is a part of a sample step in s.
+
+    Raises:
+        LoadError: its class has a step of its own.
+    """
+    system = load_system(replace(made, step=step / parts, part_of=parts))
+    if not math.isclose(system.step, step / parts, rel_tol=1e-9):
+        raise LoadError(
+            f"system {made.model!r}: sample step {system.step:g} s; expected {step / parts:g} s, "
+            f"which is 1/{parts} of window.step: let the class take the step that it is given, or "
+            "set data.substeps = 1"
+        )
     return system
 
 

@@ -12,6 +12,9 @@ from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.measured import Part
 
+MOST_SUBSTEPS = 16
+"""A sample step has at most so many parts: what bends more between samples is not seen in them."""
+
 
 class WindowRecipe(Table):
     """The table ``window`` says what the network sees and gives.
@@ -58,6 +61,9 @@ class DataRecipe(Table):
         seed: entropy of every trajectory's own seed.
         duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
             not given.
+        substeps: parts of a sample step at which the model gets inputs that move, where a kind of
+            excitation bends between samples, as sines do. With 1 inputs go straight from sample to
+            sample, and the network does not learn what bending does.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
         train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
@@ -91,6 +97,7 @@ class DataRecipe(Table):
     seed: int = Field(default=0, ge=0)
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
+    substeps: int = Field(1, ge=1, le=MOST_SUBSTEPS)
     train: PositiveInt
     validation: PositiveInt
     estimator: int = Field(0, ge=0)

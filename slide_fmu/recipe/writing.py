@@ -48,6 +48,8 @@ class Draft:
             the recipe has no tables for them.
         kind_of_inputs: what the inputs are.
         chain: path of the URDF of the serial chain whose joints' set points the inputs are.
+        substeps: parts of a sample step in which moving inputs bend.
+        fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
     """
 
     name: str
@@ -61,6 +63,8 @@ class Draft:
     declares_signals: bool = False
     kind_of_inputs: InputKind = "held"
     chain: str | None = None
+    substeps: int = 1
+    fmu_step: float | None = None
 
 
 def recipe_text(draft: Draft) -> str:
@@ -72,7 +76,7 @@ def recipe_text(draft: Draft) -> str:
         f"kind = {value_text(found.kind)}",
         f"model = {value_text(found.model)}",
         *_chain_lines(draft.chain),
-        *_parameter_lines(found.parameters),
+        *_parameter_lines(found.parameters, draft.fmu_step),
         "",
     ]
     if not draft.declares_signals:
@@ -87,6 +91,7 @@ def recipe_text(draft: Draft) -> str:
         ),
         "remaining_amplitude = 0.001",
         "",
+        *_substep_lines(draft.substeps),
         *_excitation_lines(draft),
         *_bound_lines(draft.step),
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
@@ -188,14 +193,17 @@ def _chain_lines(chain: str | None) -> list[str]:
     ]
 
 
-def _parameter_lines(parameters: Sequence[FoundParameter]) -> list[str]:
-    if not parameters:
+def _parameter_lines(parameters: Sequence[FoundParameter], fmu_step: float | None) -> list[str]:
+    if not parameters and fmu_step is None:
         return []
-    lines = [
-        "",
-        "# Parameters of the model with their values; remove the # to change one.",
-        "[system.parameters]",
-    ]
+    lines = ["", "[system.parameters]"]
+    if fmu_step is not None:
+        lines += comment_lines(
+            "The step in s by which the FMU is run; its inputs are held over it, as fmpy does."
+        )
+        lines.append(f"fmu-step = {value_text(fmu_step)}")
+    if parameters:
+        lines.append("# Parameters of the model with their values; remove the # to change one.")
     for parameter in parameters:
         said = " ".join(part for part in (parameter.unit, parameter.description) if part)
         remark = f"  # {_plain(said)}" if said else ""
@@ -233,6 +241,19 @@ def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
         if value is not None:
             lines.append(f"{key} = {value_text(value)}")
     return [*lines, ""]
+
+
+def _substep_lines(substeps: int) -> list[str]:
+    if substeps == 1:
+        return []
+    return [
+        "[data]",
+        *comment_lines(
+            "Sines bend between samples: the model gets them in so many parts of a step."
+        ),
+        f"substeps = {substeps}",
+        "",
+    ]
 
 
 def _excitation_lines(draft: Draft) -> list[str]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -95,6 +96,24 @@ class Source(abc.ABC):
     may_crash: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class Finer:
+    """A system is made with a finer sample step when it is first asked for.
+
+    Attributes:
+        parts: number of its steps in a sample step of the other one.
+        make: makes it; raises a ``LoadError`` where the model has a step of its own.
+    """
+
+    parts: int
+    make: Callable[[], System]
+
+    @cached_property
+    def system(self) -> System:
+        """The system whose step is that part of the other one's."""
+        return self.make()
+
+
 class System(Source):
     """A System is a reference system, sampled with the step h. Interface: never instantiated.
 
@@ -105,10 +124,13 @@ class System(Source):
         own_step: the step in s by which it goes on inside, where it names one, as an FMU may.
         follows_rates: whether it says that the rates of its inputs act too, as of a damper whose
             end is an input.
+        finer: the same system between its samples; None where inputs go straight from one to the
+            next.
     """
 
     own_step: float | None = None
     follows_rates: bool = False
+    finer: Finer | None = None
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

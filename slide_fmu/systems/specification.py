@@ -71,6 +71,8 @@ class Specification:
         kind: one of ``slide_fmu.systems.loading.KINDS``.
         inputs, outputs: what the recipe says about signals, in its order.
         further: of records, further files beside ``model``.
+        part_of: number of such steps in a sample step of the surrogate; more than one of a system
+            that is simulated between samples too.
         noise_record: of records, a file that was taken while nothing moved; None if there is none.
     """
 
@@ -82,6 +84,7 @@ class Specification:
     outputs: tuple[SignalChoice, ...] = ()
     further: tuple[str, ...] = ()
     noise_record: str | None = None
+    part_of: int = 1
 
     def to_json(self) -> str:
         """Write the specification as one line of JSON, the same for the same values."""

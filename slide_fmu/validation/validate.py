@@ -16,7 +16,7 @@ from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of, outside_of_range
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, run_fmu, unpacked
-from slide_fmu.data.draws import TEST, Draw, Stream, draw, first_that_runs
+from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
@@ -29,7 +29,6 @@ from slide_fmu.recipe.systems import (
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 from slide_fmu.validation.measured import validate_records
@@ -218,7 +217,7 @@ def _measure_draw(
     if models.data is None:
         return found
     own = draw(bench.recipe, models.data, bench.stream, index, drawn.attempt)
-    outputs = simulate(models.data, own.inputs, own.initial).outputs
+    outputs = drawn_outputs(models.data, own)
     return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
 
@@ -231,9 +230,9 @@ def _true_outputs(
     reference: UnpackedFmu | None, system: System, drawn: Draw
 ) -> tuple[FloatArray, FloatArray]:
     """Return true outputs, (N + 1, n_outputs), and the wall time in s of every step, (N,)."""
-    if reference is None or drawn.initial is None:
+    if reference is None or drawn.initial is None or drawn.between is not None:
         begin = time.perf_counter()
-        outputs = simulate(system, drawn.inputs, drawn.initial).outputs
+        outputs = drawn_outputs(system, drawn)
         seconds = (time.perf_counter() - begin) / len(drawn.inputs)
         return outputs, np.full(len(drawn.inputs), seconds)
     names = [signal.name for signal in system.outputs]

@@ -19,6 +19,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
+from tests.own_models.quarter_car import build_in_python
 from tests.progress import silent
 
 LAG = '''
@@ -65,8 +66,39 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
     assert -3.5 < low < -0.5
     assert 0.5 < high < 3.5
+    assert recipe.data.substeps == 4  # its inputs move, and bend between samples
     assert "# time_constant = 0.5" in found.text
     assert "# The range was given." in found.text
+
+
+def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
+    assert parse_recipe(propose(wish, silent).text, "proposal").data.substeps == 1
+
+
+@pytest.mark.parametrize(
+    ("step", "found", "substeps"), [(None, 0.005, 5), (0.02, 0.02, 4), (0.007, 0.007, 7)]
+)
+def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    step: float | None,
+    found: float,
+    substeps: int,
+) -> None:
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    car = str(build_in_python(tmp_path / "car.fmu"))
+    road = {"road": (-0.1, 0.1)}
+    proposal = propose(Wish(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent)
+    recipe = parse_recipe(proposal.text, "proposal")
+    assert recipe.window.step == pytest.approx(found)
+    assert recipe.system.parameters == {"fmu-step": 1e-3}
+    assert recipe.data.substeps == substeps
+
+
+def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--fmu-step 0\.001 for .*; expected a positive number"):
+        propose(Wish(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
 
 
 def test_input_that_changes_no_output_is_named(lag: Path) -> None:

@@ -44,7 +44,7 @@ def looked(path: Path, text: str) -> tuple[float, str]:
 
 def test_step_follows_from_the_fastest_mode(tmp_path: Path) -> None:
     step, origin = looked(tmp_path / "corner.py", MODEL)
-    assert 0.5 < step * 15 * FASTEST <= 1.0
+    assert 0.5 < step * 10 * FASTEST <= 1.0
     assert f"The fastest mode has {FASTEST:.3g} Hz" in origin
 
 

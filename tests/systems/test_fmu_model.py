@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -87,6 +88,20 @@ def test_a_slave_without_interpolation_follows_a_moving_input_in_stairs(python_c
     }
     assert errors[10] < 2e-4
     assert 20 < errors[1] / errors[10] < 200  # the error falls with the square of the stairs
+
+
+def test_a_slave_whose_step_is_named_moves_as_fmpy_runs_it(python_car: str) -> None:
+    """Each stair has the value with which it begins: the motion is late by half of one."""
+    own = 0.001
+    time = own * np.arange(5 * 160 + 1)
+    inputs = np.interp(time, STEP * np.arange(161), np.append(road()[:1], road()))
+    table = np.array(list(zip(time, inputs, strict=True)), [("time", float), ("road", float)])
+    true = fmpy.simulate_fmu(python_car, stop_time=time[-1], output_interval=own, input=table)[::5]
+    found = simulate(made(python_car, **{"fmu-step": own}), road()).outputs[:, :2]
+    smooth = simulate(made(python_car), road()).outputs[:, :2]
+    wanted = np.stack([true[s.name] for s in OUTPUTS[:2]], axis=1)
+    assert relative_error(found, wanted) < 1e-9
+    assert relative_error(smooth, wanted) > 1e-2
 
 
 def test_a_slave_holds_its_input_unless_told_otherwise(python_car: str) -> None:

@@ -94,6 +94,15 @@ def test_signals_are_in_the_order_of_the_recipe_with_what_it_says(car: str) -> N
         ({"fmu-solver": "Heun"}, r"fmu-solver = 'Heun'; expected one of \['CVode', 'Euler'\]"),
         ({"fmu-substeps": 0}, "fmu-substeps = 0; expected a whole number from 1 on"),
         ({"fmu-tolerance": 2.0}, "fmu-tolerance = 2.0"),
+        ({"fmu-step": 0}, "fmu-step = 0; expected a number of seconds above 0"),
+        (
+            {"fmu-step": 0.003},
+            "fmu-step = 0.003 s, of which 1.66667 fill 0.005 s",
+        ),
+        (
+            {"fmu-step": 0.005, "fmu-interface": "model_exchange"},
+            "fmu-step = 0.005 with model exchange; expected co-simulation",
+        ),
         ({"fmu-order": 2}, "parameter 'fmu-order'; expected one of"),
     ],
 )

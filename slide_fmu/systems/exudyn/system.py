@@ -46,6 +46,8 @@ class _ExudynSystem(WiredSystem):
         outputs = chosen_signals("output", offered, specification.outputs)
         step = specification.step or file.step or specification.sample_step()
         substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
+        # between samples each part of a step has its part of the integration steps
+        substeps = -(-substeps // specification.part_of)
         solver = Solver(step, substeps, integrator)
         super().__init__(0, inputs, outputs, solver)
         self._require_straight_inputs()

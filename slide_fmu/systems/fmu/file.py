@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,6 +34,9 @@ class FmuOptions:
         interface: which one is used of an FMU that has both; co-simulation if None, where it is.
         substeps: parts of a sample step. Co-simulation FMUs that cannot interpolate their inputs
             take a moving input as that many stairs; fmpy's Euler solver takes that many steps.
+        step: step in s by which an importer runs a co-simulation FMU. Each input is then held over
+            it, as it is when the step begins: so fmpy does, and most others. If None, its inputs
+            move as smoothly as ``substeps`` show.
         solver: fmpy's solver of model exchange.
         tolerance: relative tolerance of CVode, 1e-8 if None, or of the FMU's own solver, which
             keeps its own if None.
@@ -40,6 +44,7 @@ class FmuOptions:
 
     interface: Interface | None = None
     substeps: int = 10
+    step: float | None = None
     solver: Solver = "CVode"
     tolerance: float | None = None
 
@@ -77,7 +82,9 @@ class FmuFile:
 
     @property
     def own_step(self) -> float | None:
-        """The step in s that the FMU names, its internal one before that of the experiment."""
+        """The step in s that the user names, or the FMU: its internal one, or its experiment's."""
+        if self.options.step is not None:
+            return self.options.step
         internal = getattr(self.type, "fixedInternalStepSize", None)
         experiment = getattr(self.description.defaultExperiment, "stepSize", None)
         step = float(internal or experiment or 0.0)
@@ -97,12 +104,14 @@ def split_options(
     expected = {
         "interface": f"one of {list(get_args(Interface))}",
         "substeps": "a whole number from 1 on",
+        "step": "a number of seconds above 0",
         "solver": f"one of {list(get_args(Solver))}",
         "tolerance": "a number between 0 and 1",
     }
     fits = {
         "interface": lambda v: v in get_args(Interface),
         "substeps": lambda v: type(v) is int and v >= 1,
+        "step": lambda v: isinstance(v, int | float) and type(v) is not bool and 0 < v < math.inf,
         "solver": lambda v: v in get_args(Solver),
         "tolerance": lambda v: isinstance(v, float) and 0 < v < 1,
     }

@@ -6,6 +6,7 @@ units, ranges and parameters are those of the model description.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
@@ -48,13 +49,35 @@ def make(specification: Specification) -> System:
     """
     what = f"FMU {specification.model!r}"
     options, parameters = split_options(what, specification.parameters)
+    # between samples each part of a step has its part of the stairs
+    substeps = -(-options.substeps // specification.part_of)
+    options = replace(options, substeps=substeps)
     file = read_fmu_file(specification.model, options)
     require_parameters(file, parameters)
     hold = default_hold(file)
     inputs = signals_of(file, "input", specification.inputs, hold)
     outputs = signals_of(file, "output", specification.outputs, None)
     plan = Plan(file, specification.sample_step(), inputs, outputs, parameters)
+    _require_whole_steps(what, plan)
     return RestorableFmu(plan) if is_continuous(file) else SteppedFmu(plan)
+
+
+def _require_whole_steps(what: str, plan: Plan) -> None:
+    """Refuse steps of an importer that do not fill a sample step, or that nobody takes."""
+    own = plan.file.options.step
+    if own is None:
+        return
+    if plan.file.interface != "co_simulation":
+        raise LoadError(
+            f"{what}: fmu-step = {own:g} with model exchange; expected co-simulation, whose "
+            "inputs are held over steps: remove fmu-step"
+        )
+    if not math.isclose(plan.stairs * own, plan.step, rel_tol=1e-6):
+        raise LoadError(
+            f"{what}: fmu-step = {own:g} s, of which {plan.step / own:.6g} fill {plan.step:g} s; "
+            "expected a whole number in window.step, and in the part of it that data.substeps "
+            "makes: change one of the three"
+        )
 
 
 def recognises(model: str) -> bool:

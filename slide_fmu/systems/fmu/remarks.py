@@ -74,7 +74,15 @@ def _on_inputs(file: FmuFile, hold: Hold) -> str:
         return way
     if interpolates(file):
         return f"{way}, by their derivatives"
+    own = file.options.step
+    if own is not None:
+        return (
+            f"its inputs are held over each of its steps of {own:g} s, as they are when it begins "
+            f"({PREFIX}step)"
+        )
     return (
         f"{way}, as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps); "
-        "outputs that it computes from its inputs in its steps see the middle of the last stair"
+        "outputs that it computes from its inputs in its steps see the middle of the last stair. "
+        "Where it is run by steps over which its inputs are held, it is late by half a step: "
+        f"{PREFIX}step = SECONDS (init --fmu-step) makes a surrogate of that"
     )

@@ -39,6 +39,12 @@ class Plan:
         """Tell whether inputs move linearly within a sample step."""
         return hold_of(self.inputs) == "first_order"
 
+    @property
+    def stairs(self) -> int:
+        """The number of stairs that a moving input climbs in a sample step."""
+        options = self.file.options
+        return options.substeps if options.step is None else round(self.step / options.step)
+
     def instance(self) -> Instance:
         """Make an instance; raises a LoadError where that fails."""
         return Instance(self.file, self.inputs, self.outputs, self.parameters)
@@ -90,11 +96,15 @@ class CoSimulationSteps(Steps):
             self._climb(begin, before, now)
 
     def _climb(self, begin: float, before: FloatArray, now: FloatArray) -> None:
-        """Take a moving input as stairs, each as high as the input in its middle."""
-        count = self.plan.file.options.substeps
+        """Take a moving input as stairs: each as high as the input in its middle.
+
+        Steps of an importer have the value with which they begin.
+        """
+        count = self.plan.stairs
         part = self.plan.step / count
+        within = 0.5 if self.plan.file.options.step is None else 0.0
         for k in range(count):
-            self.instance.set_inputs(before + (k + 0.5) / count * (now - before))
+            self.instance.set_inputs(before + (k + within) / count * (now - before))
             self._do_step(begin + k * part, part)
         self.instance.set_inputs(now)  # for outputs that follow the inputs without delay
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,8 +37,12 @@ from slide_fmu.systems.record.model import MeasuredRecords
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
-PAYS = 0.95
-"""A doubling of the trajectories pays when the validation error falls below this part of it."""
+PAYS = 0.85
+"""A doubling of the trajectories pays when the validation error falls below this part of it: it
+doubles the time that everything after it takes."""
+ENOUGH = 64
+"""Where a doubling did not pay, half the trajectories are learnt from, but no fewer than these:
+the final network is fitted for longer than those of the curve."""
 HOLDS = 1.1
 """More trajectories teach nothing new where the validation error is at most this many times the
 error on those that were learnt from."""
@@ -99,11 +104,24 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
         curve = kept_curve(recipe, folder)
         if curve.reason is None:
             return None
-        train = curve.points[-1].trajectories
+        train = _learnt_from(curve.points)
     cost = kept_cost(recipe, folder)
     if cost is None and _needs_cost(recipe):
         return None
     return _numbers_with(recipe, train, cost or 0.0)
+
+
+def _learnt_from(points: Sequence[CurvePoint]) -> int:
+    """Return the number of trajectories to learn from, where the curve has these points."""
+    last = points[-1].trajectories
+    if len(points) == 1 or _pays(points):
+        return last
+    return max(points[-2].trajectories, min(ENOUGH, last))
+
+
+def _pays(points: Sequence[CurvePoint]) -> bool:
+    """Tell whether the last doubling has paid."""
+    return points[-1].validation_error < PAYS * points[-2].validation_error
 
 
 def least_numbers(recipe: Recipe, cost: float) -> Resolved:
@@ -260,7 +278,7 @@ def _end(points: list[CurvePoint], budget: float | None) -> str | None:
     last, spent = points[-1], sum(point.seconds for point in points) / 60
     if last.validation_error <= HOLDS * last.training_error:
         return "what was learnt holds on other motions: more trajectories would teach nothing new"
-    if len(points) > 1 and not last.validation_error < PAYS * points[-2].validation_error:
+    if len(points) > 1 and not _pays(points):
         return f"twice the trajectories lower the error by less than {100 * (1 - PAYS):.0f} %"
     if last.trajectories >= MOST:
         return f"{MOST} trajectories are the most that are tried"

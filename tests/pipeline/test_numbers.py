@@ -88,6 +88,23 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     assert len(read_split(job.folder.store, "train").inputs) == train
 
 
+@pytest.mark.parametrize(
+    ("errors", "train"),
+    [
+        ([1.0], 32),
+        ([1.0, 0.99], 64),  # the last doubling did not pay, and 32 are few
+        ([1.0, 0.5, 0.49], 64),
+        ([1.0, 0.5, 0.3], 128),
+        ([1.0, 0.5, 0.25, 0.24], 128),
+    ],
+)
+def test_half_are_learnt_from_where_the_last_doubling_did_not_pay(
+    errors: list[float], train: int
+) -> None:
+    points = [CurvePoint(32 * 2**k, error, 0.0, 1.0) for k, error in enumerate(errors)]
+    assert numbers._learnt_from(points) == train
+
+
 def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -201,6 +201,21 @@ class Restorable(Stepping):
         self.set_state(self.rest_state(held_input))
 
 
+class Bending(Restorable):
+    """A Bending system offers to follow inputs that bend between samples, at no further cost."""
+
+    @abc.abstractmethod
+    def advance_bending(self, points: FloatArray) -> FloatArray:
+        """Go on by one sample step under inputs that go through points; give the new outputs.
+
+        Args:
+            points: inputs at the ends of equal parts of the step, shape (parts, n_inputs).
+
+        Raises:
+            SimulationError, ValueError: as of ``advance``.
+        """
+
+
 class RandomStates(Restorable):
     """A system with RandomStates draws initial states, so that no motion to lead in is needed."""
 
@@ -258,14 +273,19 @@ def go_on(
     """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
 
     The outputs at the current state come first. ``reached`` is called at this and at every further
-    state. The system raises what ``advance`` raises.
+    state. A system that follows inputs which bend may get them as (N, parts, n_inputs). The system
+    raises what ``advance`` raises.
     """
+    advance: Callable[[FloatArray], FloatArray] = system.advance
+    if inputs.ndim == 3:
+        assert isinstance(system, Bending)
+        advance = system.advance_bending
     outputs = np.empty((len(inputs) + 1, len(system.outputs)))
     outputs[0] = _row(system, "output", system.output)
     for k, row in enumerate(inputs):
         if reached is not None:
             reached()
-        outputs[k + 1] = _row(system, "advance", system.advance, k, row)
+        outputs[k + 1] = _row(system, "advance", advance, k, row)
     if reached is not None:
         reached()
     return outputs

@@ -9,6 +9,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, outside_of_range
 from slide_fmu.systems.base import (
+    Bending,
     Restorable,
     State,
     Stepping,
@@ -44,6 +45,30 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         system.set_state(initial)
         outputs = go_on(system, read_only(inputs))
         return Trajectory(system.step, inputs, _checked(system, inputs, outputs))
+
+
+def simulate_bending(
+    system: Bending, between: FloatArray, parts: int, initial: State | None = None
+) -> FloatArray:
+    """Simulate a system under inputs that bend between samples.
+
+    Args:
+        between: inputs at the ends of the parts of all sample steps, (parts * N, n_inputs).
+        parts: number of parts of a sample step.
+        initial: the state at sample 0; its own start under the first input if None.
+
+    Returns:
+        The outputs at the samples, shape (N + 1, n_outputs).
+
+    Raises:
+        SimulationError, ValueError: as of ``simulate``.
+    """
+    _check_inputs(system, between)
+    inputs = between[parts - 1 :: parts]
+    with _range_named(system, inputs):
+        system.set_state(system.rest_state(between[0]) if initial is None else initial)
+        points = read_only(between).reshape(len(inputs), parts, -1)
+        return _checked(system, inputs, go_on(system, points))
 
 
 def simulate_states(

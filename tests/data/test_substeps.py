@@ -59,15 +59,15 @@ def drawn(made: Recipe) -> Draw:
 
 def true_positions(model: str) -> FloatArray:
     """Integrate the mass by scipy under the sine itself, from its rest."""
-    one = drawn(recipe(model, SINE, 16))
+    one = drawn(recipe(model, SINE, 8))
     assert one.between is not None
     start = [one.between[0, 0] / 9.0, 0.0]  # at rest under the first input
-    time = STEP / 16 * np.arange(len(one.between) + 1)
+    time = STEP / 8 * np.arange(len(one.between) + 1)
     force = np.append(one.between[:1, 0], one.between[:, 0])
     found = solve_ivp(
         lambda t, x: [x[1], np.interp(t, time, force) - 9.0 * x[0] - 0.8 * x[1]],
-        (0.0, time[-1]), start, t_eval=time[::16], rtol=1e-8, atol=1e-10,
-        max_step=STEP / 16,
+        (0.0, time[-1]), start, t_eval=time[::8], rtol=1e-8, atol=1e-10,
+        max_step=STEP / 8,
     )  # fmt: skip
     return np.asarray(found.y[:1].T)
 
@@ -104,12 +104,6 @@ def test_inputs_that_are_held_do_not_bend(model: str) -> None:
     assert drawn(recipe(model, SINE, 4)).between is None
 
 
-def test_system_that_was_not_made_for_parts_is_refused(model: str) -> None:
-    other = recipe_system(recipe(model, SINE, 1))
-    with pytest.raises(ValueError, match="in 4 parts of a sample step for a system that is not"):
-        drawn_outputs(other, drawn(recipe(model, SINE, 4)))
-
-
 OWN_STEP = """
 import numpy as np
 from slide_fmu.core.signals import Signal
@@ -127,14 +121,51 @@ class Mass(System):
 """
 
 
+def of_a_class(made: Recipe) -> Recipe:
+    system = made.system.model_copy(update={"kind": "class", "model": f"{made.system.model}:Mass"})
+    return made.model_copy(update={"system": system})
+
+
+def test_system_that_was_not_made_for_parts_is_refused(model: str) -> None:
+    Path(model).write_text(OWN_STEP)
+    finer, plain = (of_a_class(recipe(model, SINE, n)) for n in (4, 1))
+    with pytest.raises(ValueError, match="in 4 parts of a sample step for a system that is not"):
+        drawn_outputs(recipe_system(plain), drawn(finer))
+
+
 def test_class_with_a_step_of_its_own_is_refused(model: str) -> None:
     Path(model).write_text(OWN_STEP)
-    made = recipe(model, SINE, 4)
-    table = made.system.model_copy(update={"kind": "class", "model": f"{model}:Mass"})
-    system = recipe_system(made.model_copy(update={"system": table}))
+    system = recipe_system(of_a_class(recipe(model, SINE, 4)))
     assert system.finer is not None
     with pytest.raises(LoadError, match=r"0\.1 s; expected 0\.025 s.*or set data\.substeps = 1"):
         _ = system.finer.system
+
+
+RATES = """
+inputs = {"base": {"unit": "m", "range": [-1.0, 1.0]}}
+outputs = {"force": {"unit": "N", "range": [-9.0, 9.0]}}
+hold = "first_order"
+start = [0.0]
+
+def f(x, u, p, du):
+    return [du[0] - x[0]]
+
+def g(x, u, p, du):
+    return [du[0]]
+"""
+
+
+def test_rates_of_inputs_that_bend_are_those_of_the_moment(model: str) -> None:
+    """A straight line through the step would give the rate in its middle."""
+    Path(model).write_text(RATES)
+    one = drawn(recipe(model, SINE, 8))
+    assert one.between is not None
+    found = drawn_outputs(recipe_system(recipe(model, SINE, 8)), one)[
+        2:-1, 0
+    ]  # the first step begins at rest
+    # central differences about the samples, an eighth of a step to both sides
+    true = (one.between[16::8, 0] - one.between[14:-2:8, 0]) / (2 * STEP / 8)
+    np.testing.assert_allclose(found, true, atol=1e-2 * np.abs(true).max())
 
 
 def test_store_of_straight_inputs_is_that_of_earlier_versions(model: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,10 @@ SETTLING = (16, 48, 192, 768, 3072)
 so many more samples under the same input."""
 LONG = Solver("LSODA", 1e-6)
 """Integrates until the system rests: its steps become long when little moves."""
+
+
+Course = Callable[[float], tuple[FloatArray, FloatArray]]
+"""Gives the inputs and their rates, (n_inputs,) each, at a time in s after the sample."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +60,25 @@ class Equations:
         Raises:
             SimulationError: the solver gave up, or the function failed.
         """
-        trouble: list[str] = []  # of the last step that was tried
         first, rate = read_only(last), read_only((reached - last) / self.step)
         moves, low, high = bool(rate.any()), np.minimum(last, reached), np.maximum(last, reached)
 
-        def rates(time: float, x: FloatArray) -> FloatArray:
+        def course(time: float) -> tuple[FloatArray, FloatArray]:
             u = np.minimum(np.maximum(first + time * rate, low), high) if moves else first
+            return u, rate
+
+        return self.after_course(state, course)
+
+    def after_course(self, state: FloatArray, course: Course) -> FloatArray:
+        """Give the state (n,) one sample step later, under inputs that follow a course.
+
+        Raises:
+            SimulationError: as of ``after_step``.
+        """
+        trouble: list[str] = []  # of the last step that was tried
+
+        def rates(time: float, x: FloatArray) -> FloatArray:
+            u, rate = course(time)
             try:
                 values = self.function(x, u, self.p, rate)
             except FunctionError as error:

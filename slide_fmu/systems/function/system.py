@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import Linearizable, Parameter, State, StateMatrix, read_only
+from slide_fmu.systems.base import Bending, Linearizable, Parameter, State, StateMatrix, read_only
 from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function.bend import Bend
 from slide_fmu.systems.function.equations import Equations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
@@ -35,7 +36,7 @@ Start = Sequence[float] | FloatArray | Callable[..., Any]
 """The state to look for an equilibrium from, or a function of (u, p) that gives the start."""
 
 
-class FunctionSystem(Linearizable):
+class FunctionSystem(Linearizable, Bending):
     """A FunctionSystem is a reference system made of functions: x' = f(x, u, p), y = g(x, u, p).
 
     States x are given and wanted as arrays (n,), inputs u as arrays (n_inputs,) in the units of
@@ -156,13 +157,36 @@ class FunctionSystem(Linearizable):
             raise FunctionError(f"{error}; {self._place(self._u)}", self._time) from error
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        if np.shape(inputs) != (len(self.inputs),) or not np.isfinite(inputs).all():
+        self._require_inputs(inputs, (len(self.inputs),))
+        last = self._u if hold_of(self.inputs) == "first_order" else inputs
+
+        def after() -> FloatArray:
+            return self._equations.after_step(self._x, last, inputs)
+
+        return self._advance(after, inputs, (inputs - last) / self.step)
+
+    def advance_bending(self, points: FloatArray) -> FloatArray:
+        self._require_inputs(points, (len(points), len(self.inputs)))
+        ends = np.array([(signal.low, signal.high) for signal in self.inputs]).T
+        bend = Bend.through(np.vstack([self._u, points]), self.step, ends)
+
+        def after() -> FloatArray:
+            return self._equations.after_course(self._x, bend)
+
+        return self._advance(after, points[-1], bend(self.step)[1])
+
+    def _require_inputs(self, inputs: FloatArray, shape: tuple[int, ...]) -> None:
+        if np.shape(inputs) != shape or not np.isfinite(inputs).all():
             names = [signal.name for signal in self.inputs]
             raise ValueError(f"input {inputs}; expected {len(names)} finite numbers for {names}")
-        last = self._u if hold_of(self.inputs) == "first_order" else inputs
-        rate, before = (inputs - last) / self.step, self._equations.function.calls
+
+    def _advance(
+        self, after: Callable[[], FloatArray], inputs: FloatArray, rate: FloatArray
+    ) -> FloatArray:
+        """Go on by one sample step to inputs that are reached at a rate, (n_inputs,) each."""
+        before = self._equations.function.calls
         try:
-            self._x = self._equations.after_step(self._x, last, inputs)
+            self._x = after()
         except SimulationError as error:
             raise SimulationError(f"{error}; {self._place(inputs)}", self._time) from error
         self._u, self._du = np.array(inputs, dtype=np.float64), rate

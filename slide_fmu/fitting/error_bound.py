@@ -62,6 +62,10 @@ VALIDATION_SHARE = 0.1
 WEIGHT_OF_RMS = 0.1
 """The likelihood of RMS errors counts as much beside the pinball loss of local scales."""
 
+SMALL = 0.05
+"""An error below this part of the usual one, which is the 95 % quantile of all, counts as small:
+its bound need not be close."""
+
 FAR = 3.0
 """The logarithm of a squared error over the expected one from which on it is far outside."""
 
@@ -282,10 +286,11 @@ def _objective(usual: torch.Tensor) -> Objective:
 def _pinball(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
     """Return the mean pinball loss at ``USUAL_CONFIDENCE``, both relative to the usual errors.
 
-    Both count on a scale that is logarithmic above the usual error: kinds of inputs with errors a
-    hundred times as large would decide alone. A quantile is the same on any such scale.
+    Both count on a logarithmic scale, down to a small part of the usual error: kinds of inputs
+    with errors a hundred times as large would decide alone, and small errors would be bounded by
+    anything. A quantile is the same on any such scale.
     """
-    below = _compressed(errors) - _compressed(exponents.exp2())
+    below = (errors / SMALL).log1p() - (exponents.exp2() / SMALL).log1p()
     return torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below).mean()
 
 
@@ -299,11 +304,6 @@ def _likelihood(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
     apart = errors.square().clamp(min=SMALLEST).log() - levels
     near = apart.clamp(max=FAR).exp()
     return (near * (1 + (apart - FAR).clamp(min=0.0)) + levels).mean()
-
-
-def _compressed(errors: torch.Tensor) -> torch.Tensor:
-    """Leave values up to 1 as they are, and go on from there, as steep, with their logarithm."""
-    return torch.where(errors > 1, 1 + errors.clamp(min=1.0).log(), errors)
 
 
 SINGLE = 1e-6

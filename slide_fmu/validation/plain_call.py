@@ -31,7 +31,7 @@ SAMPLES = 16
 """A smooth input has at least so many samples in a period."""
 DECADES = 1.5
 """Its slowest sine is so many decades below the fastest one."""
-TRAJECTORIES, PERIODS, SINES = 2, 4, 3
+TRAJECTORIES, PERIODS, SINES = 6, 4, 3
 """So many smooth trajectories, each of so many periods of the slowest sine, are sums of so many
 sines an input."""
 MOST_SAMPLES = 1000
@@ -47,10 +47,14 @@ TEXT = (
 
 
 class _Smooth(NamedTuple):
-    """Errors and truth under smooth inputs, (n, n_outputs) each, and the band of these in Hz."""
+    """Errors, truth and bounds under smooth inputs, (n, n_outputs) each, and their band in Hz.
+
+    Bounds are NaN where the FMU has none.
+    """
 
     error: FloatArray
     truth: FloatArray
+    bound: FloatArray
     hz: tuple[float, float]
 
 
@@ -65,7 +69,8 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
         Plain values, as written to JSON. Errors are relative to the RMS of the reference about its
         mean, those that end in ``_rmse`` are in the output's unit. ``smooth`` is the error under
         sums of sines of ``smooth_hz``, ``rough`` that under the recipe's kinds of excitation,
-        ``known_to_step_end`` that with inputs that are known ahead. Of inputs that are held,
+        ``known_to_step_end`` that with inputs that are known ahead; ``smooth_covered`` is the part
+        of the samples under smooth inputs that the error bound covers. Of inputs that are held,
         ``smooth_if_held`` is the error if they are smooth for the user. None stands for what is
         not measured: smooth inputs of planned motions, which are so in the recipe, and those of
         references that have no finer step.
@@ -102,8 +107,10 @@ def _outputs(validation: Validation, smooth: _Smooth | None, held: bool) -> list
     known = np.concatenate([c.error for c in comparisons])
     rows = []
     for index, signal in enumerate(validation.surrogate.outputs):
-        smooth_rmse = smooth_relative = None
+        smooth_rmse = smooth_relative = covered = None
         if smooth is not None:
+            within = np.abs(smooth.error[:, index]) <= smooth.bound[:, index]
+            covered = float(np.mean(within)) if validation.surrogate.bound is not None else None
             smooth_rmse = float(rms(smooth.error)[index])
             smooth_relative = float(_relative(smooth.error, smooth.truth)[index])
         rows.append(
@@ -112,6 +119,7 @@ def _outputs(validation: Validation, smooth: _Smooth | None, held: bool) -> list
                 "unit": signal.unit,
                 "smooth": None if held else smooth_relative,
                 "smooth_rmse": None if held else smooth_rmse,
+                "smooth_covered": None if held else covered,
                 "rough": float(validation.relative(rough, truth)[index]),
                 "rough_rmse": float(rms(rough)[index]),
                 "known_to_step_end": (
@@ -195,7 +203,8 @@ def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Sm
     first = max(burn_in + 1, surrogate.network.memory_length)
     count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
     names = [signal.name for signal in surrogate.outputs]
-    errors, truths = [], []
+    bounds = [] if surrogate.bound is None else [f"{name}_error_bound" for name in names]
+    errors, truths, bound = [], [], []
     with unpacked(fmu) as files:
         for index in range(TRAJECTORIES):
             truth = _truth(system, hz, (count, times), index)[first:]
@@ -203,10 +212,11 @@ def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Sm
                 surrogate.inputs, step * np.arange(count, dtype=np.float64), hz, index
             )
             inputs = {signal.name: rows[:, i] for i, signal in enumerate(surrogate.inputs)}
-            values = run_fmu(files, inputs, names, None, step).values[first:]
-            errors.append(values - truth)
+            values = run_fmu(files, inputs, [*names, *bounds], None, step).values[first:]
+            errors.append(values[:, : len(names)] - truth)
+            bound.append(values[:, len(names) :] if bounds else np.full_like(truth, np.nan))
             truths.append(truth)
-    return _Smooth(np.concatenate(errors), np.concatenate(truths), hz)
+    return _Smooth(np.concatenate(errors), np.concatenate(truths), np.concatenate(bound), hz)
 
 
 def cost_of_holding(recipe: Recipe) -> str | None:
@@ -279,12 +289,16 @@ def plain_call_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
         "smooth": "smooth inputs",
         "rough": "inputs as in the training",
         "known_to_step_end": "inputs known to the step's end",
+        "smooth_covered": "covered by the bound under smooth inputs",
         "smooth_if_held": "smooth inputs, which are held for a step",
     }
-    shown = [key for key in columns if any(o[key] is not None for o in found["outputs"])]
+    shown = [key for key in columns if any(o.get(key) is not None for o in found["outputs"])]
     rows: list[Sequence[str]] = [("output", *(columns[key] for key in shown))]
     rows += [
-        (output["name"], *("" if output[key] is None else percent(output[key]) for key in shown))
+        (
+            output["name"],
+            *("" if output.get(key) is None else percent(output[key]) for key in shown),
+        )
         for output in found["outputs"]
     ]
     return rows

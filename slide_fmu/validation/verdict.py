@@ -53,7 +53,7 @@ def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
         _plain(measured, in_range),
         _smooth_or_known(measured.get("plain_call")),
         _box(measured.get("box")),
-        _bound(in_range),
+        _bound(in_range, measured),
         _estimate(in_range),
         _valid(subject, validations[1:]),
         _time(in_range.get("timing", {}))
@@ -115,7 +115,7 @@ def _box(found: Figures | None) -> str | None:
     return f"Error at constant inputs: {', '.join(parts)}." if parts else None
 
 
-def _bound(in_range: Figures) -> str | None:
+def _bound(in_range: Figures, measured: Figures) -> str | None:
     """Say what the error bound covers, and how wide it is."""
     found = in_range.get("error_bound")
     if not found:
@@ -126,6 +126,15 @@ def _bound(in_range: Figures) -> str | None:
     text = f"Its error bound of {100 * found['confidence']:g} % covers {covered} of the samples"
     if plain not in ("", covered):
         text += f" where inputs are known to the step's end, {plain} in the plain call"
+    smooth = (measured.get("plain_call") or {}).get("outputs", [])
+    corners = (measured.get("box") or {}).get("corners", {}).get("outputs", [])
+    elsewhere = {
+        "under smooth inputs": [output.get("smooth_covered") for output in smooth],
+        "at the corners": [output.get("covered") for output in corners],
+    }
+    for where, values in elsewhere.items():
+        if known := [value for value in values if value is not None]:
+            text += f", {_shares(known)} {where}"
     if not widths:
         return f"{text}."
     return f"{text}, and is {max(widths):.2g} times as wide as the best constant one."

@@ -420,7 +420,10 @@ def test_rare_huge_errors_do_not_decide_what_is_expected() -> None:
 
 
 def test_large_errors_do_not_decide_alone() -> None:
-    """Where errors are a thousand times as large, a step of the exponent is worth as much."""
+    """Where errors are a thousand times as large, a step of the exponent is worth as much.
+
+    Where they are a thousandth of the usual one, it is worth little.
+    """
     objective = _objective(torch.zeros(1))
 
     def slope(size: float) -> float:
@@ -429,8 +432,9 @@ def test_large_errors_do_not_decide_alone() -> None:
         assert exponent.grad is not None
         return float(exponent.grad)
 
-    assert slope(1000.0) == pytest.approx(slope(2.0), rel=1e-4)
-    assert slope(0.1) == pytest.approx(0.1 * slope(1.0), rel=1e-4)
+    assert slope(1000.0) == pytest.approx(slope(2.0), rel=0.03)
+    assert slope(0.1) > 0.5 * slope(1.0)
+    assert slope(0.001) < 0.03 * slope(1.0)
 
 
 def test_statistics_that_are_roundings_are_not_scaled_up() -> None:

@@ -44,6 +44,22 @@ def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
     assert "late by 0.0625 s: 18 %" in verdict(measured, SUBJECT)[1]
 
 
+def test_bound_says_what_it_covers_where_users_drive() -> None:
+    bound = {"confidence": 0.95, "outputs": [{"coverage": 0.95, "width": 0.5}]}
+    smooth = [{**output, "smooth_covered": 0.84} for output in PLAIN["outputs"]]
+    measured = {
+        "validation": {"in range": in_range(error_bound=bound)},
+        "plain_call": {**PLAIN, "outputs": smooth},
+        "box": {"corners": {"outputs": [{"relative_rmse": 0.01, "covered": 0.75},
+                                        {"relative_rmse": 0.01, "covered": 1.0}]}},
+    }  # fmt: skip
+    line = next(line for line in verdict(measured, SUBJECT) if "bound" in line)
+    assert line == (
+        "Its error bound of 95 % covers 95 % of the samples, 84 % under smooth inputs, 75 % to "
+        "100 % at the corners, and is 0.5 times as wide as the best constant one."
+    )
+
+
 def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     bound = {"confidence": 0.95, "outputs": [{"coverage": 0.956, "width": 0.61},
                                              {"coverage": 0.941, "width": None}]}  # fmt: skip

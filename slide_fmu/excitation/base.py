@@ -61,9 +61,13 @@ class Kind(Table, abc.ABC):
         """
 
     def settings(self) -> dict[str, str]:
-        """Return the fields beside ``kind`` and ``weight`` by name, as text for reports."""
+        """Return the fields beside ``kind`` and ``weight`` by name, as text for reports.
+
+        A switch that is off is left out: earlier versions, whose FMUs are checked, have it not.
+        """
         fields = type(self).model_fields
-        chosen = {name: value for name, value in self if name not in ("kind", "weight")}
+        left_out = {"kind", "weight", *(name for name, value in self if value is False)}
+        chosen = {name: value for name, value in self if name not in left_out}
         return {
             name: _as_text(value, ... in get_args(fields[name].annotation))
             for name, value in chosen.items()

@@ -139,7 +139,7 @@ def fit_network(
     surrogate = Surrogate(recipe.name, window, *signals, input_scaling, output_scaling, network)
     forecast = fit_forecast(system.inputs, splits[0].inputs, recipe.window.planned)
     ranges = learnt_ranges(splits[0].outputs)
-    if forecast is not None and recipe.system.is_record:
+    if forecast is not None and (recipe.system.is_record or recipe.data.substeps > 1):
         forecast = dataclasses.replace(forecast, sampled=True)
     surrogate = dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
     return settled(surrogate, recipe, system), {**tried, part.stage: history}

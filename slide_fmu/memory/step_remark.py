@@ -43,7 +43,8 @@ def step_remark(recipe: Recipe) -> str | None:
     if not outputs.shape[1]:
         return None
     errors = between_samples(outputs, FINER)
-    if hold_of(system.inputs) == "zero_order":
+    if hold_of(system.inputs) == "zero_order" or system.follows_rates:
+        # inputs, or the rates of straight lines, jump at samples
         errors = np.minimum(errors, after_jumps(outputs, FINER))
     lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
     if lost > COARSE:

@@ -24,7 +24,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems import given
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Bending, System
 
 ALONE = (
     "simulating in this process alone: worker processes would run this script again ({place}). "
@@ -173,7 +173,7 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
 
     No table of the recipe tells of an object whether its inputs move, or are angles.
     """
-    from slide_fmu.pipeline.proposal import kind_of_inputs
+    from slide_fmu.pipeline.proposal import SUBSTEPS, kind_of_inputs
 
     if not isinstance(data, Mapping) or "excitation" in data:
         return data
@@ -182,8 +182,10 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
     number = isinstance(step, float | int) and 0 < step < math.inf
     if not (sound and signals and number):
         return data  # mistakes in signals and step are told by checks of their own
-    widths = [signal.high - signal.low for signal in signals]
-    return {**data, "excitation": default_excitation(step, kind_of_inputs(system), widths)}
+    widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
+    bends = kind == "moving" and isinstance(system, Bending)
+    substeps = {"substeps": SUBSTEPS} if bends else {}
+    return {**substeps, **data, "excitation": default_excitation(step, kind, widths)}
 
 
 def _told(system: object) -> str:

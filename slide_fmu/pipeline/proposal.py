@@ -30,6 +30,7 @@ from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.model import FmuSystem
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
@@ -132,24 +133,63 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
         SimulationError: the model could not be simulated, or crashed.
     """
     require_name(wish.name)
-    if wish.fmu_step is not None and not (wish.fmu_step > 0 and wish.model.endswith(".fmu")):
-        raise RecipeError(
-            f"--fmu-step {wish.fmu_step:g} for {wish.model!r}; expected a positive number of "
-            "seconds for an FMU: leave it out for other models"
-        )
+    _require_fmu_step(wish)
     make_importable(Path(wish.model).parent)
     begun = _begin(wish)
     seen = _look(begun, wish, progress)
     outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
     draft = _draft(wish, begun, seen, outputs)
     told = [] if begun.chain.remark is None else [begun.chain.remark]
-    remarks = (*begun.found.remarks, *told, *seen.remarks, *left_out)
+    remarks = (*begun.found.remarks, *_on_inputs(begun, draft), *told, *seen.remarks, *left_out)
     return Proposal(recipe_text(draft), draft, remarks)
+
+
+def _require_fmu_step(wish: Wish) -> None:
+    """Refuse a step of an importer that fits neither the model nor the sample step."""
+    own = wish.fmu_step
+    if own is None:
+        return
+    if not (own > 0 and wish.model.endswith(".fmu")):
+        raise RecipeError(
+            f"--fmu-step {own:g} for {wish.model!r}; expected a positive number of seconds for an "
+            "FMU: leave it out for other models"
+        )
+    count = None if wish.step is None else max(1, round(wish.step / own))
+    if count is not None and not math.isclose(count * own, wish.step or 0.0, rel_tol=1e-6):
+        raise RecipeError(
+            f"--step {wish.step:g} with --fmu-step {own:g}; expected a whole number of these "
+            f"steps, for example --step {count * own:.6g}"
+        )
+
+
+def _as_it_runs(found: Found, wish: Wish) -> Found:
+    """Return what a model declares, with inputs that act as where an importer runs it by steps.
+
+    They are held where the surrogate has the same step, and move over longer ones.
+    """
+    if wish.fmu_step is not None:
+        found = replace(found, step=None, held_step=wish.fmu_step)
+    own, step = found.held_step, wish.step or found.step
+    if own is None:
+        return found
+    hold: Hold = "first_order"
+    if step is not None and math.isclose(step, own, rel_tol=1e-6):
+        hold = "zero_order"
+    return replace(found, inputs=tuple(replace(one, hold=hold) for one in found.inputs))
+
+
+def _on_inputs(begun: _Begun, draft: Draft) -> list[str]:
+    """Say how the inputs of an FMU act as the recipe has them."""
+    parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
+    made = replace(begun.specification, step=draft.step, parameters=parameters)
+    system = load_system(made) if begun.found.kind == "fmu" else None
+    return [system.input_remark] if isinstance(system, FmuSystem) else []
 
 
 def _begin(wish: Wish) -> _Begun:
     """Find out what a model declares, and make a system of it."""
-    found = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
+    declared = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
+    found = _as_it_runs(declared, wish)
     inputs, outputs = (
         draft_inputs(found, wish.inputs, wish.hold),
         draft_outputs(found, wish.outputs),
@@ -175,9 +215,7 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
 def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> Draft:
     """Return what the recipe says."""
     found, chain = begun.found, begun.chain.path
-    step = seen.step
-    if wish.fmu_step is not None and wish.step is None:
-        step = float(f"{max(1, round(step / wish.fmu_step)) * wish.fmu_step:.10g}")
+    step, origin, fmu_step = _run_by_steps(begun, wish, seen)
     name = proposed_name(found.model, wish.name)
     return Draft(
         name,
@@ -186,14 +224,32 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         tuple(begun.inputs),
         tuple(outputs),
         step,
-        seen.origin,
+        origin,
         begun.tables(step),
         declares_signals=begun.own,
         kind_of_inputs=begun.kind,
         chain=None if chain is None else _from_folder(str(chain), wish.folder),
-        substeps=_substeps(begun, step, wish.fmu_step),
-        fmu_step=wish.fmu_step,
+        substeps=_substeps(begun, step, fmu_step),
+        fmu_step=fmu_step,
     )
+
+
+def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, str, float | None]:
+    """Return sample step in s, its origin, and the step of an importer that recipe names.
+
+    A proposed step becomes a whole number of those, which can be divided where it is large.
+    """
+    own, step = begun.found.held_step, seen.step
+    if own is None:
+        return step, seen.origin, None
+    if wish.step is None and begun.found.step is None:
+        count = max(1, round(step / own))
+        count = count if count <= MOST_SUBSTEPS else SUBSTEPS * round(count / SUBSTEPS)
+        origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
+        return float(f"{count * own:.10g}"), origin, own
+    whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
+    named = wish.fmu_step is not None or (whole and begun.kind == "moving")
+    return step, seen.origin, own if named else None
 
 
 def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:

@@ -45,5 +45,6 @@ def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
         inputs=inputs,
         outputs=outputs,
         step=surrogate.window.step,
+        held_step=None,
         remarks=(REMARK,),
     )

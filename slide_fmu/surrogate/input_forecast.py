@@ -35,8 +35,9 @@ class InputForecast:
     Attributes:
         planned: whether the inputs are planned motions, known ahead, whose curves between samples
             are the model's own.
-        sampled: whether the inputs are samples of measured records: nobody knows what was between
-            them, and the network has learnt straight lines as they are.
+        sampled: whether the network takes samples of the inputs as they are, also where they bend
+            between them: it has learnt so, or from measured records, of which nobody knows what
+            was between samples.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
             that is set counts as reached by the end of the step, so that nothing is forecast. Only
             FMUs inside of an SSP start with 1.

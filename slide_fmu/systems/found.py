@@ -28,6 +28,8 @@ class Found:
         parameters: parameters of the model, in its order.
         inputs, outputs: its signals, in its order; what it leaves open is None.
         step: sample step h in s that the model suggests; None where it suggests none.
+        held_step: the step in s by which an importer runs it, its inputs held over it, where a
+            co-simulation FMU names one and its inputs are not discrete.
         remarks: one sentence each on what was assumed, for people.
         inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
             their start values.
@@ -39,5 +41,6 @@ class Found:
     inputs: tuple[SignalChoice, ...]
     outputs: tuple[SignalChoice, ...]
     step: float | None = None
+    held_step: float | None = None
     remarks: tuple[str, ...] = ()
     inputs_may_be_left_out: bool = False

@@ -40,6 +40,12 @@ def make(specification: Specification) -> System:
             f"system {name!r}: parameters, inputs or outputs of the recipe; expected none, since "
             "an object has its own: remove them"
         )
+    if specification.part_of > 1:
+        raise LoadError(
+            f"system {name!r} is an object with the step {system.step} s; expected a model of "
+            f"which a finer one can be made for data.substeps = {specification.part_of}: set "
+            "data.substeps = 1, or give the model in a file"
+        )
     if specification.step not in (None, system.step):
         raise LoadError(
             f"system {name!r} has the step {system.step} s; expected the same window.step, not "

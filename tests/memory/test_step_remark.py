@@ -9,8 +9,10 @@ import pytest
 
 from slide_fmu.memory.step_remark import after_jumps, between_samples, step_remark
 from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.recipe.recipe import Recipe
 from tests.memory.test_lengths import of_lag
 from tests.memory.test_sizing import DUFFING
+from tests.own_models import quarter_car_corner
 from tests.recipes import tiny_recipe
 
 
@@ -59,6 +61,24 @@ SLOW = {"kind": "harmonic", "angular_frequency": [1.0, 2.0]}
 
 def test_jump_with_a_held_input_is_no_loss_between_samples() -> None:
     assert of_here("HighPass", 0.1, HELD) is None
+
+
+def test_outputs_that_follow_rates_of_inputs_jump_without_a_remark() -> None:
+    """Rates of straight lines jump at samples, and so does the force of a damper."""
+    recipe = Recipe.model_validate(
+        {
+            "name": "corner",
+            "description": "Corner of a car.",
+            "system": {
+                "kind": "function",
+                "model": quarter_car_corner.__name__,
+                "outputs": {"force": {"range": [-9000.0, 9000.0]}},
+            },
+            "window": {"step": 0.005, "n_in": 40, "n_out": 20},
+            "data": {"duration": 1.0, "burn_in": 0.2, "train": 2, "validation": 2},
+        }
+    )
+    assert step_remark(recipe) is None
 
 
 def test_course_after_a_jump_that_samples_miss_is_a_loss() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from slide_fmu import Learnt, learn
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
 from slide_fmu.pipeline.learning import _recipe_tables
@@ -34,12 +34,12 @@ SMALL = {
 """Tables that learn a small oscillator in seconds."""
 
 
-def oscillator(stiffness: float = 100.0) -> FunctionSystem:
+def oscillator(stiffness: float = 100.0, hold: Hold = "zero_order") -> FunctionSystem:
     """A system of functions that no other process can have."""
     return FunctionSystem(
         lambda x, u, p: [x[1], u[0] - 10.0 * x[1] - p.stiffness * (x[0] + 20 * x[0] ** 3)],
         lambda x, u, p: x[0],
-        inputs=[Signal("force", "N", -10.0, 10.0)],
+        inputs=[Signal("force", "N", -10.0, 10.0, hold=hold)],
         outputs=[Signal("position", "m", -0.3, 0.3)],
         start=[0.0, 0.0],
         parameters={"stiffness": stiffness},
@@ -72,6 +72,18 @@ def test_learnt_surrogate_is_that_of_the_fmu_and_is_exported_again(
     # the oscillator at rest under 5 N
     (position,) = learnt.surrogate.predict(np.full((120, 1), 5.0))[-1]
     assert position + 20 * position**3 == pytest.approx(0.05, rel=0.05)
+
+
+def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) -> None:
+    """Then simulate takes samples as they are: nothing has to make up for straight lines."""
+    found = learn(oscillator(hold="first_order"), "bending", runs=tmp_path, **SMALL)
+    forecast = load(found.fmu).forecast
+    assert forecast is not None
+    assert forecast.sampled
+    straight = {**SMALL, "data": {**SMALL["data"], "substeps": 1}}
+    other = load(learn(oscillator(hold="first_order"), "straight", runs=tmp_path, **straight).fmu)
+    assert other.forecast is not None
+    assert not other.forecast.sampled
 
 
 def test_what_was_learnt_is_not_learnt_again(

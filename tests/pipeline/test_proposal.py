@@ -19,7 +19,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
-from tests.own_models.quarter_car import build_in_python
+from tests.own_models.quarter_car import build_in_c, build_in_python
 from tests.progress import silent
 
 LAG = '''
@@ -94,6 +94,39 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
     assert recipe.data.substeps == substeps
+
+
+@pytest.mark.parametrize(
+    ("step", "hold", "parameters", "substeps"),
+    [(None, "zero_order", {}, 1), (0.02, "first_order", {"fmu-step": 0.005}, 4)],
+)
+def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    step: float | None,
+    hold: str,
+    parameters: dict[str, float],
+    substeps: int,
+) -> None:
+    """Over its own step its inputs are held; over a longer one they move by such steps."""
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    car = build_in_c(tmp_path / "car.fmu", co_simulation=True)
+    wish = Wish(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
+    found = propose(wish, silent)
+    recipe = parse_recipe(found.text, "proposal")
+    assert recipe.window.step == (step or 0.005)
+    assert recipe.system.inputs["road"].hold == hold
+    assert recipe.system.parameters == parameters
+    assert recipe.data.substeps == substeps
+    assert sum("its inputs" in remark for remark in found.remarks) == 1
+    assert any("are held over each" in remark for remark in found.remarks)
+
+
+def test_step_that_is_no_whole_number_of_an_importers_is_refused(tmp_path: Path) -> None:
+    car = str(build_in_python(tmp_path / "car.fmu"))
+    wish = Wish(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
+    with pytest.raises(RecipeError, match=r"--step 0\.05 with --fmu-step 0\.003; .*--step 0\.051"):
+        propose(wish, silent)
 
 
 def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:

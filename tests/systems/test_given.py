@@ -37,6 +37,7 @@ def test_given_system_is_found_by_its_name() -> None:
     ("more", "message"),
     [
         ({"step": 0.01}, r"has the step 0.02 s; expected the same window.step, not 0.01"),
+        ({"step": 0.005, "part_of": 4}, r"data\.substeps = 4: set data\.substeps = 1, or give"),
         ({"parameters": {"mass": 1.0}}, "an object has its own: remove them"),
         ({"inputs": (SignalChoice("force", low=0.0, high=1.0),)}, "an object has its own"),
     ],

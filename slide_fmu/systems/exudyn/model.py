@@ -87,7 +87,9 @@ def describe(model: str) -> Found:
         values["start"] = "initial"
         remarks += system.remarks
     parameters = tuple(FoundParameter(name, value) for name, value in values.items())
-    return Found("exudyn", model, parameters, file.inputs, file.outputs, file.step, tuple(remarks))
+    return Found(
+        "exudyn", model, parameters, file.inputs, file.outputs, file.step, remarks=tuple(remarks)
+    )
 
 
 def integration_error(specification: Specification, inputs: FloatArray) -> FloatArray:

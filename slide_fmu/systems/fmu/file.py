@@ -90,6 +90,11 @@ class FmuFile:
         step = float(internal or experiment or 0.0)
         return step if step > 0.0 else None
 
+    @property
+    def held_step(self) -> float | None:
+        """The step in s over which an importer holds the inputs; model exchange has none."""
+        return self.own_step if self.interface == "co_simulation" else None
+
 
 def split_options(
     what: str, parameters: Mapping[str, Parameter]

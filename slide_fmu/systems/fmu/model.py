@@ -21,6 +21,7 @@ from slide_fmu.systems.fmu.remarks import (
     default_hold,
     is_continuous,
     proposed_hold,
+    remark_on_inputs,
     remarks_on,
 )
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
@@ -94,17 +95,15 @@ def describe(model: str) -> Found:
     file = read_fmu_file(model, FmuOptions())
     choices = choices_of(file, "input")
     hold = proposed_hold(file, {choice.name for choice in choices})
-    inputs = tuple(replace(choice, hold=hold) for choice in choices)
-    outputs = choices_of(file, "output")
-    remarks, parameters = remarks_on(file, hold), parameters_of(file)
     return Found(
         "fmu",
         model,
-        parameters,
-        inputs,
-        outputs,
+        parameters_of(file),
+        tuple(replace(choice, hold=hold) for choice in choices),
+        choices_of(file, "output"),
         file.own_step,
-        remarks,
+        file.held_step if hold == "first_order" else None,
+        remarks_on(file),
         inputs_may_be_left_out=True,
     )
 
@@ -119,8 +118,9 @@ class FmuSystem(Stepping):
 
     def __init__(self, plan: Plan) -> None:
         self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
-        self.remarks = remarks_on(plan.file, hold_of(plan.inputs))
-        self.own_step = plan.file.own_step
+        self.input_remark = remark_on_inputs(plan.file, hold_of(plan.inputs))
+        self.remarks = (*remarks_on(plan.file), self.input_remark)
+        self.own_step = plan.file.held_step
         self._plan = plan
         self._runs = Runs(self._make_steps)
 

@@ -42,13 +42,13 @@ def is_continuous(file: FmuFile) -> bool:
     )
 
 
-def remarks_on(file: FmuFile, hold: Hold) -> tuple[str, ...]:
-    """Say how an FMU is simulated whose inputs have a hold: one sentence each."""
+def remarks_on(file: FmuFile) -> tuple[str, ...]:
+    """Say how an FMU is simulated, one sentence each; of its inputs ``remark_on_inputs`` does."""
     version = file.description.fmiVersion
     kind = "co-simulation" if file.interface == "co_simulation" else "model exchange"
     other = other_interface(file)
     beside = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
-    remarks = [f"the FMU is used for {kind}, FMI {version}{beside}", _on_inputs(file, hold)]
+    remarks = [f"the FMU is used for {kind}, FMI {version}{beside}"]
     if file.interface == "model_exchange":
         solver = f"fmpy's {file.options.solver} integrates it, anew from each sample on"
         states = (
@@ -64,22 +64,23 @@ def remarks_on(file: FmuFile, hold: Hold) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _on_inputs(file: FmuFile, hold: Hold) -> str:
-    """Say how the inputs act between samples, and what that takes."""
+def remark_on_inputs(file: FmuFile, hold: Hold) -> str:
+    """Say how inputs of a hold act between samples, and what that takes."""
+    own = file.options.step
     if hold == "zero_order":
         hint = 'hold = "first_order" in system.inputs lets them move linearly'
-        return f"its inputs are held over each sample step; {hint}"
+        by = "" if own is None else f", in which the FMU does steps of {own:g} s"
+        return f"its inputs are held over each sample step{by}; {hint}"
     way = "its inputs move linearly from sample to sample"
     if file.interface == "model_exchange":
         return way
-    if interpolates(file):
-        return f"{way}, by their derivatives"
-    own = file.options.step
     if own is not None:
         return (
             f"its inputs are held over each of its steps of {own:g} s, as they are when it begins "
             f"({PREFIX}step)"
         )
+    if interpolates(file):
+        return f"{way}, by their derivatives"
     return (
         f"{way}, as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps); "
         "outputs that it computes from its inputs in its steps see the middle of the last stair. "

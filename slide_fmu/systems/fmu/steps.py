@@ -85,10 +85,13 @@ class CoSimulationSteps(Steps):
     def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
         step, instance = self.plan.step, self.instance
         begin = number * step
+        own = self.plan.file.options.step
         if not self.plan.ramped:
             instance.set_inputs(now)
-            self._do_step(begin, step)
-        elif interpolates(self.plan.file):
+            count = 1 if own is None else self.plan.stairs
+            for k in range(count):
+                self._do_step(begin + k * step / count, step / count)
+        elif own is None and interpolates(self.plan.file):
             instance.set_inputs(before)
             instance.set_slopes((now - before) / step)
             self._do_step(begin, step)

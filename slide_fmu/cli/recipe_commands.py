@@ -147,6 +147,7 @@ def init(
         folder = output.parent if output is not None else Path()
         proposal: Proposal | RecordProposal
         if are_records(models, kind):
+            _require_no_model(hold=hold, fmu_step=fmu_step, chain=chain)
             proposal = propose_record(RecordWish(tuple(models), *chosen, step, time, name, folder))
         else:
             model = _only(models, time)
@@ -168,6 +169,16 @@ def _only(models: list[str], time: str | None) -> str:
             "(.csv, .parquet, .h5, .mat) alone"
         )
     return models[0]
+
+
+def _require_no_model(**options: object) -> None:
+    """Refuse options that say how a model acts where there are records."""
+    given = {name.replace("_", "-"): value for name, value in options.items() if value is not None}
+    for name, value in given.items():
+        raise ValueError(
+            f"--{name} {value} for records; expected none: a record has its inputs as they were "
+            "measured"
+        )
 
 
 def _require_free(place: Path) -> None:

@@ -228,6 +228,16 @@ def test_records_and_models_together_are_refused(tmp_path: Path) -> None:
     assert "expected one model without --time" in " ".join(result.output.split())
 
 
+@pytest.mark.parametrize(("option", "value"), [("--hold", "zero_order"), ("--fmu-step", "0.01")])
+def test_option_of_a_model_is_refused_for_records(tmp_path: Path, option: str, value: str) -> None:
+    record = tmp_path / "bench.csv"
+    record.write_text("t,u,y\n0,0,0\n1,1,1\n", encoding="utf-8")
+    place = str(tmp_path / "bench.toml")
+    result = invoke("init", str(record), "-o", place, "--input", "u", option, value)
+    assert result.exit_code != 0
+    assert f"{option} {value} for records; expected none" in " ".join(result.output.split())
+
+
 def test_init_and_try_lead_from_a_record_to_its_window(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -173,7 +173,7 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
 
     No table of the recipe tells of an object whether its inputs move, or are angles.
     """
-    from slide_fmu.pipeline.proposal import SUBSTEPS, kind_of_inputs
+    from slide_fmu.pipeline.proposal import MOVING, SUBSTEPS, kind_of_inputs
 
     if not isinstance(data, Mapping) or "excitation" in data:
         return data
@@ -183,7 +183,7 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
     if not (sound and signals and number):
         return data  # mistakes in signals and step are told by checks of their own
     widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
-    bends = kind == "moving" and isinstance(system, Bending)
+    bends = kind in MOVING and isinstance(system, Bending)
     substeps = {"substeps": SUBSTEPS} if bends else {}
     return {**substeps, **data, "excitation": default_excitation(step, kind, widths)}
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress, quiet
-from slide_fmu.core.signals import Hold, hold_of
+from slide_fmu.core.signals import Hold, moves
 from slide_fmu.data.apart import guarded
 from slide_fmu.pipeline.draft_signals import (
     Ranges,
@@ -37,6 +37,8 @@ from slide_fmu.systems.specification import Specification
 
 FIRST_STEP = 0.01
 """A model without a step is made with this one, in s, to see what it offers."""
+MOVING: tuple[InputKind, ...] = ("moving", "rates")
+"""What inputs are that may bend between samples."""
 SUBSTEPS = 4
 """Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth."""
 UNSEEN = (-1.0, 1.0)
@@ -248,13 +250,13 @@ def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, st
         origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
         return float(f"{count * own:.10g}"), origin, own
     whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
-    named = wish.fmu_step is not None or (whole and begun.kind == "moving")
+    named = wish.fmu_step is not None or (whole and begun.kind in MOVING)
     return step, seen.origin, own if named else None
 
 
 def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
     """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not."""
-    if begun.kind != "moving" or begun.own:
+    if begun.kind not in MOVING or begun.own:
         return 1
     if fmu_step is not None:
         stairs = round(step / fmu_step)
@@ -276,7 +278,9 @@ def kind_of_inputs(system: System) -> InputKind:
         return "set_points"
     if [signal.angle for signal in system.inputs] == ["cosine", "sine"]:
         return "angle"
-    return "moving" if hold_of(system.inputs) == "first_order" else "held"
+    if not moves(system.inputs):
+        return "held"
+    return "rates" if system.follows_rates else "moving"
 
 
 def _from_folder(model: str, folder: Path) -> str:

@@ -20,6 +20,9 @@ samples per period a network still sees the waves."""
 RESONANT = 12.0, 2.0
 """Resonances mostly lie between these parts of the highest frequency: a step that follows from a
 system's bandwidth has them there."""
+SLOW, FAST, RAMP = 8.0, 3.0, 60.0
+"""Motions whose rates act are wide up to the first part of the highest frequency, and small up to
+the second; a way through their range takes so many samples at least."""
 DECADES = 2.5
 """Frequencies reach this many decades below the highest one."""
 CROSSING = 200
@@ -34,9 +37,9 @@ BOX_WEIGHT = 0.2
 STANDING_START = 12
 """It reaches that speed in so many samples, at its limit of acceleration."""
 
-InputKind = Literal["held", "moving", "set_points", "angle"]
-"""What the inputs of a system are: quantities that may jump, or motions, which do not; set points
-of drives; cosine and sine of one angle."""
+InputKind = Literal["held", "moving", "rates", "set_points", "angle"]
+"""What the inputs of a system are: quantities that may jump, or motions, which do not; motions
+whose rates act too; set points of drives; cosine and sine of one angle."""
 
 
 def default_excitation(
@@ -51,6 +54,8 @@ def default_excitation(
         return _from_point_to_point(step, widths)
     if inputs == "angle":
         return _turning(step)
+    if inputs == "rates":
+        return _smooth(step)
     if inputs == "held" or inputs == "moving":
         return _mixed(step, inputs == "moving")
     assert_never(inputs)
@@ -104,6 +109,34 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
     }
     rest = 1.0 - BOX_WEIGHT
     return [*({**table, "weight": _tidy(rest * table["weight"])} for table in others), box]
+
+
+def _smooth(step: float) -> list[dict[str, Any]]:
+    """Return a mix of motions whose rates act too, so that these must be of sensible size.
+
+    A jump within a sample, or a wide motion at the highest frequency, would have rates of which no
+    damper is told.
+    """
+    top = _tidy(TOP * math.pi / step)
+    low, slow, fast = (_tidy(top / part) for part in (10**DECADES, SLOW, FAST))
+    middle = _tidy(math.sqrt(top * low))
+    long = _tidy(math.pi / middle)
+    return [
+        {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
+         "angular_frequency": [low, middle]},
+        {"kind": "multisine", "weight": 0.2, "amplitude": [0.1, 0.5],
+         "angular_frequency": [low, slow], "components": [2, 4], "decades": True},
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.1],
+         "angular_frequency": [middle, fast]},
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.2],
+         "angular_frequency": [slow, fast], "components": [1, 3]},
+        {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.1],
+         "angular_frequency": [low, fast]},
+        {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.2],
+         "angular_frequency": [low, fast]},
+        {"kind": "box", "weight": BOX_WEIGHT, "duration": [long, _tidy(8 * long)],
+         "ramp": [_tidy(RAMP * step), _tidy(4 * long)]},
+    ]  # fmt: skip
 
 
 def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str, Any]]:

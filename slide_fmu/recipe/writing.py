@@ -161,6 +161,10 @@ _STABILITY = (
 
 
 _LIMITS: dict[InputKind, str] = {
+    "rates": (
+        "The rates of the inputs act too, so all motions are smooth: if yours are faster, or have "
+        "steps, say so here."
+    ),
     "set_points": (
         "The inputs are set points of drives, which go from point to point. Speed and "
         "acceleration are limits for each input, in its unit per s and s^2, assumed from its "

@@ -90,3 +90,18 @@ def test_recipe_whose_inputs_are_cosine_and_sine_turns_their_angle() -> None:
         name: {"range": [-1.0, 1.0], "angle": name} for name in ("cosine", "sine")
     }
     assert [kind.kind for kind in Recipe.model_validate(values).data.excitation] == ["speed_ramps"]
+
+
+def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
+    """Other motions cross a part of their range within a sample; these take many samples."""
+    speeds = {}
+    signals, step = (Signal("base", "m", -1.0, 1.0, hold="first_order"),), 0.005
+    for inputs in ("moving", "rates"):
+        tables = default_excitation(step, inputs)  # type: ignore[arg-type]
+        fastest = []
+        for kind in TypeAdapter(list[Excitation]).validate_python(tables):
+            time = step * np.arange(2000)
+            drawn = kind.inputs(signals, time, 1.0, np.random.default_rng(3))
+            fastest.append(np.abs(np.diff(drawn, axis=0)).max())
+        speeds[inputs] = max(fastest)
+    assert speeds["rates"] < 0.15 < speeds["moving"]

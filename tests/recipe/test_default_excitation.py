@@ -104,4 +104,4 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
             drawn = kind.inputs(signals, time, 1.0, np.random.default_rng(3))
             fastest.append(np.abs(np.diff(drawn, axis=0)).max())
         speeds[inputs] = max(fastest)
-    assert speeds["rates"] < 0.15 < speeds["moving"]
+    assert 3 * speeds["rates"] < speeds["moving"]

@@ -38,6 +38,7 @@ from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
 from slide_fmu.pipeline.touching import with_drawing
+from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -160,14 +161,15 @@ def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) 
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
     """Return the text of the recipe in ``training``, if it says what the released one says.
 
-    Version 0.6.0 had the key ``window.inputs = "step_end"`` in place of ``window.planned``.
+    Version 0.6.0 had the key ``window.inputs = "step_end"`` in place of ``window.planned``, and
+    drew parameters beyond their ranges without the key ``beyond``.
     """
     place = TRAINING / f"{surrogate.name}.toml"
     text = place.read_text(encoding="utf-8")
     former = provenance["recipe"].replace('inputs = "step_end"', "planned = true")
     released = recipe_of_provenance({**provenance, "recipe": former}, surrogate.name)
     found, now = (_learnt(recipe) for recipe in (released, parse_recipe(text, str(place))))
-    if found != now:
+    if now not in (found, _of_former_parameters(found)):
         raise StageError(f"{place} says something else than the released FMU: release it again")
     return text
 
@@ -177,6 +179,15 @@ def _learnt(recipe: Recipe) -> dict[str, Any]:
     values = recipe.model_dump(mode="json", exclude={"description", "equations"})
     del values["system"]["picture"], values["system"]["drawing"]
     return values
+
+
+def _of_former_parameters(found: dict[str, Any]) -> dict[str, Any]:
+    """Return what a recipe says if its parameters lack the key ``beyond``, as those of 0.6.0."""
+    tables = {
+        name: {key: value for key, value in table.items() if key != "beyond" or value}
+        for name, table in found["parameters"].items()
+    }
+    return with_former_beyond({**found, "parameters": tables})
 
 
 def main() -> None:

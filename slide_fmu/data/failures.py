@@ -17,6 +17,7 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import BEYOND_ATTEMPTS, attempted, split_stream
+from slide_fmu.data.parameter_draws import leaves_ranges
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
 
@@ -98,14 +99,24 @@ def too_many_failures(store: Path, recipe: Recipe) -> str | None:
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
         f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
         f"what was said, for example {first.name}: {first.error}. Correct the model, narrow the "
-        f"ranges of its inputs (system.inputs, {tables}), or allow more"
+        f"ranges of its inputs (system.inputs, {tables}){_of_parameters(recipe)}, or allow more"
     )
 
 
+def _of_parameters(recipe: Recipe) -> str:
+    return " or parameters (parameters.NAME.range)" if recipe.parameters else ""
+
+
 def is_beyond(recipe: Recipe, name: str) -> bool:
-    """Tell whether a failure of a name was a draw whose inputs could leave their ranges."""
+    """Tell whether a failure of a name was a draw whose inputs could leave their ranges.
+
+    So is one whose physical parameters did.
+    """
     split, index, attempt = name.rsplit("_", 2)
-    return attempted(split_stream(recipe, split, int(index)), int(attempt)).beyond
+    stream = split_stream(recipe, split, int(index))
+    if attempted(stream, int(attempt)).beyond:
+        return True
+    return leaves_ranges(recipe, stream, int(index), int(attempt))
 
 
 def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
@@ -115,7 +126,19 @@ def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
         DamagedFileError: the file of a failure is damaged.
     """
     failed = [one for one in kept_failures(store) if is_beyond(recipe, one.name)]
-    lost = [one for one in failed if one.attempt == BEYOND_ATTEMPTS - 1]
+    of_inputs = [one for one in failed if split_stream(recipe, one.split, one.index).beyond]
+    of_parameters = [one for one in failed if one not in of_inputs]
+    said = _inputs_remark(recipe, of_inputs), _parameters_remark(recipe, of_parameters)
+    return " ".join(remark for remark in said if remark is not None) or None
+
+
+def _lost(failed: list[Failure]) -> list[Failure]:
+    """Return the last failures of those that failed on every draw beyond the ranges."""
+    return [one for one in failed if one.attempt == BEYOND_ATTEMPTS - 1]
+
+
+def _inputs_remark(recipe: Recipe, failed: list[Failure]) -> str | None:
+    lost = _lost(failed)
     if not lost:
         return None
     splits = {split for split in SPLITS if recipe.count(split)}
@@ -130,4 +153,18 @@ def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
         f"{len(lost)} of {wanted} trajectories beyond the ranges of the inputs, which "
         f"{' and '.join(keys)} asks for, could not be simulated. They are left out, and as many "
         f"within the ranges take their place; the first failed so: {failed[0].error}"
+    )
+
+
+def _parameters_remark(recipe: Recipe, failed: list[Failure]) -> str | None:
+    lost = _lost(failed)
+    if not lost:
+        return None
+    keys = [
+        f"parameters.{name}.beyond" for name, table in recipe.parameters.items() if table.beyond
+    ]
+    return (
+        f"{len(lost)} trajectories with values beyond the ranges of the parameters, which "
+        f"{' and '.join(keys)} asks for, could not be simulated. They are left out, and as many "
+        f"with values within the ranges take their place; the first failed so: {failed[0].error}"
     )

@@ -14,6 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.estimator import drawn_factors
+from slide_fmu.recipe.parameters import FORMER_BEYOND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -49,7 +50,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     if recipe.parameters:
         tables = recipe.model_dump(mode="json", include={"parameters"})
         fingerprint["parameters"] = {
-            name: table if measured else {k: v for k, v in table.items() if k != "values"}
+            name: {k: v for k, v in table.items() if not _left_out_of(k, v, measured)}
             for name, table in tables["parameters"].items()
         }
     if recipe.estimator is not None:
@@ -58,6 +59,13 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     if recipe.further_kinds():
         fingerprint["bound"] = {"excitation": _of_kinds(recipe.further_kinds())}
     return dict(json.loads(json.dumps(fingerprint)))
+
+
+def _left_out_of(key: str, value: Any, measured: bool) -> bool:
+    """Tell whether stores of earlier versions know no such key of a parameter, or only this."""
+    if measured:
+        return key == "beyond"
+    return key == "values" or (key == "beyond" and value == FORMER_BEYOND)
 
 
 def former_factors(fingerprint: dict[str, Any], split: str, index: int) -> tuple[float, float]:

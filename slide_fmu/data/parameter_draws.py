@@ -10,21 +10,61 @@ from scipy.stats import qmc
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import STREAMS, Stream
-from slide_fmu.recipe.parameters import EDGE
+from slide_fmu.data.draws import BEYOND_ATTEMPTS, STREAMS, Stream
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
 
 PARAMETERS = 8
 """No stream of trajectories has this number: the values have seeds of their own."""
 LEARNT = STREAMS["train"], STREAMS["beyond"]
-"""Trajectories of these streams are learnt from, also a little beyond the ranges."""
+"""Trajectories of these streams are learnt from, beyond the ranges too where a recipe asks."""
 
 
-def drawn_parameters(recipe: Recipe, stream: Stream, index: int) -> dict[str, float]:
+def drawn_parameters(
+    recipe: Recipe, stream: Stream, index: int, attempt: int = 0
+) -> dict[str, float]:
     """Draw the parameters of trajectory ``index``, from 0, of a stream, by name.
 
-    The result depends on the arguments alone; there are none where the recipe has none.
+    The result depends on the arguments alone; there are none where the recipe has none. A further
+    ``attempt`` has the same values, unless the system has failed ``BEYOND_ATTEMPTS`` times on
+    values beyond the ranges: then they are drawn within.
     """
+    found = _drawn(recipe, stream, index, beyond=stream.number in LEARNT)
+    if attempt >= BEYOND_ATTEMPTS and _leave(recipe, found):
+        return _drawn(recipe, stream, index, beyond=False)
+    return found
+
+
+def leaves_ranges(recipe: Recipe, stream: Stream, index: int, attempt: int = 0) -> bool:
+    """Tell whether a parameter of a trajectory is beyond its range, as a recipe may ask for."""
+    if not any(table.beyond for table in recipe.parameters.values()):
+        return False
+    return _leave(recipe, drawn_parameters(recipe, stream, index, attempt))
+
+
+def system_at(recipe: Recipe, system: System, values: dict[str, float]) -> System:
+    """Return the system of a recipe with values of its parameters; itself where there are none.
+
+    Raises:
+        SimulationError: the system cannot be made with them.
+    """
+    if not values:
+        return system
+    try:
+        return recipe_system(recipe.at(values))
+    except LoadError as error:  # it could be made with the start values
+        raise SimulationError(str(error)) from error
+
+
+def with_values(words: str, values: dict[str, float]) -> str:
+    """Return what went wrong, with the values of the parameters where there are some."""
+    told = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    return f"{words} (with {told})" if values else words
+
+
+def _drawn(recipe: Recipe, stream: Stream, index: int, beyond: bool) -> dict[str, float]:
     parameters = recipe.physical()
     if not parameters:
         return {}
@@ -33,18 +73,28 @@ def drawn_parameters(recipe: Recipe, stream: Stream, index: int) -> dict[str, fl
     if index > 0:  # scipy takes no 0
         sequence.fast_forward(index)
     shares = sequence.random(1)[0]
-    edge = EDGE if stream.number in LEARNT else 0.0
     return {
-        parameter.name: _value(parameter, share, edge)
+        parameter.name: _value(
+            parameter, share, recipe.parameters[parameter.name].beyond if beyond else 0.0
+        )
         for parameter, share in zip(parameters, shares.tolist(), strict=True)
     }
 
 
-def _value(parameter: Parameter, share: float, edge: float) -> float:
-    """Return the value at a share, from 0 to 1, of a range; evenly in the transformed value."""
-    ends = parameter.beyond(edge) if edge else (parameter.low, parameter.high)
-    low, high = (float(parameter.scaled(end)) for end in ends)
-    return float(parameter.unscaled(low + share * (high - low)))
+def _leave(recipe: Recipe, values: dict[str, float]) -> bool:
+    ranges = {parameter.name: (parameter.low, parameter.high) for parameter in recipe.physical()}
+    return any(not ranges[name][0] <= value <= ranges[name][1] for name, value in values.items())
+
+
+def _value(parameter: Parameter, share: float, beyond: float) -> float:
+    """Return the value at a share, from 0 to 1, of a range; evenly in the transformed value.
+
+    The range is wider by the part ``beyond`` of it at both ends. Rounding leaves it nowhere.
+    """
+    first, last = parameter.beyond(beyond) if beyond else (parameter.low, parameter.high)
+    low, high = (float(parameter.scaled(end)) for end in (first, last))
+    value = float(parameter.unscaled(low + share * (high - low)))
+    return value if beyond else min(max(value, first), last)
 
 
 def as_row(values: dict[str, float]) -> FloatArray:

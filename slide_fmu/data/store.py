@@ -39,6 +39,7 @@ from slide_fmu.data.fingerprint import (
 )
 from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
+from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
 
 READ_AT_ONCE, FEW = 64, 3
@@ -220,7 +221,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
         for table in ("estimator", "bound"):
             if table not in one:
                 other.pop(table, None)
-    _require_same_values(path, found, wanted, redrawn)
+    _require_same_values(path, with_former_beyond(found), with_former_beyond(wanted), redrawn)
     known = np.array(attributes["probe"])
     if recipe.system.is_record:
         _require_same_records(path, recipe, known, probe)

@@ -26,7 +26,13 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import Failure, allowed_failures, keep_failure
 from slide_fmu.data.identity import identity
 from slide_fmu.data.own_files import use_own_files
-from slide_fmu.data.parameter_draws import as_row, drawn_parameters
+from slide_fmu.data.parameter_draws import (
+    as_row,
+    drawn_parameters,
+    leaves_ranges,
+    system_at,
+    with_values,
+)
 from slide_fmu.data.store import is_done, require_motion, write_trajectory
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -143,26 +149,20 @@ def _use(folder: Path) -> bool:
 def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) -> None:
     """Simulate a trajectory and write it; further draws take the place of one that fails."""
     stream, kinds = split_stream(recipe, split, index), recipe.drawn_for(split)
-    parameters = drawn_parameters(recipe, stream, index)
-    if parameters:
-        system = recipe_system(recipe.at(parameters))
-    beyond = BEYOND_ATTEMPTS if stream.beyond else 0
+    beyond = BEYOND_ATTEMPTS if stream.beyond or leaves_ranges(recipe, stream, index) else 0
     for attempt in range(beyond + allowed_failures(recipe) + 1):
         at = attempted(stream, attempt)
+        parameters = drawn_parameters(recipe, stream, index, attempt)
         try:
-            drawn = draw(kinds, system, at, index, attempt)
-            trajectory = simulate_draw(system, drawn)
+            driven = system_at(recipe, system, parameters)
+            drawn = draw(kinds, driven, at, index, attempt)
+            trajectory = simulate_draw(driven, drawn)
         except SimulationError as error:
-            failure = Failure(split, index, attempt, error.time, _told(error, parameters))
+            words = with_values(str(error), parameters)
+            failure = Failure(split, index, attempt, error.time, words)
             inputs = draw_inputs(kinds, system, at, index, attempt).inputs
             keep_failure(path, failure, system, inputs)
         else:
             values = as_row(parameters) if parameters else None
             write_trajectory(path, split, index, trajectory, drawn.kind, values)
             return
-
-
-def _told(error: SimulationError, parameters: dict[str, float]) -> str:
-    """Return what went wrong, and with which physical parameters."""
-    values = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
-    return f"{error} (with {values})" if values else str(error)

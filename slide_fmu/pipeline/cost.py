@@ -18,7 +18,7 @@ from slide_fmu.data.claims import claimed
 from slide_fmu.data.draws import draw, simulate_draw, split_stream
 from slide_fmu.data.generation import job_size, shapes_of
 from slide_fmu.data.identity import identity
-from slide_fmu.data.parameter_draws import as_row, drawn_parameters
+from slide_fmu.data.parameter_draws import as_row, drawn_parameters, system_at
 from slide_fmu.data.pool import as_done
 from slide_fmu.data.store import is_done, missing_trajectories, open_store, write_trajectory
 from slide_fmu.data.workplace import Workplace
@@ -189,9 +189,9 @@ def _simulated(recipe: Recipe, system: System) -> tuple[list[Trajectory], float]
         index, begin = tolerance.tried, time.process_time()
         stream = split_stream(recipe, "train", index)
         parameters = drawn_parameters(recipe, stream, index)
-        at = recipe_system(recipe.at(parameters)) if parameters else system
         tolerance.tried += 1
         try:
+            at = system_at(recipe, system, parameters)
             found.append(simulate_draw(at, draw(recipe, at, stream, index)))
         except SimulationError as error:
             tolerance.hear(error)

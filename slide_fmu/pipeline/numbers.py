@@ -31,6 +31,7 @@ from slide_fmu.pipeline.resolved import Resolved
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.pipeline.simulation_time import simulation_time
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
+from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.systems.record.model import MeasuredRecords
@@ -186,7 +187,9 @@ def kept_cost(recipe: Recipe, folder: RunFolder) -> float | None:
         return None
     record = read_kept(folder.cost, ("recipe", "probe", "seconds"))
     about, motion = _identity(recipe)
-    if record["recipe"] != about or not same_motion(np.array(record["probe"]), motion):
+    if with_former_beyond(record["recipe"]) != about or not same_motion(
+        np.array(record["probe"]), motion
+    ):
         return None
     return float(record["seconds"])
 
@@ -228,7 +231,9 @@ def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
         return Curve()
     record = read_kept(folder.numbers, ("recipe", "probe", "curve"))
     about, motion = _identity(recipe)
-    if record["recipe"] != about or not same_motion(np.array(record["probe"]), motion):
+    if with_former_beyond(record["recipe"]) != about or not same_motion(
+        np.array(record["probe"]), motion
+    ):
         return Curve()
     return Curve.of_figures(record["curve"])
 

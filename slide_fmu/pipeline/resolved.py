@@ -20,8 +20,9 @@ from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.automatic import LENGTHS
+from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.recipe.systems import recipe_source, source_at
 from slide_fmu.systems.base import System
 
 Resolved = dict[str, dict[str, Any]]
@@ -74,8 +75,10 @@ def _lengths(recipe: Recipe, patience: float) -> Lengths:
     """
     if not recipe.parameters:
         return find_lengths(recipe, recipe_source(recipe), Patience(patience))
-    corners = [recipe.at(corner) for corner in corners_of(recipe.physical())]
-    found = [find_lengths(at, recipe_source(at), Patience(patience)) for at in corners]
+    found = [
+        find_lengths(recipe.at(corner), source_at(recipe, corner), Patience(patience))
+        for corner in corners_of(recipe.physical())
+    ]
     return max(found, key=lambda lengths: lengths.recipe.window.n_in)
 
 
@@ -84,7 +87,9 @@ def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | 
     if not place.exists():
         return None
     record = read_kept(place, ("values", "recipe", "probe"))
-    if record["recipe"] != asked or not same_motion(np.array(record["probe"]), motion):
+    if with_former_beyond(record["recipe"]) != asked or not same_motion(
+        np.array(record["probe"]), motion
+    ):
         return None
     values: Resolved = record["values"]
     return values

@@ -19,6 +19,7 @@ from slide_fmu.core.files import FullDiskError, write_whole, writing
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
+from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -252,7 +253,7 @@ def _told(place: Path) -> str:
 def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
     """Tell whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
     try:
-        recorded = Recipe.model_validate(record)
+        recorded = Recipe.model_validate(with_former_beyond(record))
     except ValidationError:
         return False
     return _learnt(recorded.model_dump(mode="json")) == _learnt(recipe.model_dump(mode="json"))

@@ -23,7 +23,7 @@ from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.pipeline.quality import remark_on_training
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_source, recipe_system
+from slide_fmu.recipe.systems import recipe_source, source_at
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.record.model import MeasuredRecords
@@ -54,8 +54,9 @@ def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
     corners = corners_of(recipe.physical()) if recipe.parameters else [{}]
     found = []
     for corner in corners:
-        at = recipe.at(corner)
-        found.append(size_window(at, recipe_system(at), seed, patience=Patience(patience)))
+        at, system = recipe.at(corner), source_at(recipe, corner)
+        assert isinstance(system, System)
+        found.append(size_window(at, system, seed, patience=Patience(patience)))
     return max(found, key=_memory)
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.division_remarks import remarks_on_division
-from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
+from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
+from slide_fmu.data.parameter_draws import system_at, with_values
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
@@ -119,6 +121,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     if isinstance(system, System):
         seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
         said = (*said, *guarded_recipe(job.recipe, system, _failures_of_kinds))
+        said = (*said, guarded_recipe(job.recipe, system, _failures_beyond_parameters))
         said = (*said, guarded_recipe(job.recipe, system, _cost_of_holding))
     progress(3, STEPS)
     said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
@@ -169,6 +172,35 @@ def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
             f"there was no time to simulate {untried} of the kinds of motions that the run needs"
         )
     return tuple(said)
+
+
+def _failures_beyond_parameters(recipe: Recipe) -> str | None:
+    """Say where beyond the ranges of its parameters, as far as data go, a model fails.
+
+    At the ends of the ranges themselves the window is sized.
+    """
+    shares = {name: table.beyond for name, table in recipe.parameters.items() if table.beyond}
+    if not shares:
+        return None
+    wider = []
+    for parameter in recipe.physical():
+        low, high = parameter.beyond(shares.get(parameter.name, 0.0))
+        wider.append(replace(parameter, low=low, high=high))
+    corners, failed = corners_of(tuple(wider)), list[str]()
+    system = recipe_system(recipe)
+    for corner in corners:
+        try:
+            probe(recipe, system_at(recipe, system, corner))
+        except SimulationError as error:
+            failed.append(with_values(str(error), corner))
+    if not failed:
+        return None
+    keys = " and ".join(f"parameters.{name}.beyond" for name in shares)
+    return (
+        f"at {len(failed)} of {len(corners)} ends beyond the ranges of the parameters, for which "
+        f"{keys} asks, the model fails; trajectories that fail beyond the range are left out. "
+        f"First: {failed[0]}"
+    )
 
 
 def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.recipe.learning import LeastSquaresRecipe, Table
@@ -14,9 +14,9 @@ from slide_fmu.recipe.specimens import require_specimens
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe
 
-EDGE = 0.05
-"""Trajectories to learn from have values so far beyond the range too, as a share of it: errors are
-largest at its ends, and larger still where nothing beyond them was learnt."""
+FORMER_BEYOND = 0.05
+"""Version 0.6.0 drew values so far beyond every range: what it kept of recipes does not have the
+key ``beyond``, and means this."""
 ITERATIONS = 150
 """A training takes so many iterations on all data unless the recipe says otherwise. It converges
 more slowly than without parameters: the training error of a Duffing oscillator with a mass of 1 to
@@ -41,6 +41,9 @@ class ParameterRecipe(Table):
             if not given.
         transform: what the response follows most evenly: the value (``"linear"``), its logarithm
             (``"log"``), or one over it (``"reciprocal"``), as of a mass that a force moves.
+        beyond: trajectories to learn from have values so far beyond both ends too, as a part of
+            the range. Errors are largest at its ends, and smaller where something beyond them was
+            learnt; but a range is a hard limit of the model unless this says otherwise.
     """
 
     range: tuple[float, float] | None = None
@@ -49,6 +52,7 @@ class ParameterRecipe(Table):
     description: str = ""
     start: float | None = None
     transform: Transform = "linear"
+    beyond: float = Field(default=0.0, ge=0.0, le=1.0)
 
     @model_validator(mode="after")
     def _has_a_range_or_values(self) -> ParameterRecipe:
@@ -56,6 +60,11 @@ class ParameterRecipe(Table):
             raise ValueError(
                 f"range = {self.range}, values = {list(self.values)}; expected the range of a "
                 "parameter that the model has, or the values in the files of measured records"
+            )
+        if self.values and self.beyond:
+            raise ValueError(
+                f"beyond = {self.beyond:g} with values = {list(self.values)}; expected 0: nothing "
+                "is known of what lies beyond measured records, so remove beyond"
             )
         return self
 
@@ -78,6 +87,21 @@ def with_iterations(tables: dict[str, Any]) -> dict[str, Any]:
     if "iterations" in training or method != LeastSquaresRecipe().method:
         return tables
     return {**tables, "training": {**training, "iterations": ITERATIONS}}
+
+
+def with_former_beyond(kept: dict[str, Any]) -> dict[str, Any]:
+    """Return what was kept of a recipe with the key ``beyond`` of its parameters.
+
+    Where it was kept without, that was by a version which drew values ``FORMER_BEYOND`` beyond
+    their ranges; those of measured records had no values but the measured ones.
+    """
+    if not kept.get("parameters"):
+        return kept
+    tables = {
+        name: table if table.get("values") else {"beyond": FORMER_BEYOND, **table}
+        for name, table in kept["parameters"].items()
+    }
+    return {**kept, "parameters": tables}
 
 
 def require_parameters(recipe: Recipe) -> None:

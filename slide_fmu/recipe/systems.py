@@ -6,7 +6,7 @@ What the recipe's networks see of their inputs is found here too, without data.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -49,6 +49,26 @@ def recipe_source(recipe: Recipe) -> Source:
     """
     made = data_specification(recipe)
     return _drivable(_with_finer(load_source(made), made, recipe), recipe)
+
+
+def source_at(recipe: Recipe, ends: Mapping[str, float]) -> Source:
+    """Return the source of a recipe with its physical parameters at the ends of their ranges.
+
+    Raises:
+        LoadError: as of ``recipe_source``; the message names the values, where there are some.
+        RecipeError: as of ``recipe_source``.
+    """
+    try:
+        return recipe_source(recipe.at(ends))
+    except LoadError as error:
+        if not ends:
+            raise
+        values = ", ".join(f"{name} = {value:g}" for name, value in ends.items())
+        keys = " or ".join(f"parameters.{name}.range" for name in ends)
+        raise LoadError(
+            f"with {values}, at the ends of the ranges of the parameters: {error}; expected a "
+            f"model that can be made there: narrow {keys}, or correct the model"
+        ) from error
 
 
 def reference_system(recipe: Recipe) -> System:

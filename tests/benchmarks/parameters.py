@@ -39,9 +39,10 @@ from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 
-MASS = {"range": [1.0, 3.0], "unit": "kg", "transform": "reciprocal"}
-STIFFNESS = {"range": [1000.0, 2500.0], "unit": "N/m", "transform": "log"}
-BODY = {"range": [250.0, 500.0], "unit": "kg", "transform": "reciprocal"}
+BEYOND = {"beyond": 0.05}
+MASS = {"range": [1.0, 3.0], "unit": "kg", "transform": "reciprocal", **BEYOND}
+STIFFNESS = {"range": [1000.0, 2500.0], "unit": "N/m", "transform": "log", **BEYOND}
+BODY = {"range": [250.0, 500.0], "unit": "kg", "transform": "reciprocal", **BEYOND}
 CAR = Path(__file__).parents[2] / "docs/tutorials/quarter_car_function.py"
 
 
@@ -94,7 +95,7 @@ CASES = {
 }
 N_OUT, DURATION = 60, 30.0
 FURTHER = 1.2
-"""Inputs that are learnt from reach so many times the range."""
+"""Amplitudes of what is learnt from are so many times as large, and clipped to the range."""
 UNSEEN, RECORDS, SEED = 20, 4, 20270001
 
 

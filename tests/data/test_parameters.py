@@ -22,22 +22,24 @@ TABLES: dict[str, Any] = {
     "mass": {"range": [1.0, 4.0], "unit": "kg", "transform": "log"},
     "stiffness": {"range": [1000.0, 1600.0], "unit": "N/m"},
 }
+BEYOND = {name: {**table, "beyond": 0.05} for name, table in TABLES.items()}
 
 
 def recipe(**changes: Any) -> Recipe:
     return tiny_state_space_recipe(**{"parameters": TABLES, **changes})
 
 
-def values(split: str, count: int) -> np.ndarray:  # type: ignore[type-arg]
+def values(split: str, count: int, table: Recipe | None = None) -> np.ndarray:  # type: ignore[type-arg]
+    wanted = table or recipe()
     found = [
-        drawn_parameters(recipe(), split_stream(recipe(), split, index), index)
+        drawn_parameters(wanted, split_stream(wanted, split, index), index)
         for index in range(count)
     ]
     return np.array([list(point.values()) for point in found])
 
 
-def test_values_to_learn_from_go_a_little_beyond_the_ranges() -> None:
-    found = values("train", 128)
+def test_values_to_learn_from_go_beyond_the_ranges_as_far_as_is_asked_for() -> None:
+    found = values("train", 128, recipe(parameters=BEYOND))
     lows, highs = found.min(axis=0), found.max(axis=0)
     assert np.all(lows < [1.0, 1000.0])
     assert np.all(lows > [0.9, 960.0])
@@ -45,9 +47,12 @@ def test_values_to_learn_from_go_a_little_beyond_the_ranges() -> None:
     assert np.all(highs < [4.4, 1640.0])
 
 
-@pytest.mark.parametrize("split", ["validation", "estimator"])
-def test_other_values_stay_within_the_ranges(split: str) -> None:
-    found = values(split, 64)
+@pytest.mark.parametrize("split", ["train", "beyond", "validation", "estimator"])
+@pytest.mark.parametrize("tables", [TABLES, BEYOND])
+def test_all_other_values_stay_within_the_ranges(split: str, tables: dict[str, Any]) -> None:
+    if tables is BEYOND and split in ("train", "beyond"):
+        return
+    found = values(split, 64, recipe(parameters=tables))
     assert np.all((found >= [1.0, 1000.0]) & (found <= [4.0, 1600.0]))
 
 

@@ -76,6 +76,12 @@ def test_recipe_is_the_same_after_json() -> None:
         ({"parameters": {"mass": {**MASS, "start": 5.0}}}, "start 5.0; expected a value within"),
         ({"parameters": {"mass": {**MASS, "transform": "root"}}}, "transform"),
         ({"parameters": {"mass": {**MASS, "limits": 1}}}, "limits"),
+        ({"parameters": {"mass": {**MASS, "beyond": -0.1}}}, "beyond"),
+        ({"parameters": {"mass": {**MASS, "beyond": float("nan")}}}, "beyond"),
+        (
+            {"parameters": {"mass": {"values": [1.0, 2.0], "beyond": 0.05}}},
+            "nothing is known of what lies beyond measured records",
+        ),
         ({"parameters": {"step": MASS}}, "the sample step of a surrogate is window.step"),
         ({"system": {"parameters": {"mass": 1.0}}}, "mass is in system.parameters too"),
         ({"system": {"reference": {"mass": 1.0}}}, "mass is in system.reference too"),

@@ -1,0 +1,190 @@
+"""Values beyond the range of a parameter are asked for, and a model may fail on them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zarr
+
+from slide_fmu.core.parameters import RANGE_SLACK
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import BEYOND_ATTEMPTS, split_stream
+from slide_fmu.data.errors import StoreError
+from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
+from slide_fmu.data.fingerprint import data_fingerprint
+from slide_fmu.data.generation import generate
+from slide_fmu.data.parameter_draws import drawn_parameters
+from slide_fmu.data.store import read_split
+from slide_fmu.pipeline.job import open_job
+from slide_fmu.pipeline.trial import open_trial, try_recipe
+from slide_fmu.recipe.parameters import FORMER_BEYOND
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.errors import LoadError, SimulationError
+from tests.progress import no_stages, silent
+from tests.recipes import tiny_state_space_recipe
+
+LAG = """
+inputs = {"u": {"unit": "1", "range": [-1, 1]}}
+outputs = {"y": {"unit": "1", "range": [-2, 2]}}
+start = [0.0]
+parameters = {"gain": 1.0}
+def f(x, u, p):
+    if not 0.0 <= p.gain <= %g:
+        raise ValueError(f"no such gain, {p.gain:g}")
+    return [(0.1 + p.gain) * u[0] - 4.0 * x[0]]
+def g(x, u, p):
+    return x
+"""
+TRAIN = 24
+
+
+def lag(folder: Path, limit: float = 2.0, table: str = "", train: int = TRAIN) -> Path:
+    """A recipe of a model that can be made up to a gain; its range is [0, 2]."""
+    (folder / "lag.py").write_text(LAG % limit, encoding="utf-8")
+    path = folder / "lag.toml"
+    path.write_text(
+        f"""
+name = "lag"
+description = "a lag with a gain"
+[system]
+kind = "function"
+model = '{folder / "lag.py"}'
+[parameters.gain]
+range = [0.0, 2.0]
+{table}
+[window]
+step = 0.1
+n_in = 48
+n_out = 16
+[data]
+duration = 6.0
+burn_in = 1.0
+train = {train}
+validation = 2
+[network]
+order = 1
+""",
+        encoding="utf-8",
+    )
+    return path
+
+
+def gains(path: Path, split: str = "train") -> FloatArray:
+    found = read_split(path, split).parameters
+    assert found is not None
+    return found[:, 0]
+
+
+def parsed(path: Path) -> Recipe:
+    return parse_recipe(path.read_text(encoding="utf-8"), path)
+
+
+def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
+    recipe, store = parsed(lag(tmp_path)), tmp_path / "run" / "store"
+    assert generate(recipe, store, None, silent) == TRAIN + 2
+    assert kept_failures(store) == []
+    assert 1.8 < gains(store).max() <= 2.0
+
+
+def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_path: Path) -> None:
+    recipe, store = parsed(lag(tmp_path, table="beyond = 0.2")), tmp_path / "run" / "store"
+    asked = [
+        drawn_parameters(recipe, split_stream(recipe, "train", index), index)["gain"]
+        for index in range(TRAIN)
+    ]
+    lost = {index for index, value in enumerate(asked) if value > 2.0}
+    assert lost
+    assert generate(recipe, store, None, silent) == TRAIN + 2
+    failures, made = kept_failures(store), gains(store)
+    assert {failure.index for failure in failures} == lost
+    assert len(failures) == BEYOND_ATTEMPTS * len(lost)
+    assert all(is_beyond(recipe, failure.name) for failure in failures)
+    assert all(f"(with gain = {asked[one.index]:g})" in one.error for one in failures)
+    assert all((made[index] == asked[index]) == (index not in lost) for index in range(TRAIN))
+    assert made.max() <= 2.0
+    remark = remark_on_beyond(recipe, store)
+    assert remark is not None
+    assert remark.startswith(f"{len(lost)} trajectories with values beyond the ranges of the par")
+    assert "parameters.gain.beyond asks for" in remark
+    assert "no such gain" in remark
+
+
+def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -> None:
+    recipe = parsed(lag(tmp_path, 3.0, "beyond = 0.2"))
+    generate(recipe, tmp_path / "run" / "store", None, silent)
+    assert gains(tmp_path / "run" / "store").max() > 2.0
+    assert gains(tmp_path / "run" / "store", "validation").max() <= 2.0
+    assert remark_on_beyond(recipe, tmp_path / "run" / "store") is None
+
+
+def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path: Path) -> None:
+    recipe = parsed(lag(tmp_path, 1.5))
+    expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
+    with pytest.raises(SimulationError, match=expected):
+        generate(recipe, tmp_path / "run" / "store", None, silent)
+    assert all(
+        not is_beyond(recipe, one.name) for one in kept_failures(tmp_path / "run" / "store")
+    )
+
+
+@pytest.mark.parametrize("table", ["", "beyond = 0.2"])
+def test_trial_names_the_end_of_the_range_at_which_no_model_can_be_made(
+    table: str, tmp_path: Path
+) -> None:
+    path = lag(tmp_path, 1.5, table)
+    expected = r"with gain = 2, at the ends of the ranges.*no such gain.*narrow parameters.gain.ra"
+    with pytest.raises(LoadError, match=expected):
+        try_recipe(open_trial(path, tmp_path / "runs", no_stages, silent), silent)
+
+
+@pytest.mark.parametrize(("limit", "beyond"), [(2.0, 0.2), (2.3, 0.1), (2.0, 0.0)])
+def test_trial_remarks_where_the_model_fails_as_far_as_data_go(
+    limit: float, beyond: float, tmp_path: Path
+) -> None:
+    path = lag(tmp_path, limit, f"beyond = {beyond}")
+    trial = try_recipe(open_trial(path, tmp_path / "runs", no_stages, silent), silent)
+    told = [remark for remark in trial.remarks if "parameters.gain.beyond" in remark]
+    fails = 2.0 * (1 + beyond) > limit
+    assert len(told) == fails
+    assert all("at 1 of 2 ends" in one and "(with gain = 2.4)" in one for one in told)
+
+
+def former(path: Path) -> None:
+    """Let a store be one of the version that had no key ``beyond``."""
+    group = zarr.open_group(path, mode="r+")
+    kept: dict[str, Any] = json.loads(json.dumps(group.attrs["fingerprint"]))
+    for table in kept["parameters"].values():
+        table.pop("beyond", None)
+    group.attrs["fingerprint"] = kept
+
+
+def test_store_of_a_version_without_the_key_is_that_of_its_value(tmp_path: Path) -> None:
+    tables = {"mass": {"range": [1.0, 4.0], "unit": "kg", "beyond": FORMER_BEYOND}}
+    recipe, store = tiny_state_space_recipe(parameters=tables), tmp_path / "run" / "store"
+    made = generate(recipe, store, None, silent)
+    assert made
+    assert "beyond" not in data_fingerprint(recipe)["parameters"]["mass"]
+    former(store)
+    assert generate(recipe, store, None, silent) == 0
+    del tables["mass"]["beyond"]
+    within = tiny_state_space_recipe(parameters=tables)
+    with pytest.raises(StoreError, match=r"parameters.mass.beyond = 0.05 there, 0.0 in the recip"):
+        generate(within, store, None, silent)
+
+
+def test_values_of_a_former_recipe_are_those_of_the_key(tmp_path: Path) -> None:
+    """The released slider-crank with an open payload was learnt from these."""
+    job = open_job(Path("training/slider_crank_payload.toml"), tmp_path, no_stages)
+    assert {name: table.beyond for name, table in job.recipe.parameters.items()} == {
+        "slider_mass": FORMER_BEYOND
+    }
+    stream = split_stream(job.recipe, "train", 0)
+    found = [drawn_parameters(job.recipe, stream, index)["slider_mass"] for index in range(96)]
+    np.testing.assert_allclose([min(found), max(found)], [0.45, 1.55], atol=0.02)
+    assert min(found) < 0.5 - RANGE_SLACK
+    assert max(found) > 1.5 + RANGE_SLACK

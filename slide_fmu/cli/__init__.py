@@ -4,6 +4,12 @@
 them. Nothing here computes anything or writes a file, beside the figures that ``--json`` asks for.
 """
 
-from slide_fmu.cli.app import app, main
+import sys
+
+try:
+    from slide_fmu.cli.app import app, main
+except KeyboardInterrupt:  # nothing is there yet that could say so
+    sys.stderr.write("stopped\n")
+    raise SystemExit(130) from None
 
 __all__ = ["app", "main"]

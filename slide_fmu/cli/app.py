@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from slide_fmu import __version__
 from slide_fmu.cli.calibration_commands import calibrate
 from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.completion import quick_completion
-from slide_fmu.cli.console import errors
+from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import bench, check, export, info, page, ssp, validate
 from slide_fmu.cli.motion_commands import motion
 from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
@@ -47,7 +48,22 @@ HELP = (
     "Make fast stand-ins for slow models. Each one is an FMU, and it tells you how far it is off."
 )
 
-app = typer.Typer(name=NAME, help=HELP, no_args_is_help=True, rich_markup_mode=None)
+
+class _Subcommands(TyperGroup):
+    """Say so, where the user interrupts a subcommand before it does, as in its imports."""
+
+    def make_context(self, *args: Any, **keys: Any) -> Any:
+        with interruptible():
+            return super().make_context(*args, **keys)
+
+    def invoke(self, ctx: Any) -> Any:
+        with interruptible():
+            return super().invoke(ctx)
+
+
+app = typer.Typer(
+    name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
+)
 for subcommand in SUBCOMMANDS:
     # a short help is never cut; a word of Python's own has a mark behind it
     name = subcommand.__name__.rstrip("_")

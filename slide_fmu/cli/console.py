@@ -13,7 +13,7 @@ from typing import Any
 from rich.console import Console
 
 from slide_fmu.cli.tables import table_of
-from slide_fmu.core.extras import told_missing
+from slide_fmu.core.extras import how_to_install, told_missing
 from slide_fmu.core.files import told_of_system, write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.units import behind
@@ -232,19 +232,27 @@ def errors(stopped: str = STOPPED) -> Iterator[None]:
     Where the user interrupts the program, it says that it ``stopped``, with the exit code of that.
     """
     try:
-        yield
+        with interruptible(stopped):
+            yield
     except ImportError as error:
-        needs = f"{error}; this subcommand needs more packages: pip install 'slide-fmu[train]'"
+        needs = f"{error}; this subcommand needs more packages: {how_to_install('train')}"
         _fail(error, told_missing(error) or needs)
-    except KeyboardInterrupt:
-        console.print(stopped)
-        raise SystemExit(INTERRUPTED) from None
     except OSError as error:
         _fail(error, told_of_system(error))
     except (ValueError, RuntimeError) as error:
         _fail(error, str(error))
     except MemoryError as error:
         _fail(error, f"not enough memory: {error or 'nothing is left'}")
+
+
+@contextmanager
+def interruptible(stopped: str = STOPPED) -> Iterator[None]:
+    """Say in a line that the user interrupted the program, and end it with the code of that."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        console.print(stopped)
+        raise SystemExit(INTERRUPTED) from None
 
 
 def _fail(error: Exception, message: str) -> None:

@@ -41,7 +41,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
-from slide_fmu.core.extras import require_training
+from slide_fmu.core.extras import how_to_install, missing_for_training, require_training
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -158,7 +158,10 @@ def init(
             proposal = propose(wish, bar("motions"))
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
-    console.print(f"recipe  {place}\nnext    slide-fmu try {quote(str(place))}")
+    console.print(f"recipe  {place}")
+    if missing_for_training() is not None:
+        console.print(f"install {how_to_install('train')}: try and run need it")
+    console.print(f"next    slide-fmu try {quote(str(place))}")
 
 
 def _only(models: list[str], time: str | None) -> str:

@@ -10,6 +10,13 @@ TRAINING = "zarr", "torch"
 """Packages without which nothing can be learnt."""
 
 
+def how_to_install(extra: str) -> str:
+    """Return the commands that install an extra: of a clone, as the README has it, and else."""
+    return (
+        f"pip install '.[{extra}]' in a clone of slide-fmu, pip install 'slide-fmu[{extra}]' else"
+    )
+
+
 def told_missing(error: ImportError) -> str | None:
     """Say what must be installed; None where the package is of no extra."""
     package = (error.name or "").partition(".")[0]
@@ -18,7 +25,7 @@ def told_missing(error: ImportError) -> str | None:
         return None
     return (
         f"the package {package!r} is not installed; expected the extra {extra!r}: "
-        f"pip install 'slide-fmu[{extra}]'"
+        f"{how_to_install(extra)}"
     )
 
 
@@ -28,11 +35,19 @@ def require_training() -> None:
     Raises:
         ModuleNotFoundError: one is not installed; the message has the remedy.
     """
+    package = missing_for_training()
+    if package is not None:
+        missing = ModuleNotFoundError(name=package)
+        raise ModuleNotFoundError(told_missing(missing), name=package)
+
+
+def missing_for_training() -> str | None:
+    """Return the first package for learning that is not installed; None if all are."""
     for package in TRAINING:
         try:
             found = find_spec(package) is not None
         except ModuleNotFoundError:
             found = False
         if not found:
-            missing = ModuleNotFoundError(name=package)
-            raise ModuleNotFoundError(told_missing(missing), name=package)
+            return package
+    return None

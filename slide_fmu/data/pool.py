@@ -1,17 +1,20 @@
 """Worker processes simulate in parallel; they never outlive the process that started them.
 
-Where there shall be none, this process does their work.
+Where there shall be none, this process does their work. Ctrl-C in a terminal reaches all of them:
+workers do not hear it, and end with the pool, which their parent ends then.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import closing, contextmanager
 from itertools import islice
+from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
@@ -33,7 +36,8 @@ def process_pool(
 
     ``set_up`` is called once in every worker with the arguments, which must be picklable; systems
     that were given as objects are given there too. The pool is shut down at the end of the
-    ``with`` block. No workers, 0, are no pool: then this process is set up.
+    ``with`` block, after the jobs that have begun; at once where the user interrupts the block.
+    No workers, 0, are no pool: then this process is set up.
     """
     if workers == 0:
         if set_up is not None:
@@ -43,13 +47,66 @@ def process_pool(
     # "spawn": a forked worker would inherit threads and solver states in an undefined condition
     context = multiprocessing.get_context("spawn")
     count = workers or os.cpu_count() or 1
-    with ProcessPoolExecutor(
-        count,
-        mp_context=context,
-        initializer=_start,
-        initargs=(given.crossing(), set_up, arguments),
-    ) as pool:
-        yield pool
+    open_while_wanted, wanted = context.Pipe(duplex=False)
+    with (
+        open_while_wanted,
+        wanted,
+        _Pool(
+            count,
+            mp_context=context,
+            initializer=_start,
+            initargs=(open_while_wanted, given.crossing(), set_up, arguments),
+        ) as pool,
+    ):
+        try:
+            yield pool
+        except KeyboardInterrupt:
+            pool.leave(wanted)
+            raise
+
+
+class _Pool(ProcessPoolExecutor):
+    """Its workers are started when there are jobs for them, and hear no Ctrl-C from then on."""
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        with _interrupts_held():
+            return super().submit(fn, *args, **kwargs)
+
+    def leave(self, wanted: Connection[Any, Any]) -> None:
+        """End the workers at once: they do so when the connection closes.
+
+        What has not begun is forgotten first, since a pool whose workers end answers for the rest.
+        """
+        manager = getattr(self, "_executor_manager_thread", None)
+        self.shutdown(wait=False, cancel_futures=True)
+        wanted.close()
+        if manager is not None:  # this object must be there until it has heard of that
+            manager.join()
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back until the block has ended, also from processes that are started there.
+
+    They inherit the mask of this thread; Windows has none.
+    """
+    heard: list[int] = []
+    handler = signal.getsignal(signal.SIGINT)
+    # another thread, as of numpy, may take the signal: it would stop this one in the middle
+    holds = handler is not None and threading.current_thread() is threading.main_thread()
+    if holds:
+        signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    masks = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    try:
+        yield
+    finally:
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if holds:
+            signal.signal(signal.SIGINT, handler)
+        if heard:
+            signal.raise_signal(signal.SIGINT)
 
 
 def in_parallel(
@@ -108,21 +165,25 @@ def as_done(
 
 
 def _start(
-    crossed: bytes, set_up: Callable[..., object] | None, arguments: tuple[Any, ...]
+    open_while_wanted: Connection[Any, Any],
+    crossed: bytes,
+    set_up: Callable[..., object] | None,
+    arguments: tuple[Any, ...],
 ) -> None:
-    _end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with_parent(open_while_wanted)
     given.take(crossed)
     if set_up is not None:
         set_up(*arguments)
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(open_while_wanted: Connection[Any, Any]) -> None:
     parent = multiprocessing.parent_process()
 
     # a parent that is killed shuts no pool down: each worker watches for its end by itself
-    def wait() -> None:
+    def watch() -> None:
         if parent is not None:
-            parent.join()
+            wait([parent.sentinel, open_while_wanted])
             os._exit(1)
 
-    threading.Thread(target=wait, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FORMER_HOLDS, Hold, Signal
 from slide_fmu.core.window import MAX_WINDOW
@@ -181,7 +182,7 @@ def export_module(module: Path, description: Path, path: Path) -> Path:
     """
     table = _read(description)
     if importlib.util.find_spec("torch") is None:
-        raise ModuleError(f"{module}: torch is missing; pip install 'slide-fmu[train]'")
+        raise ModuleError(f"{module}: torch is missing; {how_to_install('train')}")
     needs = {"python": platform.python_version()} | {n: metadata.version(n) for n in NEEDED}
     about = {
         "name": table.name,

@@ -7,6 +7,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import cast
 
+from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import require_unit
@@ -96,7 +97,7 @@ def kind_module(kind: str) -> ModuleType:
     except ModuleNotFoundError as error:
         raise LoadError(
             f"kind of system {kind!r} needs the package {error.name!r}, which is not installed: "
-            "install it (pip install 'slide-fmu[train]' brings exudyn)"
+            f"install it (exudyn by {how_to_install('train')})"
         ) from error
 
 

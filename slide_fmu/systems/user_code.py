@@ -12,6 +12,7 @@ import zlib
 from pathlib import Path
 from types import ModuleType
 
+from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.files import AmbiguousFileError
 from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
@@ -70,7 +71,7 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
             ) from error
         raise LoadError(
             f"{what}: {told(error)}: correct the name of the import, or install what it needs "
-            "(pip install 'slide-fmu[train]' brings exudyn)"
+            f"(exudyn by {how_to_install('train')})"
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{what}: {told(error)}; correct the model") from error

@@ -24,6 +24,7 @@ LEARN = (
     "try:\n    slide_fmu.learn({'kind': 'function', 'model': 'lag.py'}, 'lag')\n"
     "except ImportError as error:\n    raise SystemExit(f'error: {error}')"
 )
+INSTALL = "pip install '.[train]' in a clone of slide-fmu, pip install 'slide-fmu[train]' else"
 LAG = """
 inputs = {"u": {"unit": "1", "range": [-1, 1]}}
 outputs = {"y": "1"}
@@ -54,8 +55,7 @@ def test_what_needs_training_packages_names_the_extra_in_one_line(
     )
     assert done.returncode == 1
     assert done.stderr == (
-        "error: the package 'zarr' is not installed; expected the extra 'train': "
-        "pip install 'slide-fmu[train]'\n"
+        f"error: the package 'zarr' is not installed; expected the extra 'train': {INSTALL}\n"
     )
 
 
@@ -64,6 +64,23 @@ def test_init_writes_the_recipe_of_a_function_without_training_packages(tmp_path
     done = called(tmp_path, MAIN, "init", "lag.py", "--step", "0.1")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "lag.toml").exists()
+    assert done.stderr.splitlines()[-3:] == [
+        "recipe  lag.toml",
+        f"install {INSTALL}: try and run need it",
+        "next    slide-fmu try lag.toml",
+    ]
+
+
+def test_init_with_training_packages_names_nothing_to_install(tmp_path: Path) -> None:
+    (tmp_path / "lag.py").write_text(LAG, encoding="utf-8")
+    command = [sys.executable, "-c", f"import sys\n{MAIN}", "init", "lag.py", "--step", "0.1"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
+    assert done.stderr.splitlines()[-2:] == ["recipe  lag.toml", "next    slide-fmu try lag.toml"]
+
+
+def test_remedy_is_what_the_readme_says_for_a_clone() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    assert f"`{INSTALL.partition(' in a clone')[0]}`" in readme
 
 
 def test_init_of_a_model_that_imports_exudyn_says_what_to_install(tmp_path: Path) -> None:
@@ -71,4 +88,4 @@ def test_init_of_a_model_that_imports_exudyn_says_what_to_install(tmp_path: Path
     done = called(tmp_path, MAIN, "init", "arm.py")
     assert done.returncode == 1
     assert done.stderr.count("\n") <= 1
-    assert "pip install 'slide-fmu[train]'" in done.stderr
+    assert INSTALL in done.stderr

@@ -16,6 +16,9 @@ from slide_fmu.core.units import behind
 
 FloatArray = NDArray[np.float64]
 
+LARGEST = 1e300
+"""A range ends here at most: its width and what is computed of it must be finite numbers."""
+
 Hold = Literal["zero_order", "first_order"]
 """How an input acts between samples.
 
@@ -80,11 +83,7 @@ class Signal:
             )
         for what in ("low", "high", "start", "period"):
             _require_number(self.name, what, getattr(self, what))
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
-            raise ValueError(
-                f"signal {self.name!r}: range [{self.low}, {self.high}]{behind(self.unit)}; "
-                "expected two finite numbers, the first smaller than the second"
-            )
+        _require_range(self.name, self.unit, self.low, self.high)
         if self.start is not None and not self.low <= self.start <= self.high:
             raise ValueError(
                 f"signal {self.name!r}: start {self.start}; expected a value within its range, "
@@ -109,6 +108,20 @@ class Signal:
     def start_value(self) -> float:
         """Return the value before anybody sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
+
+
+def _require_range(name: str, unit: str, low: float, high: float) -> None:
+    """Refuse a range that is empty or not finite, or so wide that its width would not be."""
+    found = f"signal {name!r}: range [{low}, {high}]{behind(unit)}"
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(
+            f"{found}; expected two finite numbers, the first smaller than the second"
+        )
+    if max(abs(low), abs(high)) > LARGEST:
+        raise ValueError(
+            f"{found}; expected ends between -{LARGEST:g} and {LARGEST:g}, so that the width of "
+            "the range, and motions in it, are finite too: narrow it, or choose a larger unit"
+        )
 
 
 def _require_number(name: str, what: str, value: object) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from slide_fmu.core.signals import Hold
+from slide_fmu.core.signals import LARGEST, Hold
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.pipeline.first_look import FirstLook
 from slide_fmu.recipe.recipe import NAME, RecipeError
@@ -47,6 +47,11 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
             raise RecipeError(
                 f"--input {text}; expected NAME=LOW..HIGH with two numbers, the smaller one "
                 "first, as in --input road=-0.05..0.05"
+            )
+        if ends is not None and max(map(abs, ends)) > LARGEST:
+            raise RecipeError(
+                f"--input {text}; expected a range that is finite, and its width too, with ends "
+                f"between -{LARGEST:g} and {LARGEST:g}: narrow it"
             )
     return found
 

@@ -33,6 +33,12 @@ def test_signal_needs_a_finite_range(low: float, high: float) -> None:
         Signal("force", "N", low, high)
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1e308), (-1e308, 1e308), (-1e301, 0.0)])
+def test_signal_needs_a_range_whose_width_is_finite_too(low: float, high: float) -> None:
+    with pytest.raises(ValueError, match=r"range \[.*\] N; expected ends between -1e\+300 and 1e"):
+        Signal("force", "N", low, high)
+
+
 @pytest.mark.parametrize(
     ("low", "high", "start", "value"),
     [

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from slide_fmu.pipeline.draft_signals import draft_inputs, ranged_outputs
+from slide_fmu.pipeline.draft_signals import draft_inputs, parse_range, ranged_outputs
 from slide_fmu.pipeline.first_look import FirstLook
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import SignalChoice
@@ -44,3 +46,10 @@ def test_start_value_outside_of_the_given_range_goes_to_its_end() -> None:
         [outside] = draft_inputs(found, {"heat": limits})
         assert outside.choice.start == start
         assert "The model's start value, 0, lies outside" in outside.origin
+
+
+@pytest.mark.parametrize("limits", ["0..1e308", "-1e308..1e308", "0..inf", "-inf..0", "-1e301..0"])
+def test_given_range_that_is_not_finite_or_too_wide_is_refused(limits: str) -> None:
+    with pytest.raises(RecipeError, match=rf"--input force={limits}; expected a range that is fi"):
+        parse_range([f"force={limits}"])
+    assert parse_range(["force=-1e300..1e300"]) == {"force": (-1e300, 1e300)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from slide_fmu.recipe.recipe import Recipe
@@ -60,6 +61,13 @@ ESTIMATOR: dict[str, Any] = {
 def tiny_recipe(**changes: Any) -> Recipe:
     """The tiny recipe; tables given as keyword arguments are merged into it."""
     return Recipe.model_validate(merged(tomllib.loads(TINY), changes))
+
+
+def recipe_of_model(model: Path, **changes: Any) -> Recipe:
+    """The tiny recipe of another model: a function in a file."""
+    tables = tomllib.loads(TINY)
+    tables["system"] = {"model": str(model), "kind": "function"}
+    return Recipe.model_validate(merged(tables, changes))
 
 
 def tiny_state_space_recipe(**changes: Any) -> Recipe:

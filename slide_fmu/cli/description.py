@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.errors import NotRenderableError
 
 from slide_fmu.cli.console import show_validation
 from slide_fmu.cli.tables import table_of
@@ -15,6 +16,9 @@ from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
 from slide_fmu.validation.limits import ordered
 from slide_fmu.validation.verdict import Subject, verdict
+
+OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
+"""What is raised where figures have other types than slide-fmu writes."""
 
 
 def show_description(fmu: Path, figures: dict[str, Any]) -> None:
@@ -40,7 +44,7 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
         _show_network(figures, out)
         _show_error(origin, out)
         _show_origin(origin, out)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
             f"{fmu}: resources/provenance.json says something else than slide-fmu "
             f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "

@@ -1,4 +1,4 @@
-"""A zip archive is opened only if the list of its members is of a usual size."""
+"""A zip archive is opened only if it has as many members as usual, and a list of usual size."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ END_64, LOCATOR_64, LOCATOR_SIZE = b"PK\x06\x06", b"PK\x06\x07", 20
 
 
 class ManyMembersError(zipfile.BadZipFile):
-    """An archive has far more members than an FMU; to read their list would take long."""
+    """An archive has far more members than an FMU; to go through them would take long."""
 
 
 def open_archive(path: Path) -> zipfile.ZipFile:
     """Open a zip archive for reading.
 
     Raises:
-        ManyMembersError: the list of its members is very long; it was not read.
+        ManyMembersError: the list of its members is very long, and was not read; or there are
+            very many with short names.
         zipfile.BadZipFile: the file is no archive.
         OSError: it cannot be read.
     """
@@ -37,7 +38,12 @@ def open_archive(path: Path) -> zipfile.ZipFile:
             f"the list of its members has {size} bytes; expected at most {MOST_BYTES}, enough for "
             f"{MOST_MEMBERS} members"
         )
-    return zipfile.ZipFile(path)
+    archive = zipfile.ZipFile(path)
+    count = len(archive.filelist)
+    if count > MOST_MEMBERS:
+        archive.close()
+        raise ManyMembersError(f"it has {count} members; expected at most {MOST_MEMBERS}")
+    return archive
 
 
 def _size_of_list(path: Path) -> int:

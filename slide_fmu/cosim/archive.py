@@ -137,11 +137,12 @@ def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
             f"the {len(found)} files in {FOLDER}/ cannot be compared with those of slide-fmu: "
             f"{error}; check the FMU on another computer, or take them as they are (--run)"
         ]
-    others = [n for n in sorted(found | set(known)) if read_member(path, n) != known.get(n)]
+    every = sorted(found | set(known))
+    others = [member for member in every if read_member(path, member) != known.get(member)]
     if not others:
         return []
     return [
-        f"{len(others)} of {len(known)} files in {FOLDER}/ are not those of slide-fmu, "
+        f"{len(others)} of {len(every)} files in {FOLDER}/ are not those of slide-fmu, "
         f"{others[0]} first: they are damaged, foreign, or of another version of slide-fmu; "
         "export again, or take them as they are (--run)"
     ]

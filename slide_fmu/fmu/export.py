@@ -6,19 +6,20 @@ import json
 import re
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import IO, Any
 
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.attachments.files import attached_files
-from slide_fmu.fmu.description.fmi2 import guid_of, model_description
+from slide_fmu.fmu.description.fmi2 import TOOL, guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.hashes import HASHES, hash_list
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
 from slide_fmu.fmu.libraries.sources import Sources, compiled_files, source_members
-from slide_fmu.surrogate.payload import MAGIC, PayloadError
+from slide_fmu.surrogate.payload import MAGIC, PayloadError, require_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 
 DESCRIPTION = "modelDescription.xml"
@@ -37,6 +38,9 @@ LARGEST = 2_000_000_000
 
 LARGEST_TEXT = 20_000_000
 """Texts that are parsed have no more bytes: in memory they take up to a hundred times as many."""
+
+LARGEST_SURROGATE = 200_000_000
+"""A surrogate of an FMU has no more bytes: they are enough for fifty million weights."""
 
 PARSED = {".csv", ".exp", ".json", ".srmd", ".ssv", ".xml"}
 """Members with these endings are such texts."""
@@ -164,24 +168,34 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
                 f"{path} carries a torch module; expected a native FMU, which export writes "
                 "without --backend python: only info and importers read this one"
             )
+        tool = _tool_of(path)
+        if tool == TOOL:
+            raise FmuError(
+                f"{path} has no {SURROGATE}, which holds the surrogate; expected it in every FMU "
+                f"of slide-fmu; {REMEDY}"
+            )
+        by = "" if tool is None else f" but by {tool!r}"
         raise FmuError(
-            f"{path} was not made by slide-fmu{_tool_of(path)}: expected {SURROGATE} in it; an "
+            f"{path} was not made by slide-fmu{by}: expected {SURROGATE} in it; an "
             "FMU of another tool can be a model to learn from (slide-fmu init FMU), and fmpy "
             "checks it (fmpy validate FMU)"
         )
     try:
         if beginning != MAGIC:  # then nothing of it is worth unpacking
             Surrogate.from_bytes(beginning)
+        with _opened(path, SURROGATE) as member:
+            if member is not None:
+                require_lengths(*member)
         surrogate = Surrogate.from_bytes(read_member(path, SURROGATE) or b"")
     except PayloadError as error:
         raise FmuError(f"{path}: {error}; {REMEDY}") from error
     return surrogate, read_json(path, PROVENANCE)
 
 
-def _tool_of(path: Path) -> str:
-    """Return what is said of the tool that made an FMU, where the FMU tells it."""
+def _tool_of(path: Path) -> str | None:
+    """Return the tool that made an FMU, where the FMU tells it."""
     found = re.search(rb'generationTool="([^"]*)"', read_member(path, DESCRIPTION) or b"")
-    return "" if found is None else f" but by {found[1].decode('utf-8', 'replace')!r}"
+    return None if found is None else found[1].decode("utf-8", "replace")
 
 
 def read_json(path: Path, name: str) -> dict[str, Any] | None:
@@ -217,16 +231,29 @@ def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | 
         FmuError: the file is no zip archive or is damaged, or what is read is very large.
         OSError: the file cannot be read.
     """
+    with _opened(path, name) as member:
+        if member is None:
+            return None
+        return member[0].read() if beginning is None else member[0].read(beginning)
+
+
+@contextmanager
+def _opened(path: Path, name: str) -> Iterator[tuple[IO[bytes], int] | None]:
+    """Open one file of an FMU, and tell its size in bytes; None when it has no such file.
+
+    Raises:
+        FmuError, OSError: as of ``read_member``, in the block too.
+    """
     try:
         with open_archive(path) as archive:
             if name not in archive.namelist():
-                return None
-            size = archive.getinfo(name).file_size
-            most = LARGEST_TEXT if PurePosixPath(name).suffix in PARSED else LARGEST
+                yield None
+                return
+            size, most = archive.getinfo(name).file_size, _most_bytes(name)
             if size > most:
                 raise FmuError(f"{path}: {name} has {size} bytes; expected at most {most}")
             with archive.open(name) as file:
-                return file.read() if beginning is None else file.read(beginning)
+                yield file, size
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise _no_archive(path, error) from error
     except (NotImplementedError, RuntimeError) as error:
@@ -237,6 +264,13 @@ def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | 
         raise FmuError(
             f"{path} is damaged: its directory points elsewhere: {error}; {REMEDY}"
         ) from error
+
+
+def _most_bytes(name: str) -> int:
+    """Return how many bytes a file of an FMU may have."""
+    if name == SURROGATE:
+        return LARGEST_SURROGATE
+    return LARGEST_TEXT if PurePosixPath(name).suffix in PARSED else LARGEST
 
 
 def read_folder(path: Path, folder: str) -> dict[str, bytes]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.credentials.experiment import Experiment
 from slide_fmu.credentials.tables import rounded
-from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
+from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
@@ -24,8 +25,8 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
 from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.systems.simulation import simulate
 
 COMPARED = 300
 """So many samples of the reference stand beside those of the FMU: files stay small."""
@@ -102,12 +103,25 @@ def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
 
     def run(drawn: Draw) -> _Truth:
-        inputs = rounded(drawn.inputs[: _first(surrogate, drawn.burn_in) + COMPARED])
-        inputs = within_ranges(system.inputs, inputs)  # an end may have more digits than a file
-        outputs = simulate(system, inputs, drawn.initial).outputs
-        return _Truth(inputs, drawn.burn_in, outputs, starts)
+        kept = _beginning(system, drawn, _first(surrogate, drawn.burn_in) + COMPARED)
+        return _Truth(kept.inputs, kept.burn_in, drawn_outputs(system, kept), starts)
 
     return first_that_runs(recipe, system, stream, 0, run)
+
+
+def _beginning(system: System, drawn: Draw, count: int) -> Draw:
+    """Return so many first samples of a draw, whose inputs have the digits that a file keeps.
+
+    Inputs that bend do so here too; what they are between samples stands in no file.
+    """
+    inputs = rounded(drawn.inputs[:count])
+    inputs = within_ranges(system.inputs, inputs)  # an end may have more digits than a file
+    between = drawn.between
+    if between is not None:
+        parts = len(between) // len(drawn.inputs)
+        between = between[: parts * len(inputs)].copy()
+        between[parts - 1 :: parts] = inputs
+    return replace(drawn, inputs=inputs, between=between)
 
 
 def _measured(surrogate: Surrogate, recipe: Recipe) -> _Truth:

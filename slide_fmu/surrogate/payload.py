@@ -73,7 +73,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +99,10 @@ from slide_fmu.surrogate.parameter_payload import (
 Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
+HEAD, CHECKSUM = 12, 4
+"""Bytes before and behind the sections."""
+TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
+"""Those of the sections, in their order."""
 VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
 READABLE = (4, 5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
@@ -178,18 +182,13 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
     Raises:
         PayloadError: with the offset and what was expected there.
     """
-    if len(data) < 16 or data[:8] != MAGIC:
+    if len(data) < HEAD + CHECKSUM:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
-    (version,) = struct.unpack_from("<I", data, 8)
-    if version not in READABLE:
-        raise PayloadError(
-            f"surrogate file of version {version}; expected version {VERSION}: make it again from "
-            "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
-        )
+    version = _version(data)
     (checksum,) = struct.unpack_from("<I", data, len(data) - 4)
     if zlib.crc32(data[:-4]) != checksum:
         raise PayloadError("surrogate file is damaged: its checksum does not match its content")
-    reader = Reader(data[:-4], 12)
+    reader = Reader(data[:-4], HEAD)
     try:
         if version == 4:
             reader = Reader(_sections_of_version_4(reader), 0)
@@ -201,6 +200,48 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
         raise PayloadError("surrogate file: metadata is nested too deeply") from error
     except ValueError as error:
         raise PayloadError(f"surrogate file, near byte {reader.position}: {error}") from error
+
+
+def require_lengths(file: IO[bytes], size: int) -> None:
+    """Refuse a surrogate file that is longer than its sections, and keep none of it in memory.
+
+    Args:
+        file: at its beginning; what is skipped is read, where it is packed.
+        size: its length in bytes.
+
+    Raises:
+        PayloadError: with the offset and what was expected there.
+    """
+    _version(file.read(HEAD))
+    position, expected = HEAD, TAGS
+    while position != size - CHECKSUM:
+        file.seek(position)
+        tag, length = file.read(4), int.from_bytes(file.read(4), "little")
+        if tag not in expected:
+            raise PayloadError(
+                f"surrogate file, near byte {position} of {size}: section {tag!r}; expected "
+                f"{', '.join(text.decode() for text in expected) or 'the end of the file'}"
+            )
+        expected = expected[expected.index(tag) + 1 :]
+        position += 8 + length
+        if position > size - CHECKSUM:
+            raise PayloadError(
+                f"surrogate file, section {tag.decode()}: it ends at byte {position}; expected at "
+                f"most {size - CHECKSUM}"
+            )
+
+
+def _version(beginning: bytes) -> int:
+    """Return the version of a surrogate file, if this program can read it."""
+    if len(beginning) < HEAD or beginning[: len(MAGIC)] != MAGIC:
+        raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
+    version = int.from_bytes(beginning[len(MAGIC) : HEAD], "little")
+    if version not in READABLE:
+        raise PayloadError(
+            f"surrogate file of version {version}; expected version {VERSION}: make it again from "
+            "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
+        )
+    return version
 
 
 def _sections_of_version_4(reader: Reader) -> bytes:

@@ -2,6 +2,10 @@
 
 Most of a changed record is as it was. A reference whose states can be set goes on from the change,
 and ends when the change is forgotten.
+
+Moving inputs go straight from sample to sample here, whatever the recipe's kinds of excitation do.
+A surrogate of ``data.substeps`` has learnt from inputs that bend, so what the straight lines
+change is part of its errors here. Without ``data.substeps`` the data have straight lines too.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class Comparison:
         true_error: RMSE over the samples up to each one that the estimate is about, same shape;
             NaN where they go back before the first scored sample.
         step_seconds: wall time per step of surrogate and reference, shapes (steps,); the second
-            is empty where the reference was measured.
+            is empty where the reference was measured, or went by finer steps.
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
         failed: number of draws before this one that the system could not simulate.

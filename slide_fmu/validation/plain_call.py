@@ -26,6 +26,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.report import Report, Section
 from slide_fmu.validation.tables import percent
+from slide_fmu.validation.verdict import late_words
 
 SAMPLES = 16
 """A smooth input has at least so many samples in a period."""
@@ -71,7 +72,9 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
         sums of sines of ``smooth_hz``, ``rough`` that under the recipe's kinds of excitation,
         ``known_to_step_end`` that with inputs that are known ahead; ``smooth_covered`` is the part
         of the samples under smooth inputs that the error bound covers. Of inputs that are held,
-        ``smooth_if_held`` is the error if they are smooth for the user. None stands for what is
+        ``smooth_if_held`` is the error if they are smooth for the user: what the delay of half a
+        step costs, and the FMU's own error. A model that itself holds its inputs over the same
+        step makes nothing late, and has ``smooth`` in its place. None stands for what is
         not measured: smooth inputs of planned motions, which are so in the recipe, and those of
         references that have no finer step.
 
@@ -81,7 +84,7 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
     surrogate, recipe = validation.surrogate, validation.recipe
     if recipe.system.is_record:
         return None
-    held = surrogate.hold == "zero_order"
+    late = surrogate.hold == "zero_order" and finer_steps(recipe) > 1
     turning = any(signal.angle is not None for signal in surrogate.inputs)
     smooth, refusal = None, None
     if not (surrogate.planned or turning):
@@ -91,16 +94,16 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
             refusal = str(error)
     found: dict[str, Any] = {
         "hold": surrogate.hold,
-        "late_s": surrogate.window.step / 2 if held else None,
-        "outputs": _outputs(validation, smooth, held),
+        "late_s": surrogate.window.step / 2 if late else None,
+        "outputs": _outputs(validation, smooth, late),
         "smooth_hz": None if smooth is None else list(smooth.hz),
     }
     return {**found, "sentence": _sentence(found, refusal)}
 
 
-def _outputs(validation: Validation, smooth: _Smooth | None, held: bool) -> list[dict[str, Any]]:
-    """Return the figures of all outputs."""
-    comparisons = validation.comparisons
+def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list[dict[str, Any]]:
+    """Return the figures of all outputs; smooth inputs may be late, since they are held."""
+    comparisons, held = validation.comparisons, validation.surrogate.hold == "zero_order"
     truth = np.concatenate([c.reference for c in comparisons])
     plain = [c.surrogate if c.plain is None else c.plain for c in comparisons]
     rough = np.concatenate(plain) - truth
@@ -117,15 +120,15 @@ def _outputs(validation: Validation, smooth: _Smooth | None, held: bool) -> list
             {
                 "name": signal.name,
                 "unit": signal.unit,
-                "smooth": None if held else smooth_relative,
-                "smooth_rmse": None if held else smooth_rmse,
-                "smooth_covered": None if held else covered,
+                "smooth": None if late else smooth_relative,
+                "smooth_rmse": None if late else smooth_rmse,
+                "smooth_covered": None if late else covered,
                 "rough": float(validation.relative(rough, truth)[index]),
                 "rough_rmse": float(rms(rough)[index]),
                 "known_to_step_end": (
                     None if held else float(validation.relative(known, truth)[index])
                 ),
-                "smooth_if_held": smooth_relative if held else None,
+                "smooth_if_held": smooth_relative if late else None,
             }
         )
     return rows
@@ -144,6 +147,8 @@ def _sentence(found: Mapping[str, Any], refusal: str | None) -> str:
     if refusal is not None:
         return f"smooth inputs were not measured: {refusal}"
     if found["smooth_hz"] is None:
+        if found["hold"] == "zero_order":
+            return f"the plain call errs by up to {rough} under the kinds of the training"
         known = percent(max(output["known_to_step_end"] for output in outputs))
         return (
             f"the plain call errs by up to {rough}, since what inputs do within a step is "
@@ -153,7 +158,7 @@ def _sentence(found: Mapping[str, Any], refusal: str | None) -> str:
     key = "smooth_if_held" if found["late_s"] else "smooth"
     error = f"{percent(max(output[key] for output in outputs))} at {low:.2g} to {high:.2g} Hz"
     if found["late_s"]:
-        return f"a smooth input is late by {found['late_s']:g} s: {error}"
+        return late_words(found, error)
     return (
         f"the plain call errs by up to {error} under smooth inputs, and by up to {rough} under "
         "the kinds of the training"
@@ -163,10 +168,13 @@ def _sentence(found: Mapping[str, Any], refusal: str | None) -> str:
 def band_of(recipe: Recipe) -> tuple[float, float]:
     """Return the lowest and the highest frequency of smooth inputs in Hz.
 
-    They have at least ``SAMPLES`` samples in a period and lie in the band of the excitation.
+    They have at least ``SAMPLES`` samples in a period and lie in the band in which the excitation
+    is as wide as they are.
     """
     high = 1.0 / (SAMPLES * recipe.window.step)
-    tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in recipe.data.excitation]
+    kinds = recipe.data.excitation
+    wide = [kind for kind in kinds if getattr(kind, "amplitude", (1, 1))[1] >= FILLED / SINES]
+    tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in wide or kinds]
     if max(tops) > 0:
         high = min(high, max(tops) / (2 * np.pi))
     return high / 10**DECADES, high
@@ -225,7 +233,8 @@ def cost_of_holding(recipe: Recipe) -> str | None:
     The model alone tells it: it is simulated under inputs that are held, and at its own fine step.
 
     Returns:
-        A sentence; None where inputs move, turn, or are recorded, or there is no finer step.
+        A sentence; None where inputs move, turn, or are recorded, where the model itself holds
+        them over that step, or there is no finer step.
 
     Raises:
         SimulationError: the model could not be simulated.
@@ -237,6 +246,8 @@ def cost_of_holding(recipe: Recipe) -> str | None:
         return None
     try:
         times = finer_steps(recipe)
+        if times == 1:  # it would be compared with itself
+            return None
         fine = reference_at_finer_step(recipe, times, as_it_runs=True)
     except LoadError:  # its class has a step of its own
         return None

@@ -13,6 +13,9 @@ from slide_fmu.validation.tables import percent
 MOST_INPUTS = 3
 """Of more inputs, the ranges stand in the table of variables alone."""
 
+OWN_PART = 0.1
+"""An error of the FMU itself that is a larger part of what held inputs err by is told with it."""
+
 Figures = Mapping[str, Any]
 
 
@@ -94,13 +97,25 @@ def _smooth_or_known(found: Figures | None) -> str | None:
         _worst(found["outputs"], key) for key in ("smooth_if_held", "known_to_step_end")
     )
     if held is not None:
-        return (
-            "Inputs are held over each step. A smooth input is late by "
-            f"{found['late_s']:g} s: {_up_to(held, found['outputs'])}."
-        )
+        told = late_words(found, _up_to(held, found["outputs"]))
+        return f"Inputs are held over each step. {told[0].upper()}{told[1:]}."
     if known is not None:
         return f"With inputs known to the step's end: {_up_to(known, found['outputs'])}."
     return None
+
+
+def late_words(found: Figures, error: str) -> str:
+    """Say by how much a smooth input is late that is held, and what the FMU then errs by.
+
+    Args:
+        found: the figures of the plain call.
+        error: the largest ``smooth_if_held`` in words. The FMU's own error is part of it.
+    """
+    late = f"a smooth input is late by {found['late_s']:g} s"
+    held, own = (_worst(found["outputs"], key) for key in ("smooth_if_held", "rough"))
+    if held is not None and own is not None and own > OWN_PART * held:
+        return f"{late}; the FMU errs by {error} under it, its own error included"
+    return f"{late}: {error}"
 
 
 def _box(found: Figures | None) -> str | None:

@@ -15,9 +15,11 @@ from slide_fmu.cli import app
 from slide_fmu.cli.calibration_commands import PAIRINGS
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.units import behind
+from slide_fmu.fmu.export import PROVENANCE, SURROGATE
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.systems.record.preparation import Pairing
 from tests.acceptance.conftest import SMALL_LINEAR
+from tests.cosim.damage import members_of, packed, without
 from tests.own_models.quarter_car import build_in_c
 
 ROOT = Path(__file__).parents[2]
@@ -91,6 +93,37 @@ def test_fmu_of_another_tool_is_told_from_those_of_slide_fmu(tmp_path: Path) -> 
         assert code == 1
         assert "car.fmu was not made by slide-fmu" in output
         assert "can be a model to learn from (slide-fmu init FMU)" in output
+
+
+def test_fmu_of_slide_fmu_without_its_surrogate_is_told_what_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "duffing.fmu"
+    path.write_bytes(packed(without(members_of(DUFFING), SURROGATE)))
+    for subcommand in ("info", "check"):
+        code, output = said(subcommand, path)
+        assert code == 1
+        assert f"duffing.fmu has no {SURROGATE}, which holds the surrogate" in output
+        assert "was not made by" not in output
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [{"name": []}, {"name": 3}, {"name": {"a": 1}}, {"rmse": 10**400}, {"rmse": None}],
+    ids=["list", "number", "object", "endless", "null"],
+)
+def test_info_tells_other_types_of_measured_figures_in_one_line(
+    tmp_path: Path, edit: dict[str, object]
+) -> None:
+    members = members_of(DUFFING)
+    found = json.loads(members[PROVENANCE])
+    found["measured"]["validation"]["in range"]["outputs"][0].update(edit)
+    path = tmp_path / "duffing.fmu"
+    path.write_bytes(packed({**members, PROVENANCE: json.dumps(found).encode()}))
+    code, output = said("info", path)
+    assert code == 1
+    error = [line for line in output.splitlines() if line.startswith("error: ")]
+    assert len(error) == 1
+    assert "says something else than slide-fmu writes" in error[0]
+    assert "Traceback" not in output
 
 
 @pytest.mark.parametrize("path", RELEASED, ids=lambda path: path.stem)

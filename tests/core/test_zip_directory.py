@@ -9,7 +9,12 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core import zip_directory
-from slide_fmu.core.zip_directory import MOST_BYTES, ManyMembersError, open_archive
+from slide_fmu.core.zip_directory import (
+    MOST_BYTES,
+    MOST_MEMBERS,
+    ManyMembersError,
+    open_archive,
+)
 from slide_fmu.fmu.export import FmuError, read_member
 
 
@@ -31,6 +36,18 @@ def test_many_members_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(ManyMembersError, match="expected at most"):
         open_archive(path)
     with pytest.raises(FmuError, match=f"expected at most {MOST_BYTES}"):
+        read_member(path, "modelDescription.xml")
+
+
+def test_many_members_with_short_names_are_refused(tmp_path: Path) -> None:
+    """Their list is as short as that of fewer members with long names."""
+    path = tmp_path / "a.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        for index in range(MOST_MEMBERS + 1):
+            archive.writestr(f"{index:x}", b"")
+    with pytest.raises(ManyMembersError, match=r"it has 10001 members; expected at most 10000"):
+        open_archive(path)
+    with pytest.raises(FmuError, match="it has 10001 members"):
         read_member(path, "modelDescription.xml")
 
 

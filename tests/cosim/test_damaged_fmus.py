@@ -11,8 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli import app
-from slide_fmu.fmu.export import FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.export import SURROGATE, FmuError, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
 from tests.cosim.damage import (
     Members,
     description_damages,
@@ -136,6 +137,25 @@ def test_the_reader_raises_one_kind_of_error(tmp_path: Path) -> None:
             said.append(str(error))
     assert len(said) > 30
     assert all("damaged.fmu" in text for text in said)
+
+
+def test_surrogate_longer_than_its_sections_is_refused_before_it_is_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Very many zeros take no place in an archive."""
+    members, path = _members(tmp_path, 2), tmp_path / "damaged.fmu"
+    payload = members[SURROGATE]
+    path.write_bytes(packed({**members, SURROGATE: payload[:64] + bytes(30_000_000)}))
+
+    def unpack(_: bytes) -> None:
+        raise AssertionError("it was unpacked")
+
+    monkeypatch.setattr(Surrogate, "from_bytes", unpack)
+    with pytest.raises(FmuError, match=r"damaged.fmu: surrogate file, near byte \d+ of 30000064"):
+        read_fmu(path)
+    monkeypatch.setattr("slide_fmu.fmu.export.LARGEST_SURROGATE", 1000)
+    with pytest.raises(FmuError, match=r"slide has 30000064 bytes; expected at most 1000"):
+        read_fmu(path)
 
 
 @pytest.mark.parametrize(

@@ -9,20 +9,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.core.window import Window
 from slide_fmu.cosim.archive import hash_problems
 from slide_fmu.credentials import members
 from slide_fmu.credentials.experiment import read_experiment
 from slide_fmu.credentials.manifest import read_manifest
 from slide_fmu.credentials.problems import credential_problems
 from slide_fmu.credentials.tables import rounded
+from slide_fmu.data.draws import TEST, Stream, draw, drawn_outputs
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.credentials import Documents, credentials, without_pictures
 from slide_fmu.pipeline.experiment import COMPARED, make_experiment
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.input_forecast import InputForecast
+from tests.fmu.moving_inputs import forecasting
+from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
+from tests.recipes import recipe_of_model
 
 FMUS = Path(__file__).parents[2] / "fmus"
 LINEAR = FMUS / "linear" / "linear.fmu"
@@ -109,6 +115,48 @@ def test_experiment_is_the_begin_of_the_first_unseen_trajectory() -> None:
     assert not np.array_equal(other.inputs["force"], force)
     # 3e-7 of its RMS is what the linear surrogate errs
     assert experiment.relative_errors()["position"] < 1e-6
+
+
+MASS = """
+inputs = {"force": {"unit": "N", "range": [-1.0, 1.0]}}
+outputs = {"position": {"unit": "m", "range": [-1.0, 1.0]}}
+hold = "first_order"
+start = [0.0, 0.0]
+
+def f(x, u, p):
+    return [x[1], u[0] - 9.0 * x[0] - 0.8 * x[1]]
+
+def g(x, u, p):
+    return [x[0]]
+"""
+
+
+def test_reference_of_the_experiment_is_driven_by_inputs_as_they_bend(tmp_path: Path) -> None:
+    """As in the data; straight lines through such sines lower them by two per cent."""
+    (tmp_path / "mass.py").write_text(MASS)
+    sine = {"kind": "harmonic", "weight": 1.0, "angular_frequency": (5.0, 6.0)}
+    recipe = recipe_of_model(
+        tmp_path / "mass.py",
+        window={"step": 0.1, "n_in": 8, "n_out": 4},
+        data={"duration": 40.0, "substeps": 4, "excitation": [sine]},
+    )
+    system = reference_system(recipe)
+    known = dataclasses.replace(
+        sum_surrogate(8, "first_order"),
+        window=Window(0.1, 8, 1),
+        inputs=system.inputs,
+        outputs=system.outputs,
+    )
+    surrogate = forecasting(known, True)
+    fmu = export_fmu(surrogate, tmp_path / "mass.fmu")
+    found = make_experiment(fmu, surrogate, recipe, 3)
+    drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 40.0), 0)
+    bent = drawn_outputs(system, drawn)[: found.steps + 1][-found.compared :, 0]
+    straight = drawn_outputs(system, dataclasses.replace(drawn, between=None))
+    chords = straight[: found.steps + 1][-found.compared :, 0]
+    np.testing.assert_array_equal(found.inputs["force"], rounded(drawn.inputs[: found.steps, 0]))
+    assert np.abs(found.reference["position"] - bent).max() < 1e-7
+    assert np.abs(chords - bent).max() > 1e-3
 
 
 def test_inputs_that_the_fmu_forecasts_are_set_to_what_they_are_now(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import struct
@@ -18,7 +19,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.payload import PayloadError, require_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -72,6 +73,14 @@ def refused_or_read(data: bytes) -> bool:
     except PayloadError:
         return True
     return False
+
+
+@both_files
+def test_lengths_of_sections_are_those_of_the_file_and_no_other(data: bytes) -> None:
+    require_lengths(io.BytesIO(data), len(data))
+    for damaged in (data[:-8], data + bytes(4), data[:64] + bytes(1000), data[:30], b""):
+        with pytest.raises(PayloadError):
+            require_lengths(io.BytesIO(damaged), len(damaged))
 
 
 PARTS = ("chain", "scaling")

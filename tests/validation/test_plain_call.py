@@ -11,11 +11,13 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from scipy.signal import lfilter
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.window import Window
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.input_forecast import fit_forecast
@@ -205,6 +207,20 @@ def test_figures_come_first_in_report_and_card(case: Case) -> None:
     )
 
 
+def test_smooth_inputs_are_no_faster_than_wide_motions_of_the_training(case: Case) -> None:
+    """A kind that is fast, but small, says nothing about sines through a third of the range."""
+    recipe = case[1].recipe
+    tables = [
+        {"kind": "multisine", "weight": 1.0, "amplitude": [0.1, 0.5],
+         "angular_frequency": [0.1, 2.0]},
+        {"kind": "multisine", "weight": 1.0, "amplitude": [0.01, 0.1],
+         "angular_frequency": [2.0, 60.0]},
+    ]  # fmt: skip
+    kinds = TypeAdapter(tuple[Excitation, ...]).validate_python(tables)
+    assert band_of(recipe.with_kinds(kinds))[1] == pytest.approx(2.0 / (2 * np.pi))
+    assert band_of(recipe.with_kinds(kinds[1:]))[1] == pytest.approx(1 / (16 * STEP))
+
+
 def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
     case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,6 +235,19 @@ def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
     assert output["rough"] == measured["outputs"][0]["rough"]
 
 
+def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Angles and planned motions, held or moving."""
+    fmu, validation, _ = case
+    monkeypatch.setattr(Surrogate, "planned", True)
+    found = plain_call_figures(fmu, validation)
+    assert found is not None
+    assert found["smooth_hz"] is None
+    rough = f"{100 * found['outputs'][0]['rough']:.3g} %"
+    assert found["sentence"].startswith(f"the plain call errs by up to {rough}")
+
+
 def test_model_that_names_its_step_runs_as_its_importer_would(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -229,6 +258,23 @@ def test_model_that_names_its_step_runs_as_its_importer_would(
     system = reference_at_finer_step(recipe, 4, as_it_runs=True)
     assert system.inputs[0].hold == "zero_order"
     assert system.step == STEP / 4
+
+
+def test_model_that_holds_its_inputs_over_the_step_makes_nothing_late(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside itself it would cost 0 %, and what the FMU errs by is no delay."""
+    fmu, validation, before = case
+    monkeypatch.setattr(System, "own_step", STEP)
+    assert cost_of_holding(validation.recipe) is None
+    found = plain_call_figures(fmu, validation)
+    assert found is not None
+    (output,) = found["outputs"]
+    assert found["late_s"] is output["smooth_if_held"] is None
+    assert found["sentence"].startswith("the plain call errs by up to")
+    if before["hold"] == "zero_order":
+        assert output["known_to_step_end"] is None
+        assert output["smooth"] < 1e-5  # the surrogate is exact for inputs that are held
 
 
 @pytest.mark.extended

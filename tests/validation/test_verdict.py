@@ -44,6 +44,16 @@ def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
     assert "late by 0.0625 s: 18 %" in verdict(measured, SUBJECT)[1]
 
 
+def test_own_error_that_counts_is_not_told_as_lateness() -> None:
+    held = {"rough": 0.1, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
+    plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
+    measured = {"validation": {"in range": in_range()}, "plain_call": plain}
+    assert verdict(measured, SUBJECT)[1] == (
+        "Inputs are held over each step. A smooth input is late by 0.0625 s; the FMU errs by 18 % "
+        "under it, its own error included."
+    )
+
+
 def test_bound_says_what_it_covers_where_users_drive() -> None:
     bound = {"confidence": 0.95, "outputs": [{"coverage": 0.95, "width": 0.5}]}
     smooth = [{**output, "smooth_covered": 0.84} for output in PLAIN["outputs"]]

@@ -206,6 +206,8 @@ class Plant:
             fine = method(self.mbs, self._settings)
             complaint = repr(solver.GetErrorString())
         except Exception as error:  # a user function of the system may raise anything
+            if isinstance(error.__cause__, KeyboardInterrupt):  # Ctrl-C within a step
+                raise error.__cause__ from None
             fine, complaint = False, told_by_exudyn(error)
         if not fine:
             raise SimulationError(f"exudyn {what}: {complaint}. {remedy}")

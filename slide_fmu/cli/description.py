@@ -55,8 +55,8 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
 def _verdict(figures: dict[str, Any], measured: dict[str, Any]) -> tuple[str, ...]:
     """Return what a user must know of an FMU, by what was measured when it was made."""
     inputs = tuple((s["name"], s["low"], s["high"], s["unit"]) for s in figures["inputs"])
-    window = figures["window"]
-    return verdict(measured, Subject(inputs, window["n_in"] * window["step"]))
+    memory, step = figures["memory_s"], figures["window"]["step"]
+    return verdict(measured, Subject(inputs, memory, step, figures["planned"]))
 
 
 def _show_module(figures: dict[str, Any], out: Console) -> None:

@@ -32,6 +32,8 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
         ],
         "hold": surrogate.hold,
         "window": vars(surrogate.window),
+        "memory_s": surrogate.network.memory_length * surrogate.window.step,
+        "planned": surrogate.planned,
         "parameters": surrogate.network.count_parameters(),
         "estimator_parameters": None
         if estimator is None

@@ -126,10 +126,15 @@ def _beyond(figures: Figures) -> Judgement:
     return Judgement(BEYOND if harm is None else _verdict(harm), text, _measured(error, harm))
 
 
+def is_valid(harm: Figures) -> bool:
+    """Tell whether a kind of inputs is valid, by its harmful samples."""
+    unnoticed = harm["harmful_unnoticed"]
+    return bool(harm["harmful"] <= MOST_HARMFUL and unnoticed <= MOST_UNNOTICED)
+
+
 def _verdict(harm: Figures) -> str:
-    noticed = harm["harmful_unnoticed"] <= MOST_UNNOTICED
-    if harm["harmful"] > MOST_HARMFUL or not noticed:
-        return NOTICED if noticed else SILENT
+    if not is_valid(harm):
+        return NOTICED if harm["harmful_unnoticed"] <= MOST_UNNOTICED else SILENT
     return FLAGGED if (harm["harmless_flagged"] or 0.0) > MOSTLY else VALID
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from slide_fmu.core.units import behind
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.tables import percent
+from slide_fmu.validation.validity import is_valid
 
 MOST_INPUTS = 3
 """Of more inputs, the ranges stand in the table of variables alone."""
@@ -26,16 +27,21 @@ class Subject:
     Attributes:
         inputs: name, low, high and unit of each input of the FMU.
         memory: time in s for which its outputs depend on an input.
+        step: the FMU's step in s, at which all errors are measured.
+        planned: whether its inputs are planned motions.
     """
 
     inputs: tuple[tuple[str, float, float, str], ...]
     memory: float
+    step: float
+    planned: bool = False
 
     @classmethod
     def of(cls, surrogate: Surrogate) -> Subject:
         """Return what a surrogate's verdict is about."""
         inputs = tuple((s.name, s.low, s.high, s.unit) for s in surrogate.inputs)
-        return cls(inputs, surrogate.network.memory_length * surrogate.window.step)
+        step = surrogate.window.step
+        return cls(inputs, surrogate.network.memory_length * step, step, surrogate.planned)
 
 
 def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
@@ -53,12 +59,12 @@ def verdict(measured: Figures, subject: Subject) -> tuple[str, ...]:
         return ()
     in_range = validations[0]
     found = [
-        _plain(measured, in_range),
-        _smooth_or_known(measured.get("plain_call")),
+        _plain(measured, in_range, subject),
+        _smooth_or_known(measured.get("plain_call"), subject.planned),
         _box(measured.get("box")),
         _bound(in_range, measured),
         _estimate(in_range),
-        _valid(subject, validations[1:]),
+        _valid(subject, in_range, validations[1:]),
         _time(in_range.get("timing", {}))
         + f"Its outputs depend on the inputs of the last {subject.memory:.4g} s.",
     ]
@@ -74,22 +80,29 @@ def _up_to(error: float, outputs: Sequence[Figures]) -> str:
     return percent(error) if len(outputs) == 1 else f"up to {percent(error)}"
 
 
-def _plain(measured: Figures, in_range: Figures) -> str:
-    """Say the error of the plain call."""
+def _plain(measured: Figures, in_range: Figures, subject: Subject) -> str:
+    """Say the error of the plain call at the FMU's own step."""
     found = measured.get("plain_call")
     outputs = found["outputs"] if found else in_range["outputs"]
     if not found:
-        key = "plain_relative_rmse" if "plain_relative_rmse" in outputs[0] else "relative_rmse"
-        error = _up_to(max(o[key] for o in outputs), outputs)
-        return f"Error: {error} on inputs that no training saw."
+        known = _up_to(max(o["relative_rmse"] for o in outputs), outputs)
+        if "plain_relative_rmse" not in outputs[0]:
+            return f"Relative RMSE: {known} on inputs that no training saw."
+        plain = _up_to(max(o["plain_relative_rmse"] for o in outputs), outputs)
+        return (
+            f"Relative RMSE on inputs that no training saw: {plain} in the plain call, "
+            f"fmpy.simulate_fmu, and {known} with inputs known to the step's end "
+            "(slide_fmu.simulate)."
+        )
     rough, smooth = _worst(outputs, "rough"), _worst(outputs, "smooth")
     parts = [] if smooth is None else [f"{_up_to(smooth, outputs)} under smooth inputs"]
     if rough is not None:
         parts.append(f"{_up_to(rough, outputs)} under inputs as in the training")
-    return f"Error of the plain call, fmpy.simulate_fmu: {', '.join(parts)}."
+    call = f"fmpy.simulate_fmu with output_interval = {subject.step:g}"
+    return f"Relative RMSE of the plain call, {call}: {', '.join(parts)}."
 
 
-def _smooth_or_known(found: Figures | None) -> str | None:
+def _smooth_or_known(found: Figures | None, planned: bool) -> str | None:
     """Say what inputs would cost that are smooth and held, or known ahead."""
     if found is None:
         return None
@@ -100,7 +113,9 @@ def _smooth_or_known(found: Figures | None) -> str | None:
         told = late_words(found, _up_to(held, found["outputs"]))
         return f"Inputs are held over each step. {told[0].upper()}{told[1:]}."
     if known is not None:
-        return f"With inputs known to the step's end: {_up_to(known, found['outputs'])}."
+        text = f"With inputs known to the step's end: {_up_to(known, found['outputs'])}."
+        jumps = " An input that jumps acts like a ramp over one step, half of one late or early."
+        return text if planned else text + jumps
     return None
 
 
@@ -152,7 +167,9 @@ def _bound(in_range: Figures, measured: Figures) -> str | None:
             text += f", {_shares(known)} {where}"
     if not widths:
         return f"{text}."
-    return f"{text}, and is {max(widths):.2g} times as wide as the best constant one."
+    text += f", and is {max(widths):.2g} times as wide as the best constant one"
+    worse = [str(o["name"]) for o in found["outputs"] if (o.get("skill") or 0.0) < 0]
+    return f"{text}; of {', '.join(worse)} the constant one says more." if worse else f"{text}."
 
 
 def _shares(values: Sequence[float]) -> str:
@@ -176,12 +193,16 @@ def _estimate(in_range: Figures) -> str | None:
     )
 
 
-def _valid(subject: Subject, others: Sequence[Figures]) -> str:
+def _valid(subject: Subject, in_range: Figures, others: Sequence[Figures]) -> str:
     """Say for which inputs the FMU is valid, and for which it is not."""
     ranges = [f"{name} {low:g} .. {high:g}{behind(unit)}" for name, low, high, unit in
               subject.inputs]  # fmt: skip
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
     text = f"Valid for inputs like those of its training, within their ranges{shown}."
+    kinds = (in_range.get("error_bound") or {}).get("excitations", [])
+    bad = [kind["name"] for kind in kinds if kind.get("harm") and not is_valid(kind["harm"])]
+    if bad:
+        text += f" Not for {', '.join(bad)}: more of their errors than usual are large."
     for figures in others:
         error = percent(max(output["relative_rmse"] for output in figures["outputs"]))
         if figures.get("held_out"):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from slide_fmu.validation.verdict import Subject, verdict
 
-SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0)
+SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 0.02)
 
 
 def in_range(**more: Any) -> dict[str, Any]:
@@ -29,10 +30,15 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     measured = {"validation": {"in range": in_range()}, "plain_call": PLAIN}
     lines = verdict(measured, SUBJECT)
     assert lines[0] == (
-        "Error of the plain call, fmpy.simulate_fmu: up to 1.4 % under smooth inputs, up to 3 % "
-        "under inputs as in the training."
+        "Relative RMSE of the plain call, fmpy.simulate_fmu with output_interval = 0.02: up to "
+        "1.4 % under smooth inputs, up to 3 % under inputs as in the training."
     )
-    assert lines[1] == "With inputs known to the step's end: up to 0.4 %."
+    assert lines[1] == (
+        "With inputs known to the step's end: up to 0.4 %. An input that jumps acts like a ramp "
+        "over one step, half of one late or early."
+    )
+    planned = verdict(measured, replace(SUBJECT, planned=True))
+    assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
     assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
     assert "15 s" in lines[-1]
 
@@ -70,6 +76,35 @@ def test_bound_says_what_it_covers_where_users_drive() -> None:
     )
 
 
+def test_bound_that_says_less_than_a_constant_is_told() -> None:
+    outputs = [{"name": "speed", "coverage": 0.95, "width": 0.7, "skill": 0.2},
+               {"name": "current", "coverage": 0.95, "width": 1.4, "skill": -0.13}]  # fmt: skip
+    bound = {"confidence": 0.95, "outputs": outputs}
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    line = next(line for line in lines if "bound" in line)
+    assert line.endswith("best constant one; of current the constant one says more.")
+
+
+def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
+    harms = {"sweep": (0.0, 0.0), "held_random": (0.06, 0.06), "steps": (0.01, 0.02)}
+    kinds = [{"name": name, "harm": {"harmful": h, "harmful_unnoticed": u}}
+             for name, (h, u) in harms.items()]  # fmt: skip
+    bound = {"confidence": 0.95, "excitations": kinds,
+             "outputs": [{"name": "y", "coverage": 0.95, "width": 0.7}]}  # fmt: skip
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    valid = next(line for line in lines if line.startswith("Valid"))
+    assert "Not for held_random, steps: more of their errors than usual are large." in valid
+
+
+def test_error_of_records_is_that_of_both_calls() -> None:
+    outputs = [{"relative_rmse": 0.00544, "plain_relative_rmse": 0.00792}]
+    lines = verdict({"validation": {"in range": in_range(outputs=outputs)}}, SUBJECT)
+    assert lines[0] == (
+        "Relative RMSE on inputs that no training saw: 0.792 % in the plain call, "
+        "fmpy.simulate_fmu, and 0.544 % with inputs known to the step's end (slide_fmu.simulate)."
+    )
+
+
 def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     bound = {"confidence": 0.95, "outputs": [{"coverage": 0.956, "width": 0.61},
                                              {"coverage": 0.941, "width": None}]}  # fmt: skip
@@ -87,7 +122,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     lines = verdict(measured, SUBJECT)
     text = " ".join(lines)
     assert len(lines) <= 7
-    assert lines[0].startswith("Error: up to 0.4 %")
+    assert lines[0].startswith("Relative RMSE: up to 0.4 %")
     assert "1 % at the corners of the inputs' ranges" in text
     assert "of 95 % covers 94.1 % to 95.6 % of the samples, and is 0.61 times as wide" in text
     assert "off by 40 % on average, the best constant by 60 %" in text

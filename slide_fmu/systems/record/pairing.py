@@ -184,7 +184,10 @@ def _contradictions(record: Record, preparation: Preparation, answer: Answer) ->
     )
     if answer.foresees:
         what = "outputs that no later input moves"
-        remedy = "the outputs are stamped too early, or were filtered: shift or record them anew"
+        remedy = (
+            "the outputs are stamped too early, or were filtered: shift or record them anew; if "
+            "the input bends between samples, as a smooth one does, nothing is wrong"
+        )
     elif answer.pairing not in (None, preparation.pairing):
         what = f"what belongs to the pairing {preparation.pairing!r}"
         remedy = f"use the pairing {answer.pairing!r}, unless the stamps are wrong"

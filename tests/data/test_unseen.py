@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.data import unseen
+from slide_fmu.data import draws
 from slide_fmu.data.draws import ATTEMPTS, TEST, Stream, draw
 from slide_fmu.data.unseen import measured_motions, unseen_motions
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
@@ -44,7 +44,7 @@ def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.Monk
             raise SimulationError("no convergence")
         return simulate(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(unseen, "simulate", sometimes)
+    monkeypatch.setattr(draws, "simulate", sometimes)
     (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
     second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
     np.testing.assert_array_equal(motion.inputs, second.inputs)
@@ -75,7 +75,7 @@ def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -
         calls.append(1)
         raise SimulationError("no convergence")
 
-    monkeypatch.setattr(unseen, "simulate", never)
+    monkeypatch.setattr(draws, "simulate", never)
     with pytest.raises(
         SimulationError, match=r"5 motions in a row, of the kinds \['.*: no convergence"
     ):

@@ -77,7 +77,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_proposal_draws_other_motions_and_says_so(tmp_path: Path) -> None:
     """White noise over the whole range breaks the spring for sure; its half shows the step."""
-    found = propose(Wish(str(written(tmp_path, 0.8))), silent)
+    found = propose(Wish(str(written(tmp_path, 0.99))), silent)
     whole = propose(Wish(str(written(tmp_path / "whole", 9.0))), silent)
     assert whole.remarks == ()
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)

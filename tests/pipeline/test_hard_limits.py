@@ -136,6 +136,17 @@ def proposed(folder: Path, text: str) -> Path:
     return recipe
 
 
+def before_data(text: str) -> str:
+    """What a proposed recipe says before its data."""
+    start = "[data]" if "[data]" in text else "# The inputs of the training"
+    return text[: text.index(start)]
+
+
+def with_bends(data: str) -> str:
+    """Tables of data whose sines bend between samples, where inputs move."""
+    return data.replace("[data]\n", "[data]\nsubsteps = 4\n")
+
+
 @pytest.mark.parametrize(
     ("hold", "commands"),
     [
@@ -147,8 +158,7 @@ def proposed(folder: Path, text: str) -> Path:
 def test_whole_way_never_leaves_the_ranges(hold: str, commands: list[str], tmp_path: Path) -> None:
     """Proposal, trial, window, data, networks, bound, validation, search and credentials."""
     recipe = proposed(tmp_path, STRICT.replace("HOLD", hold))
-    text = recipe.read_text()
-    recipe.write_text(text[: text.index("# The inputs of the training")] + SMALL)
+    recipe.write_text(before_data(recipe.read_text()) + with_bends(SMALL))
     for command in commands:
         done = invoke(command, recipe, "--runs", tmp_path)
         assert done.exit_code == 0, done.output
@@ -161,10 +171,9 @@ def test_a_model_that_fails_beyond_its_ranges_is_tried_and_hears_of_what_is_left
     tmp_path: Path,
 ) -> None:
     recipe = proposed(tmp_path, Path(two_tanks.__file__).read_text())
-    text = recipe.read_text()
-    text = text[: text.index("# The inputs of the training")].replace("[window]", LENGTHS)
+    text = before_data(recipe.read_text()).replace("[window]", LENGTHS)
     for name, table in (("within", ""), ("beyond", "[estimator]\nbeyond = true\n")):
-        recipe.write_text(text + DATA + table)
+        recipe.write_text(text + with_bends(DATA) + table)
         done = invoke("try", recipe, "--runs", tmp_path, "--json", tmp_path / "figures.json")
         assert done.exit_code == 0, done.output
         told = " ".join(json.loads((tmp_path / "figures.json").read_text())["remarks"])

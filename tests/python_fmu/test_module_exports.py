@@ -164,14 +164,20 @@ def test_what_is_no_number_is_null(module: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"low": "-1.7e308", "high": "1.7e308"}, r"signal 'u': range \[-1.7e\+308, 1.7e\+308\] N"),
-        ({"low": "0.0", "high": "5e-324"}, r"signal 'u': range \[0.0, 5e-324\] N"),
+        (
+            {"low": "-1.7e308", "high": "1.7e308"},
+            r"signal 'u': range \[-1.7e\+308, 1.7e\+308\] N; expected ends between -1e\+300 and",
+        ),
+        (
+            {"low": "0.0", "high": "5e-324"},
+            r"signal 'u': range \[0.0, 5e-324\] N.* offset and scale",
+        ),
     ],
 )
 def test_range_that_cannot_be_scaled_is_refused(
     changes: dict[str, str], message: str, module: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(ModuleError, match=rf"1st \[\[inputs\]\]: {message}.* offset and scale"):
+    with pytest.raises(ModuleError, match=rf"1st \[\[inputs\]\]: {message}"):
         exported(module, tmp_path / "m.fmu", **changes)
 
 

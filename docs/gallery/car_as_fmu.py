@@ -35,10 +35,10 @@ recipe = tomllib.loads(place.read_text())
 
 # %%
 # `slide-fmu run car.toml` goes on from there by itself, and takes longer. Here the sizes are
-# given, and the estimate of the error, which the recipe asks for, is left out.
+# given, and the bound of the error, which the recipe asks for, is left out.
 
 sys.path.append(str(folder))  # where the recipe finds the FMU
-recipe |= {"name": "car_as_fmu", "estimator": None}
+recipe |= {"name": "car_as_fmu", "bound": None}
 recipe["window"] |= {"n_in": 640, "n_out": 128, "remaining_amplitude": 0.01}
 recipe["data"] |= {"train": 12, "validation": 3, "duration": 12.0, "burn_in": 7.0}
 network = {"order": 4, "hidden": 20}

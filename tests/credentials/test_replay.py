@@ -94,7 +94,7 @@ def test_replay_repeats_bounds_novelty_and_domain(
 
 
 @pytest.mark.parametrize(
-    ("name", "factor"), [("y1_error_bound", 1.02), ("novelty", 1.002), ("in_domain", 0.0)]
+    ("name", "factor"), [("y1_error_bound", 1.02), ("novelty", 1.02), ("in_domain", 0.0)]
 )
 def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
     bounded: tuple[Surrogate, Experiment], name: str, factor: float, tmp_path: Path

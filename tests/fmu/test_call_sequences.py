@@ -347,10 +347,10 @@ class Sequences(RuleBasedStateMachine):
         assert (status, values) == (OK, np.array(plain.window).T.ravel().tolist())
 
     def close(self, found: FloatArray, expected: FloatArray) -> None:
-        """Outputs, up to rounding."""
+        """Outputs, up to rounding of both, which cubes magnify a little."""
         spans = [signal.high - signal.low for signal in self.surrogate.outputs]
         allowed = OUTPUT_TOLERANCE * np.maximum(spans, np.abs(expected).max())
-        assert np.all(np.abs(found - expected) <= 2 * allowed)
+        assert np.all(np.abs(found - expected) <= 3 * allowed)
 
     @rule(target=serialised, who=instances)
     def serialise(self, who: str) -> tuple[bytes, PlainFmu]:

@@ -71,7 +71,7 @@ def test_commands_of_the_readme_make_an_fmu_with_a_small_error(tmp_path: Path) -
     assert figures is not None
     (position, velocity) = figures["measured"]["validation"]["in range"]["outputs"]
     assert position["relative_rmse"] < 0.004
-    assert velocity["relative_rmse"] < 0.004
+    assert velocity["relative_rmse"] < 0.01
 
 
 def test_make_targets_named_in_the_readme_exist() -> None:

@@ -2,14 +2,17 @@
 
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
 of both is its own error. Where it errs less, the difference is the surrogate's error itself. So a
-recipe may give it more units and a longer training (``bound.companion``). A training may end in a
-worse minimum, so there are several attempts (``bound.attempts``). One that goes on from the
-surrogate's network cannot, and takes little time.
+recipe may give it more units and a longer training (``bound.companion``). Sizes that the recipe
+leaves open are those that were found for the surrogate. A training may end in a worse minimum, so
+there are several attempts (``bound.attempts``). One that goes on from the surrogate's network
+cannot, and takes little time; but it lacks what the surrogate lacks, and then the difference of
+both does not show it.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -20,6 +23,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import Part, fit_network
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import companion_recipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
@@ -51,6 +55,8 @@ def fit_companion(
     """
     assert recipe.bound is not None
     split = "train" if recipe.data.companion == "train" else "companion"
+    assert isinstance(surrogate.network, StateSpace)
+    sized = with_sizes_of(recipe, surrogate.network)
     goes_on = recipe.bound.companion.start == "surrogate"
     found: list[tuple[float, Surrogate, History]] = []
     for attempt in range(recipe.bound.attempts):
@@ -58,7 +64,7 @@ def fit_companion(
         # the surrogate is chosen by the usual trajectories: by them, its network might just stay
         part = Part(stage, split, surrogate.output_scaling, split if goes_on else "validation")
         begun = (*machine[:2], surrogate) if goes_on else machine
-        other = companion_recipe(recipe, attempt)
+        other = companion_recipe(sized, attempt)
         fitted, histories = fit_network(other, begun, places, device, progress, part)
         if goes_on and _same(fitted, surrogate):
             goes_on = False  # it teaches nothing: the next attempt begins anew
@@ -70,6 +76,19 @@ def fit_companion(
             break
     _, companion, history = min(found, key=lambda one: one[0])
     return companion, history
+
+
+def with_sizes_of(recipe: Recipe, network: StateSpace) -> Recipe:
+    """Return a recipe whose keys ``"auto"`` of the table ``network`` are as a network has them."""
+    table, cell = recipe.network, network.cell
+    assert isinstance(table, StateSpaceRecipe)
+    n_units = len(cell.w)
+    order = len(cell.a) - (table.padding if n_units else 0)
+    found: dict[str, Any] = {"order": order, "hidden": n_units, "units": cell.activation}
+    sizes = {key: value for key, value in found.items() if getattr(table, key) == "auto"}
+    if "units" in sizes:
+        sizes["substeps"] = cell.substeps  # they were found together
+    return recipe.model_copy(update={"network": table.model_copy(update=sizes)})
 
 
 def _same(one: Surrogate, other: Surrogate) -> bool:

@@ -57,7 +57,7 @@ the surrogate. It is judged by one for so many of them, at least as many as judg
 BOUND_TIME = 60.0
 """To simulate the trajectories of an error bound, one after the other, takes at most this time in
 s where the least numbers of them do."""
-BOUND, CALIBRATION = (30, 100), (100, 200)
+BOUND, CALIBRATION = (30, 200), (100, 100)
 """The least and the largest numbers of trajectories from which a bound learns, and by which it is
 calibrated."""
 DEAR, DEAR_CALIBRATION = 5.0, 60

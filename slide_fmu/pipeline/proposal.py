@@ -167,12 +167,13 @@ def _require_fmu_step(wish: Wish) -> None:
 def _as_it_runs(found: Found, wish: Wish) -> Found:
     """Return what a model declares, with inputs that act as where an importer runs it by steps.
 
-    They are held where the surrogate has the same step, and move over longer ones.
+    They are held where the surrogate has the same step, and move over longer ones. Inputs that the
+    model declares as held stay so.
     """
     if wish.fmu_step is not None:
         found = replace(found, step=None, held_step=wish.fmu_step)
     own, step = found.held_step, wish.step or found.step
-    if own is None:
+    if own is None or any(one.hold == "zero_order" for one in found.inputs):
         return found
     hold: Hold = "first_order"
     if step is not None and math.isclose(step, own, rel_tol=1e-6):

@@ -22,15 +22,17 @@ class CompanionRecipe(Table):
 
     Attributes:
         start: ``"random"``, or ``"surrogate"``: its training goes on from the surrogate's network,
-            of the same size, which takes a small part of the time. What both have learnt from the
-            same trajectories, they share; what they have learnt from others shows the error.
+            which takes a small part of the time. Then both share what they lack, and only what
+            they have learnt from different trajectories shows the error.
         hidden: its number of units; as ``network.hidden`` if not given.
+        starts: number of random starts; as ``training.starts`` if not given.
         iterations: as ``training.iterations`` if not given.
         stretches: as ``training.stretches`` if not given.
     """
 
     start: Literal["random", "surrogate"] = "random"
     hidden: PositiveInt | None = None
+    starts: PositiveInt | None = None
     iterations: PositiveInt | None = None
     stretches: PositiveInt | None = None
 

@@ -143,9 +143,9 @@ def _bound_lines(step: float) -> list[str]:
         f"long_span = {long}",
         f"estimate_span = {long}",
         "",
-        "# The second network behind the bound goes on from the first one.",
+        "# The second network behind the bound is learnt with less effort than the first one.",
         "[bound.companion]",
-        'start = "surrogate"',
+        "starts = 1",
         "iterations = 40",
         "",
     ]

@@ -241,6 +241,11 @@ def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
     wish = Wish(str(fmu), outputs=("window_filled",))
     other = parse_recipe(propose(wish, silent).text, "proposal")
     assert list(other.system.outputs) == ["window_filled"]
+    step = sum_surrogate(16).window.step
+    by_steps = parse_recipe(propose(Wish(str(fmu), fmu_step=step / 4), silent).text, "proposal")
+    assert by_steps.system.inputs["u"].hold == "zero_order"  # it stays what the model declares
+    assert by_steps.system.parameters == {"fmu-step": step / 4}
+    assert by_steps.data.substeps == 1
 
 
 def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:

@@ -37,6 +37,10 @@ ENOUGH = 12_288
 """Sizes are judged on at least this many samples, where there are as many: fewer would judge a
 linear model, fitted to all data, better than the many parameters of units."""
 
+ROUND, HELPS = 20, 0.99
+"""Where two sizes compete, both are refined by so many iterations, and the better one in further
+rounds as long as a round lowers its error below this part: most reach a plateau soon."""
+
 WITH_MORE_STATES = "refined with more states"
 """The run of the network of more states than the search has chosen is called so."""
 
@@ -181,12 +185,25 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
         multi_start.plan(last)
         return _last_run(multi_start, winner, units, dense)
     used = larger.error < USED * winner.error  # it makes use of its states already
-    multi_start.plan(last if used else 2 * last)
     if used:
+        multi_start.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
-    refined = multi_start.refine(winner)
-    other = multi_start.refine(larger, WITH_MORE_STATES)
-    return other if other.error < USED * refined.error else refined
+    first = min(ROUND, last)
+    multi_start.plan(first + last)
+    refined = multi_start.refine(winner, iterations=first)
+    other = multi_start.refine(larger, WITH_MORE_STATES, first)
+    best = other if other.error < USED * refined.error else refined
+    return _while_it_pays(multi_start, best, last - first)
+
+
+def _while_it_pays(multi_start: MultiStart, candidate: Candidate, iterations: int) -> Candidate:
+    """Refine a network by so many iterations more, or until a round of them hardly helps."""
+    for number, done in enumerate(range(0, iterations, ROUND), start=1):
+        before = candidate.error
+        candidate = multi_start.refine_again(candidate, number, min(ROUND, iterations - done))
+        if candidate.error > HELPS * before:
+            break
+    return candidate
 
 
 def _last_run(multi_start: MultiStart, winner: Candidate, units: int, dense: int) -> Candidate:

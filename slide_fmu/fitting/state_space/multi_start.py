@@ -265,10 +265,19 @@ class MultiStart:
             shape, Iterate.begin(theta, self._objective.least_squares(shape, self.data.part))
         )
 
-    def refine(self, candidate: Candidate, name: str = "refined") -> Candidate:
-        """Run the winner on all data; the run has a name of its own."""
-        theta, iterations = candidate.state.best, self.training.iterations
-        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
+    def refine(
+        self, candidate: Candidate, name: str = "refined", iterations: int | None = None
+    ) -> Candidate:
+        """Run the winner on all data, as long as the recipe says; the run has a name of its own."""
+        theta, most = candidate.state.best, iterations or self.training.iterations
+        return self._descend(name, candidate.shape, theta, self.data.whole, most)
+
+    def refine_again(self, candidate: Candidate, number: int, iterations: int) -> Candidate:
+        """Go on with a refined network on all data, the ``number``-th time."""
+        assert isinstance(candidate.state, Iterate)
+        least_squares = self._objective.least_squares(candidate.shape, self.data.whole)
+        name = f"refined again {number}"
+        return self._go_down(name, candidate.shape, candidate.state, least_squares, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, held ever less strongly to what it was at first.

@@ -84,13 +84,15 @@ class _Seen:
     """This says what a split shows beside surrogate and companion, where the window is filled.
 
     Attributes:
-        statistics: shape (n_trajectories, N, n_statistics).
+        statistics: while a sample is the newest one, shape (n_trajectories, N, n_statistics).
+        afterwards: the same once its inputs are known, as an error estimate over a span needs it.
         watched: shape (n_trajectories, N, n_watched).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
     """
 
     statistics: FloatArray
+    afterwards: FloatArray
     watched: FloatArray
     errors: FloatArray
 
@@ -126,20 +128,24 @@ def fit_bound(
         _require_finite(name, mix)
     mixes = [learnt, *(_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
-    exponents = head.evaluate(calibration.statistics.reshape(-1, 1, head.n_channels))
-    found = local_scales(exponents.astype(np.float64))
-    found = found.reshape(*calibration.errors.shape[:2], head.n_values)
     n_outputs = calibration.errors.shape[2]
+    found = _scales(head, calibration.statistics)
     # errors of zero count as the least that the head knows: factors are positive
     ratios = np.maximum(calibration.errors / found[..., :n_outputs], 2.0**-MOST_EXPONENT)
     factors = np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
     block, estimate = span_block(recipe, surrogate.window.step), None
     if block is not None:
-        rms = found[..., n_outputs:]
+        rms = _scales(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits
     return ErrorBound(*parts, surrogate.estimator, estimate), history
+
+
+def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
+    """Return the head's local scales, and RMS errors, (n_trajectories, N, n_values)."""
+    exponents = head.evaluate(_samples(statistics)).astype(np.float64)
+    return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
 
 
 def _factors(ratios: FloatArray, confidence: float) -> FloatArray:
@@ -159,6 +165,11 @@ def _require_finite(name: str, mix: _Seen) -> None:
             "stay bounded there: excite it less (bound.excitation), or let both learn from "
             "trajectories beyond the range (data.beyond)"
         )
+
+
+def judges_given(surrogate: Surrogate) -> bool:
+    """Tell whether the bound is about outputs that were given by forecast inputs."""
+    return surrogate.hold == "first_order" and not surrogate.planned
 
 
 def _thinned(mix: _Seen, most: float) -> _Seen:
@@ -191,14 +202,18 @@ def _seen(
     Errors are those of the outputs in a plain call, (n_trajectories, N, n_outputs).
     """
     scaled = surrogate.input_scaling.apply(split.inputs)
-    networks = companion, surrogate.estimator
+    networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
+    predicted = surrogate.output_scaling.apply(plain)
+    if forecast is not None and judges_given(surrogate):
+        found = forecast.along(split.inputs, surrogate.inputs, surrogate.input_scaling)
+        ahead = surrogate.input_scaling.apply(found)
     with np.errstate(all="ignore"):
-        predicted = surrogate.network.stream(scaled).astype(np.float64)
         errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted)
+        afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
+        statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted, ahead)
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
-    return _Seen(statistics[:, filled], watched[:, filled], errors[:, filled])
+    return _Seen(*(part[:, filled] for part in (statistics, afterwards, watched, errors)))
 
 
 def _fit_head(

@@ -16,7 +16,7 @@ from slide_fmu.features.base import Offered
 from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.companion import fit_companion
-from slide_fmu.fitting.error_bound import fit_bound
+from slide_fmu.fitting.error_bound import fit_bound, judges_given
 from slide_fmu.fitting.estimate_worth import useless_estimate
 from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.history import History
@@ -87,6 +87,9 @@ def fit_surrogate(
         error = min(histories["surrogate"].validation_error)
         bound, more = _fit_bound(recipe, surrogate, error, machine, places, device, progress)
         surrogate = dataclasses.replace(surrogate, bound=bound)
+        if surrogate.forecast is not None and judges_given(surrogate):
+            judged = dataclasses.replace(surrogate.forecast, judged=True)
+            surrogate = dataclasses.replace(surrogate, forecast=judged)
         if bound.span is not None:
             calibration = read_split(store, "calibration", recipe.count("calibration"))
             useless = useless_estimate(surrogate, calibration)

@@ -39,8 +39,9 @@ FIRST_STEP = 0.01
 """A model without a step is made with this one, in s, to see what it offers."""
 MOVING: tuple[InputKind, ...] = ("moving", "rates")
 """What inputs are that may bend between samples."""
-SUBSTEPS = 4
-"""Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth."""
+SUBSTEPS, STAIRS = 4, 10
+"""Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth. An
+FMU, which goes through a sample by so many stairs anyway (``fmu-substeps``), gets as many parts."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 
@@ -263,11 +264,12 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
         stairs = round(step / fmu_step)
         whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
         return next((n for n in whole if n >= SUBSTEPS), whole[-1])
+    parts = STAIRS if begun.found.kind == "fmu" else SUBSTEPS
     try:
-        finer = load_system(replace(begun.specification, step=step / SUBSTEPS))
+        finer = load_system(replace(begun.specification, step=step / parts))
     except LoadError:  # the model has a step of its own
         return 1
-    return SUBSTEPS if math.isclose(finer.step, step / SUBSTEPS) else 1
+    return parts if math.isclose(finer.step, step / parts) else 1
 
 
 def kind_of_inputs(system: System) -> InputKind:

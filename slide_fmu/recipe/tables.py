@@ -12,7 +12,7 @@ from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.measured import Part
 
-MOST_SUBSTEPS = 8
+MOST_SUBSTEPS = 16
 """A sample step has at most so many parts: what bends more between samples is not seen in them."""
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.block_means import N_BLOCKS, block_means
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
+from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.network import StateSpace
@@ -310,6 +311,7 @@ def statistics_of(
     blocks: tuple[int, int],
     scaled: FloatArray,
     predicted: FloatArray,
+    ahead: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Give what an error bound looks at along records.
 
@@ -318,6 +320,9 @@ def statistics_of(
         blocks: samples in a short and in a long block.
         scaled: scaled inputs, shape (B, N, n_inputs); the first counts as held for ever before.
         predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
+        ahead: scaled inputs as they are forecast while the sample is the newest one, shape
+            (B, N, n_inputs), where ``predicted`` follows from these. Earlier samples are known by
+            then, also to the companion. (The estimator sees known ones alone.)
 
     Returns:
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
@@ -326,14 +331,76 @@ def statistics_of(
     companion, estimator = networks
     features = companion.features.along(scaled)
     values, states = companion.ping_pong_states(features)
-    drive = features[:, :, list(companion.roles.drive)]
-    squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
-    seen = np.concatenate([states, drive], axis=2).astype(np.float64)
-    short, long = (block_means(squares, block) for block in blocks)
-    watched = np.concatenate([short, long, block_means(seen**2, blocks[1])], axis=2)
-    parts = [seen, logarithms(squares), logarithms(watched)]
+    known = _Seen.of(companion, predicted, values, states, features)
+    newest = known
+    if ahead is not None:
+        moved = _with_newest(companion, scaled, ahead, features, states)
+        newest = _Seen.of(companion, predicted, values + moved[0], states + moved[1], moved[2])
+
+    def means(of_known: FloatArray, of_newest: FloatArray, block: int) -> FloatArray:
+        found = block_means(of_known, block)
+        count = N_BLOCKS * block + 1 + np.arange(found.shape[1]) % block
+        return np.maximum(found + (of_newest - of_known) / count[:, None], 0.0)
+
+    short, long = (means(known.squares, newest.squares, block) for block in blocks)
+    of_seen = means(known.values**2, newest.values**2, blocks[1])
+    watched = np.concatenate([short, long, of_seen], axis=2)
+    parts = [newest.values, logarithms(newest.squares), logarithms(watched)]
     if estimator is not None:
-        expected = [estimator.along(record, squares.shape[2]) for record in scaled]
+        expected = [estimator.along(record, short.shape[2]) for record in scaled]
         parts.append(logarithms(np.stack(expected)))
     statistics = np.concatenate(parts, axis=2)
-    return statistics, watched, np.sqrt(np.maximum(squares, short))
+    return statistics, watched, np.sqrt(np.maximum(newest.squares, short))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """This is seen at every sample of B records.
+
+    Attributes:
+        values: states of the companion and the features that drive it, shape (B, N, n_seen).
+        squares: squared disagreement, shape (B, N, n_outputs).
+    """
+
+    values: FloatArray
+    squares: FloatArray
+
+    @staticmethod
+    def of(
+        companion: StateSpace,
+        predicted: FloatArray,
+        values: Float32Array,
+        states: Float32Array,
+        features: Float32Array,
+    ) -> _Seen:
+        drive = features[:, :, list(companion.roles.drive)]
+        seen = np.concatenate([states, drive], axis=2).astype(np.float64)
+        return _Seen(seen, (predicted.astype(np.float64) - values.astype(np.float64)) ** 2)
+
+
+def _with_newest(
+    companion: StateSpace,
+    scaled: FloatArray,
+    ahead: FloatArray,
+    features: Float32Array,
+    states: Float32Array,
+) -> tuple[Float32Array, Float32Array, Float32Array]:
+    """Say what other inputs at the newest sample change there, while those before it stay.
+
+    Returns:
+        Changes of the companion's values (B, N, n_outputs) and states (B, N, n), and the features
+        (B, N, q), not changes.
+    """
+    count, length, _ = scaled.shape
+    before = np.concatenate([np.repeat(scaled[:, :1], BEFORE, axis=1), scaled], axis=1)
+    views = np.lib.stride_tricks.sliding_window_view(before, BEFORE + 1, axis=1)
+    rows = np.moveaxis(views, 3, 2).reshape(count * length, BEFORE + 1, -1).copy()
+    rows[:, -1] = ahead.reshape(count * length, -1)
+    found = companion.features.along(rows)[:, -1:]
+    # the first input has been held for ever: so the states before it are those after it
+    begin = np.concatenate([states[:, :1], states[:, :-1]], axis=1).reshape(count * length, -1)
+    values, after = companion.run(found, begin)
+    as_known, after_known = companion.run(features.reshape(count * length, 1, -1), begin)
+    shape = count, length, -1
+    changes = (values - as_known)[:, 0], after - after_known
+    return changes[0].reshape(shape), changes[1].reshape(shape), found.reshape(shape)

@@ -38,6 +38,8 @@ class InputForecast:
         sampled: whether the network takes samples of the inputs as they are, also where they bend
             between them: it has learnt so, or from measured records, of which nobody knows what
             was between samples.
+        judged: whether an error bound judges what was given while the newest inputs were only
+            forecast: that differs from the companion by the error of the forecasts too.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
             that is set counts as reached by the end of the step, so that nothing is forecast. Only
             FMUs inside of an SSP start with 1.
@@ -56,6 +58,7 @@ class InputForecast:
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
     n_scored: int = 12
     sampled: bool = False
+    judged: bool = False
 
     def __post_init__(self) -> None:
         shape, changes = self.weights.shape, self.largest_change
@@ -106,6 +109,54 @@ class InputForecast:
             value = now[index] + self.change(index, past[:, index], steps)
             ahead[index] = min(max(value, low), high)
         return ahead
+
+    def along(
+        self, inputs: FloatArray, signals: tuple[Signal, ...], scaling: Affine
+    ) -> FloatArray:
+        """Forecast each sample of records from those before it; the first one is known.
+
+        Args:
+            inputs: records (B, N, n_inputs), in the inputs' units, whose first samples count as
+                held before.
+            signals, scaling: as for ``ahead``.
+
+        Returns:
+            Of the shape of the inputs, in their units.
+        """
+        now = np.concatenate([inputs[:, :1], inputs[:, :-1]], axis=1)
+        ahead = np.empty_like(now)
+        turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
+        for index in cosines_of(signals):
+            angles = np.unwrap(np.arctan2(now[:, :, index + 1], now[:, :, index]), axis=1)
+            turn = self._changes(index, angles)
+            turned = (now[:, :, index] + 1j * now[:, :, index + 1]) * np.exp(1j * turn)
+            ahead[:, :, index], ahead[:, :, index + 1] = turned.real, turned.imag
+        for index in set(range(inputs.shape[2])) - turning:
+            values = now[:, :, index]
+            low = np.minimum(values, scaling.offset[index] - scaling.scale[index])
+            high = np.maximum(values, scaling.offset[index] + scaling.scale[index])
+            ahead[:, :, index] = np.clip(values + self._changes(index, values), low, high)
+        return ahead
+
+    def _changes(self, index: int, values: FloatArray) -> FloatArray:
+        """Give what ``change`` gives after each of the values of records, (B, N), oldest first."""
+        n_past, largest = self.weights.shape[2], self.largest_change[index]
+        if not self.weights.shape[1]:
+            return np.zeros_like(values)
+        held = np.pad(values, ((0, 0), (n_past + self.n_scored, 0)), mode="edge")
+        views = np.lib.stride_tricks.sliding_window_view(held, n_past + 1, axis=1)[..., ::-1]
+        found = changes_of(self.weights[index], views.reshape(-1, n_past + 1))
+        found = np.clip(found, -largest, largest).reshape(-1, *views.shape[:2])
+        true = np.diff(held, axis=1)[:, n_past:]  # what follows each of the forecasts but the last
+        errors = (true - found[:, :, :-1]) ** 2
+        scores, least = (
+            np.lib.stride_tricks.sliding_window_view(squares, self.n_scored, axis=-1).sum(axis=-1)
+            for squares in (errors, true**2)
+        )
+        best = scores.argmin(axis=0)[None]
+        change = np.take_along_axis(found[:, :, self.n_scored :], best, axis=0)[0]
+        good = np.take_along_axis(scores, best, axis=0)[0] < BETTER * least
+        return np.where(good, change, 0.0)
 
     def change(self, index: int, values: FloatArray, steps: float = 1.0) -> float:
         """Forecast the change of one input or angle after its values, newest first."""

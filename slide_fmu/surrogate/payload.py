@@ -48,7 +48,8 @@ does not see what the estimator of ESTI expects.
 
 MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
 held while they are not known. Flags: 1, the inputs are planned motions; 2, the FMU starts with
-inputs_at_step_end = 1; 4, they are samples of measured records.
+inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges what was
+given by forecast inputs.
 
 Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
 n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
@@ -378,7 +379,7 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
 
 
-PLANNED, AT_STEP_END, SAMPLED = 1, 2, 4
+PLANNED, AT_STEP_END, SAMPLED, JUDGED = 1, 2, 4, 8
 """Flags of MOVE."""
 
 
@@ -387,7 +388,7 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
     flags = PLANNED * forecast.planned + AT_STEP_END * forecast.at_step_end
-    flags += SAMPLED * forecast.sampled
+    flags += SAMPLED * forecast.sampled + JUDGED * forecast.judged
     head = struct.pack("<IIII", flags, *sizes)
     body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
     return head + body
@@ -396,13 +397,13 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
     if (
-        flags > PLANNED + AT_STEP_END + SAMPLED
+        flags > PLANNED + AT_STEP_END + SAMPLED + JUDGED
         or n_candidates > MAX_CANDIDATES
         or n_past > MAX_PAST
     ):
         raise ValueError(
             f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
-            f"samples; expected flags up to 7, "
+            f"samples; expected flags up to 15, "
             f"at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
@@ -410,4 +411,5 @@ def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     section.done()
     weights = rows[:, 1:].reshape(n_inputs, n_candidates, n_past)
     own = bool(flags & PLANNED), bool(flags & AT_STEP_END)
-    return InputForecast(*own, weights, rows[:, 0], n_scored, bool(flags & SAMPLED))
+    more = bool(flags & SAMPLED), bool(flags & JUDGED)
+    return InputForecast(*own, weights, rows[:, 0], n_scored, *more)

@@ -39,6 +39,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_outputs = n_outputs;
     bound->n_states = view->companion.of.cell.n_states;
     bound->n_seen = n_seen;
+    bound->judges_given = payload->forecast.judged;
     bound->n_expected = view->sees_estimates ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
     bound->n_predicted =
@@ -100,8 +101,8 @@ void slide_bound_restart(const SlideBound *bound, SlideBoundState *state) {
     }
 }
 
-static float *predicted_at(const SlideBound *bound, const SlideBoundState *state,
-                           uint64_t sample) {
+float *slide_bound_predicted(const SlideBound *bound, const SlideBoundState *state,
+                             uint64_t sample) {
     return state->predicted + (size_t)(sample & (bound->n_predicted - 1)) * bound->n_outputs;
 }
 
@@ -110,7 +111,7 @@ void slide_bound_remember(const SlideBound *bound, SlideBoundState *state, uint6
     if (bound->memory_length == 0) {
         return;
     }
-    float *place = predicted_at(bound, state, sample);
+    float *place = slide_bound_predicted(bound, state, sample);
     for (size_t i = 0; i < bound->n_outputs; ++i) {
         place[i] = values == NULL ? NAN : values[i];
     }
@@ -226,7 +227,7 @@ void slide_bound_catch_up(const SlideBound *bound, const SlideKernel *kernel,
         const uint64_t sample = count - left;
         const float *values = advance(bound, kernel, shape, samples, sample, state);
         if (left <= wanted) {
-            present = compare(bound, predicted_at(bound, state, sample), values, state);
+            present = compare(bound, slide_bound_predicted(bound, state, sample), values, state);
             const double *of_outputs = present ? state->apart_squared : NULL;
             look(bound, state);
             add(&bound->of_short, &state->of_short, of_outputs, left, brief);

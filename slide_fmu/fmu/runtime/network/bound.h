@@ -24,6 +24,7 @@ typedef struct {
                                 expected errors to count; 0 without one */
     size_t n_outputs, n_states, n_seen;
     size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
+    bool judges_given;      /* of a sample that was forecast, what the predictor gave then counts */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
@@ -70,6 +71,10 @@ void slide_bound_restart(const SlideBound *bound, SlideBoundState *state);
 /* What the predictor gave after a sample, scaled [n_outputs]; NULL: nothing. */
 void slide_bound_remember(const SlideBound *bound, SlideBoundState *state, uint64_t sample,
                           const float *values);
+
+/* Where that is kept. */
+float *slide_bound_predicted(const SlideBound *bound, const SlideBoundState *state,
+                             uint64_t sample);
 
 /* Evaluate companion and means for all of the first count samples that are not known yet. Kept must
  * be memory_length samples before the last of them, and those before them. */

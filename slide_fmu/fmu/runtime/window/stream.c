@@ -64,12 +64,16 @@ static void remember_predicted(const SlideModel *model, SlideState *state, uint6
     }
 }
 
+static void append_sample(const SlideModel *model, SlideState *state, const double *sample) {
+    slide_samples_append(&model->samples, &state->samples, sample);
+    watch_range(model, state, sample);
+}
+
 /* given: did the predictor see the sample? */
 static void remember(const SlideModel *model, SlideState *state, const double *sample,
                      bool given) {
     remember_predicted(model, state, *state->samples.count, given);
-    slide_samples_append(&model->samples, &state->samples, sample);
-    watch_range(model, state, sample);
+    append_sample(model, state, sample);
 }
 
 /* Keep what derivatives need of the state before what the inputs that were set change. */
@@ -106,6 +110,19 @@ static bool take(const SlideModel *model, SlideState *state, const double *sampl
     return good;
 }
 
+/* A sample that was forecast is known now. What the importer was given after it stays what the
+ * predictor gave, where the bound judges that. */
+static bool take_again(const SlideModel *model, SlideState *state, const double *sample) {
+    if (!model->bound.judges_given) {
+        return take(model, state, sample, false);
+    }
+    bool good = advance(model, state, sample, false);
+    if (good) {
+        append_sample(model, state, sample);
+    }
+    return good;
+}
+
 /* The parameters that are set are those behind the outputs. */
 static void accept_parameters(const SlideModel *model, SlideState *state) {
     const size_t row = model->parameters.count * sizeof(double);
@@ -133,11 +150,8 @@ static void restart(const SlideModel *model, SlideState *state, const double *sa
     watch_range(model, state, sample);
 }
 
-
-/* The predictor goes on by what is taken in; it sees its own part of what is taken in anew. Unless
- * outputs are wanted, layers are not evaluated. */
-static bool take_all(const SlideModel *model, SlideState *state, const SlideIntake *intake,
-                     bool wanted) {
+/* The predictor goes on by what is taken in; it sees its own part of what is taken in anew. */
+static bool take_all(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
     for (uint32_t left = intake->count; left-- > 0;) {
         const double *sample = model->taken + left * model->n_inputs;
         if (intake->anew && left == intake->count - 1) {
@@ -145,7 +159,17 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
         }
         if (intake->anew && left >= model->predictor.n_samples) {
             remember(model, state, sample, false);
-        } else if (!take(model, state, sample, left == 0 && wanted)) {
+        } else if (!take(model, state, sample, left == 0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The predictor goes on by samples that were forecast before. */
+static bool take_all_again(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
+    for (uint32_t left = intake->count; left-- > 0;) {
+        if (!take_again(model, state, model->taken + left * model->n_inputs)) {
             return false;
         }
     }
@@ -176,7 +200,7 @@ static bool begin_run(const SlideModel *model, SlideState *state) {
     slide_intake_recall(model, state);
     slide_intake_sample(model, state, model->memory_length, NULL);
     const SlideIntake intake = {model->memory_length, .anew = true};
-    const bool done = take_all(model, state, &intake, true);
+    const bool done = take_all(model, state, &intake);
     *state->history.count = 0;
     return done;
 }
@@ -186,7 +210,7 @@ static bool reach_start(const SlideModel *model, SlideState *state) {
     state->head->reached_length = model->step;
     keep(model, state);
     const SlideIntake intake = slide_intake_end(model, state);
-    return take_all(model, state, &intake, true);
+    return take_all(model, state, &intake);
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
@@ -218,7 +242,7 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     keep(model, state);
     begin(model, state, length);
     const SlideIntake intake = slide_intake_step(model, state);
-    if (!take_all(model, state, &intake, true)) {
+    if (!take_all(model, state, &intake)) {
         return false;
     }
     accept_outputs(model, state);
@@ -226,17 +250,40 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     return true;
 }
 
+/* Where a part of what networks have seen is kept in state->known. */
+static void *kept(const SlideState *state, const void *part) {
+    const ptrdiff_t place = (const unsigned char *)part - (const unsigned char *)state->strayed;
+    return (unsigned char *)state->known + place;
+}
+
+/* What the importer was given stays, where the bound judges it, unless all samples are others. */
+static void keep_given(const SlideModel *model, SlideState *state) {
+    const SlideBoundState *bound = &state->bound;
+    uint64_t first, restarts;
+    if (!model->bound.judges_given) {
+        return;
+    }
+    memcpy(&first, kept(state, state->samples.count), sizeof first);
+    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
+    for (uint64_t k = first; restarts == *bound->restarts && k < *state->samples.count; ++k) {
+        const float *given = slide_bound_predicted(&model->bound, bound, k);
+        memcpy(kept(state, given), given, model->n_outputs * sizeof *given);
+    }
+}
+
 /* What was only forecast is forgotten: the networks and the history are at the start of the last
  * step. */
 static void forget_forecast(const SlideModel *model, SlideState *state) {
     slide_history_go_back(&model->history, &state->history, SLIDE_MARK_FORECAST);
+    keep_given(model, state);
     memcpy(state->strayed, state->known, state->seen_size);
 }
 
 /* The inputs that were set are those of now. Before a step for which all samples are taken anew,
  * the networks need not see them. */
 static bool reach_now(const SlideModel *model, SlideState *state, double length) {
-    if (slide_stream_fresh(state)) {
+    const bool first = slide_stream_fresh(state);
+    if (first) {
         if (!begin_run(model, state)) {
             return false;
         }
@@ -247,8 +294,11 @@ static bool reach_now(const SlideModel *model, SlideState *state, double length)
     }
     keep(model, state);
     const SlideIntake intake = slide_intake_end(model, state);
-    if (slide_intake_whole(model, length) > 0 && !take_all(model, state, &intake, false)) {
-        return false;
+    if (slide_intake_whole(model, length) > 0) {
+        const bool again = !first && !intake.anew;
+        if (!(again ? take_all_again : take_all)(model, state, &intake)) {
+            return false;
+        }
     }
     memcpy(state->known, state->strayed, state->seen_size);
     return true;
@@ -256,7 +306,7 @@ static bool reach_now(const SlideModel *model, SlideState *state, double length)
 
 static bool step_forecast(const SlideModel *model, SlideState *state) {
     const SlideIntake intake = slide_intake_forecast(model, state);
-    bool done = take_all(model, state, &intake, true);
+    bool done = take_all(model, state, &intake);
     if (done) {
         accept_outputs(model, state);
     }
@@ -357,12 +407,6 @@ void slide_stream_estimate(const SlideModel *model, SlideState *state) {
 static void catch_up(const SlideModel *model, SlideState *state, uint64_t count) {
     slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &state->samples, count,
                          &state->bound);
-}
-
-/* Where a part of what networks have seen is kept in state->known. */
-static void *kept(const SlideState *state, const void *part) {
-    const ptrdiff_t place = (const unsigned char *)part - (const unsigned char *)state->strayed;
-    return (unsigned char *)state->known + place;
 }
 
 /* What was found up to the start of a forecast stays when the forecast is forgotten. Where all

@@ -41,7 +41,7 @@ MOVING: tuple[InputKind, ...] = ("moving", "rates")
 """What inputs are that may bend between samples."""
 SUBSTEPS, STAIRS = 4, 10
 """Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth. An
-FMU, which goes through a sample by so many stairs anyway (``fmu-substeps``), gets as many parts."""
+FMU goes through a sample by so many stairs anyway (``fmu-substeps``), so it gets as many parts."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -331,11 +332,11 @@ def statistics_of(
     companion, estimator = networks
     features = companion.features.along(scaled)
     values, states = companion.ping_pong_states(features)
-    known = _Seen.of(companion, predicted, values, states, features)
-    newest = known
+    newest = known = _Seen.of(companion, predicted, values, states, features)
     if ahead is not None:
-        moved = _with_newest(companion, scaled, ahead, features, states)
-        newest = _Seen.of(companion, predicted, values + moved[0], states + moved[1], moved[2])
+        others = _features_of_newest(companion, scaled, ahead)
+        values, states = companion.ping_pong_states(features, others)
+        newest = _Seen.of(companion, predicted, values, states, others)
 
     def means(of_known: FloatArray, of_newest: FloatArray, block: int) -> FloatArray:
         found = block_means(of_known, block)
@@ -345,11 +346,11 @@ def statistics_of(
     short, long = (means(known.squares, newest.squares, block) for block in blocks)
     of_seen = means(known.values**2, newest.values**2, blocks[1])
     watched = np.concatenate([short, long, of_seen], axis=2)
-    parts = [newest.values, logarithms(newest.squares), logarithms(watched)]
+    parts: list[NDArray[Any]] = [newest.values, logarithms(newest.squares), logarithms(watched)]
     if estimator is not None:
         expected = [estimator.along(record, short.shape[2]) for record in scaled]
         parts.append(logarithms(np.stack(expected)))
-    statistics = np.concatenate(parts, axis=2)
+    statistics: FloatArray = np.concatenate(parts, axis=2)
     return statistics, watched, np.sqrt(np.maximum(newest.squares, short))
 
 
@@ -378,29 +379,13 @@ class _Seen:
         return _Seen(seen, (predicted.astype(np.float64) - values.astype(np.float64)) ** 2)
 
 
-def _with_newest(
-    companion: StateSpace,
-    scaled: FloatArray,
-    ahead: FloatArray,
-    features: Float32Array,
-    states: Float32Array,
-) -> tuple[Float32Array, Float32Array, Float32Array]:
-    """Say what other inputs at the newest sample change there, while those before it stay.
-
-    Returns:
-        Changes of the companion's values (B, N, n_outputs) and states (B, N, n), and the features
-        (B, N, q), not changes.
-    """
+def _features_of_newest(
+    companion: StateSpace, scaled: FloatArray, ahead: FloatArray
+) -> Float32Array:
+    """Give the companion's features (B, N, q) of each sample while it is only forecast."""
     count, length, _ = scaled.shape
     before = np.concatenate([np.repeat(scaled[:, :1], BEFORE, axis=1), scaled], axis=1)
     views = np.lib.stride_tricks.sliding_window_view(before, BEFORE + 1, axis=1)
     rows = np.moveaxis(views, 3, 2).reshape(count * length, BEFORE + 1, -1).copy()
     rows[:, -1] = ahead.reshape(count * length, -1)
-    found = companion.features.along(rows)[:, -1:]
-    # the first input has been held for ever: so the states before it are those after it
-    begin = np.concatenate([states[:, :1], states[:, :-1]], axis=1).reshape(count * length, -1)
-    values, after = companion.run(found, begin)
-    as_known, after_known = companion.run(features.reshape(count * length, 1, -1), begin)
-    shape = count, length, -1
-    changes = (values - as_known)[:, 0], after - after_known
-    return changes[0].reshape(shape), changes[1].reshape(shape), found.reshape(shape)
+    return companion.features.along(rows)[:, -1].reshape(count, length, -1)

@@ -20,6 +20,7 @@ from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting import error_bound
 from slide_fmu.fitting import fit as fit_module
 from slide_fmu.fitting.companion import STAGE as COMPANION
+from slide_fmu.fitting.companion import with_sizes_of
 from slide_fmu.fitting.error_bound import (
     _objective,
     _Seen,
@@ -31,6 +32,7 @@ from slide_fmu.fitting.error_bound import (
 from slide_fmu.fitting.estimate_worth import useless_estimate
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
@@ -155,6 +157,17 @@ def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) 
     assert [len(fit.histories[name].step) for name in ("surrogate", COMPANION)] == [12, 20]
 
 
+def test_companion_has_the_sizes_that_were_found_for_the_surrogate(fit: Fit) -> None:
+    network = fit.surrogate.network
+    assert isinstance(network, StateSpace)
+    table = {**RECIPE.model_dump()["network"], "order": "auto", "hidden": "auto", "units": "auto"}
+    recipe = Recipe.model_validate({**RECIPE.model_dump(), "network": table})
+    found = with_sizes_of(recipe, network).network
+    assert found == RECIPE.network
+    given = with_sizes_of(RECIPE.model_copy(update={"network": found}), network)
+    assert given.network == found
+
+
 @pytest.mark.parametrize("confidence", CONFIDENCES)
 def test_bound_covers_what_it_promises(
     fit: Fit, unseen: Unseen, folder: Path, confidence: float
@@ -256,7 +269,7 @@ def test_head_learns_from_a_twentieth_as_many_samples_of_further_kinds(
 )
 def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
     rng = np.random.default_rng(2)
-    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 3, 2)))
+    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2)))
     found = _thinned(mix, most)
     for name, values in vars(mix).items():
         np.testing.assert_array_equal(getattr(found, name), values[:, ::every])

@@ -128,3 +128,19 @@ def test_trajectories_too_short_to_learn_from_leave_polynomials() -> None:
     forecast = fit_forecast(ROAD, smooth(0, 3, 12)[:, :, None], planned=False)
     assert forecast is not None
     np.testing.assert_array_equal(forecast.weights[0], POLYNOMIALS)
+
+
+def test_forecasts_along_records_are_those_of_each_sample() -> None:
+    signals = (*ROAD, *ANGLE)
+    turn = np.cumsum(smooth(3, 2, 90), axis=1)
+    records = np.stack([smooth(4, 2, 90) + rough(5, 2, 90), np.cos(turn), np.sin(turn)], axis=2)
+    forecast = fit_forecast(signals, records, planned=False)
+    assert forecast is not None
+    scaling = range_scaling(signals)
+    found = forecast.along(records, signals, scaling)
+    held = np.concatenate([np.repeat(records[:, :1], forecast.n_points, axis=1), records], axis=1)
+    for k in range(90):
+        past = held[:, k : k + forecast.n_points]  # of the first sample, it is known itself
+        expected = [forecast.ahead(one[::-1], signals, scaling) for one in past]
+        np.testing.assert_allclose(found[:, k], expected, atol=1e-12)
+    assert not np.allclose(found[:, 1:, 0], records[:, :-1, 0])

@@ -12,7 +12,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.error_bound import statistics_of
+from slide_fmu.surrogate.error_bound import local_scales, statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
@@ -28,6 +28,7 @@ SHAPES = {
     "plain": PLAIN,
     "estimated": dataclasses.replace(PLAIN, positions=3, hold="first_order"),
     "forecast": dataclasses.replace(PLAIN, differences=0, hold="first_order", forecasts=True),
+    "judged": dataclasses.replace(PLAIN, hold="first_order", forecasts=True),
     "gated": dataclasses.replace(
         PLAIN, features="chain", cell=CellShape(5, 9, "gated", turned=2, factors=1)
     ),
@@ -41,6 +42,7 @@ OF_NETWORKS = {
     "seen_forecast": "forecast",
     "span": "plain",
     "span_forecast": "forecast",
+    "span_judged": "judged",
     "span_gated": "gated",
 }
 """Shapes of surrogates whose head sees what their error estimator expects, and of others whose
@@ -62,6 +64,10 @@ def surrogate_of(name: str, blocks: tuple[int, int] = BLOCKS) -> Surrogate:
         shape = dataclasses.replace(shape, positions=3)
         return bounded_surrogate(shape, blocks, sees_estimates=True)
     surrogate = bounded_surrogate(shape, blocks)
+    if name.endswith("judged"):
+        assert surrogate.forecast is not None
+        judged = dataclasses.replace(surrogate.forecast, judged=True)
+        surrogate = dataclasses.replace(surrogate, forecast=judged)
     return with_span(surrogate) if name.startswith("span") else surrogate
 
 
@@ -139,6 +145,45 @@ def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int
     np.testing.assert_allclose(filled[:, 0], share, rtol=1e-12)
     if surrogate.estimates_errors:
         within(estimates, surrogate.estimate_error(inputs))
+
+
+@pytest.mark.parametrize("blocks", [(1, 1), (2, 5), (3, 7)])
+def test_bound_judges_what_was_given_by_forecast_inputs(
+    load: Load, blocks: tuple[int, int]
+) -> None:
+    """Earlier samples are known to the companion; the surrogate's outputs stay as they were."""
+    surrogate = surrogate_of("judged", blocks)
+    bound, forecast = surrogate.bound, surrogate.forecast
+    assert bound is not None
+    assert forecast is not None
+    native = load(surrogate).instance().start()
+    records = surrogate.input_scaling.invert(smooth_record(150))
+    records[1] = records[0]  # held before the start: the first step comes after it
+    found, given = [], [surrogate.predict_newest(records)[0]]
+    for row in records[:-1]:  # each is what the step begins with
+        native.step(*row)
+        found.append(native.get(*places(surrogate, "ERROR_BOUND")))
+        given.append(native.get(2, 2))
+    ahead = forecast.along(records[None], surrogate.inputs, surrogate.input_scaling)
+    scaled, told = (surrogate.input_scaling.apply(part) for part in (records[None], ahead))
+    predicted = surrogate.output_scaling.apply(np.array(given)[None])
+    statistics, watched, _ = statistics_of(
+        (bound.companion, None), bound.blocks, scaled, predicted, told
+    )
+    exponents = bound.head.evaluate(statistics.reshape(-1, 1, statistics.shape[2]))
+    scales = local_scales(exponents.astype(np.float64)) * surrogate.output_scaling.scale
+    known = (watched[0, 1:] / bound.limits).max(axis=1) <= 1
+    assert known.sum() > 30
+    within(np.array(found)[known], (bound.factors_at(0.95) * scales)[1:][known])
+    # neither what it would say of known inputs, nor of outputs that are corrected afterwards
+    assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
+
+
+def smooth_record(count: int) -> FloatArray:
+    """Scaled inputs that are forecast well at first, and hardly at all afterwards, (count, 2)."""
+    time, rng = np.arange(count)[:, None], np.random.default_rng(2)
+    rough = np.where(time > count // 2, rng.uniform(-0.4, 0.4, (count, 2)), 0.0)
+    return np.asarray(0.4 * np.sin(time * np.array([0.2, 0.33])) + rough)
 
 
 def test_estimate_of_a_bound_counts_once_it_knows_its_inputs(load: Load) -> None:

@@ -39,7 +39,7 @@ def _with_estimator(surrogate: Surrogate, **changes: object) -> bytes:
     return changed.to_bytes()
 
 
-def test_estimators_of_another_family_arerefused(load: Load) -> None:
+def test_estimators_of_another_family_are_refused(load: Load) -> None:
     surrogate = random_surrogate(Shape(positions=2, cell=CellShape()))
     message = refused(load(surrogate), _with_estimator(surrogate, network=surrogate.network))
     assert "estimator is a network of kind 2; expected 1 (feed-forward)" in message
@@ -57,7 +57,7 @@ def test_library_refuses_a_file_of_version_4_and_says_how_to_get_another(load: L
 
 
 @pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])
-def test_positions_out_of_range_arerefused(load: Load, positions: int) -> None:
+def test_positions_out_of_range_are_refused(load: Load, positions: int) -> None:
     surrogate = random_surrogate(Shape(positions=2))
     content = _with_estimator(surrogate, positions=positions)
     assert f"at {positions} positions; expected" in refused(load(surrogate), content)
@@ -66,7 +66,7 @@ def test_positions_out_of_range_arerefused(load: Load, positions: int) -> None:
 @pytest.mark.parametrize(
     "ages", [(10, 7, 3), (11, 7, 7), (11, 3, 7), (11, 7, 12), (11, 7, 0xFFFFFFFF)], ids=str
 )
-def test_ages_that_do_not_fall_arerefused(load: Load, ages: tuple[int, ...]) -> None:
+def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) -> None:
     surrogate = random_surrogate(Shape(n_in=12, ages=3))
     network, content = surrogate.network, surrogate.to_bytes()
     assert isinstance(network, FeedForward)
@@ -106,9 +106,9 @@ def test_inertia_that_is_not_symmetric_isrefused(load: Load) -> None:
 
 @pytest.mark.parametrize(
     ("place", "value"),
-    [(0, 8), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
+    [(0, 16), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
 )
-def test_forecasts_of_impossible_sizes_arerefused(load: Load, place: int, value: int) -> None:
+def test_forecasts_of_impossible_sizes_are_refused(load: Load, place: int, value: int) -> None:
     surrogate = forecasting(sum_surrogate(hold="first_order"))
     body = bytearray(surrogate.to_bytes()[:-4])
     struct.pack_into("<I", body, body.index(b"MOVE") + 8 + place, value)

@@ -232,9 +232,9 @@ def bounded_text() -> str:
 @pytest.mark.parametrize(
     ("cost", "expected"),
     [
-        (0.01, (6, 100, 200)),  # 306 of them take 3 s
-        (0.4, ("train", 50, 100)),  # 306 would take 122 s
-        (0.5, ("train", 40, 100)),
+        (0.01, (6, 200, 100)),  # 306 of them take 3 s
+        (0.4, ("train", 100, 100)),  # 306 would take 122 s
+        (0.5, ("train", 80, 100)),
         (5.0, ("train", 30, 100)),
         (60.0, ("train", 30, 60)),
     ],

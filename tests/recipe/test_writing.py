@@ -46,7 +46,7 @@ def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
     assert recipe.bound is not None
     spans = recipe.bound.short_span, recipe.bound.long_span, recipe.bound.estimate_span
     assert spans == (0.06, 0.6, 0.6)
-    assert recipe.bound.companion.start == "surrogate"
+    assert recipe.bound.companion.start == "random"  # else it would lack the same
     assert {"data.companion", "data.bound", "data.calibration"} <= set(recipe.automatic)
     assert "window.n_in" in recipe.automatic
 

@@ -268,7 +268,7 @@ class MultiStart:
     def refine(
         self, candidate: Candidate, name: str = "refined", iterations: int | None = None
     ) -> Candidate:
-        """Run the winner on all data, as long as the recipe says; the run has a name of its own."""
+        """Run the winner on all data, by default as long as the recipe says, under a name."""
         theta, most = candidate.state.best, iterations or self.training.iterations
         return self._descend(name, candidate.shape, theta, self.data.whole, most)
 

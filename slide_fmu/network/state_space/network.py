@@ -166,36 +166,53 @@ class StateSpace(Network, Parametric):
         values, errors, _ = _joined(self._segments(self.features.along(records[k])) for k in some)
         return values, errors
 
-    def ping_pong_states(self, features: Float32Array) -> tuple[Float32Array, Float32Array]:
+    def ping_pong_states(
+        self, features: Float32Array, newest: Float32Array | None = None
+    ) -> tuple[Float32Array, Float32Array]:
         """Evaluate the features of long records by ``ping_pong``: values, and the older state's x.
 
         Features (B, N, q) as of ``features.along`` give values (B, N, n_values) and x after every
-        sample, (B, N, n).
+        sample, (B, N, n). With ``newest``, likewise, each result is that of the time when its
+        sample was the newest one, with these features, and those before it were as they are.
         """
         some = self._together(features)
-        values, _, states = _joined(self._segments(features[k]) for k in some)
+        values, _, states = _joined(
+            self._segments(features[k], None if newest is None else newest[k]) for k in some
+        )
         return values, states
 
     def _together(self, records: NDArray[Any]) -> list[slice]:
         """Give those of long records that are evaluated at once: few enough for the memory."""
         return batches(len(records), CHUNK // (records.shape[1] + 2 * self.n_samples))
 
-    def _segments(self, along: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
+    def _segments(
+        self, along: Float32Array, newest: Float32Array | None = None
+    ) -> tuple[Float32Array, Float32Array, Float32Array]:
         """Run all segments of n_samples between hand-overs at once, each from x = 0.
 
         Features (B, N, q) give values and truncation errors, (B, N, n_values) each, and the older
-        state's x, (B, N, n). While the first input is held, so are its features.
+        state's x, (B, N, n). While the first input is held, so are its features. The newest
+        features are as of ``ping_pong_states``.
         """
         n, (count, length, _) = self.n_samples, along.shape
         segments = 2 + -(-(length - 1) // n)
         lead, tail = 2 * n - 1, (segments - 2) * n - (length - 1)
-        padded = np.pad(along, ((0, 0), (lead, tail), (0, 0)), mode="edge")
-        features = padded.reshape(count, segments, n, -1)
+
+        def cut(values: Float32Array) -> Float32Array:
+            padded = np.pad(values, ((0, 0), (lead, tail), (0, 0)), mode="edge")
+            return padded.reshape(count, segments, n, -1)
+
+        features = cut(along)
         rows = features.reshape(count * segments, n, -1)
-        younger, states = self.run(rows)
-        states = states.reshape(count, segments, -1)[:, :-1].reshape(-1, states.shape[-1])
+        begun = np.zeros((len(rows), len(self.cell.a)), np.float32)
+        younger, path = self._path(rows, begun)
+        states = path[:, -1].reshape(count, segments, -1)[:, :-1].reshape(-1, path.shape[-1])
         further = features[:, 1:].reshape(count * (segments - 1), n, -1)
         older, after = self._path(further, states)
+        if newest is not None:
+            others = cut(newest)
+            younger, _ = self._newest(others.reshape(rows.shape), begun, path)
+            older, after = self._newest(others[:, 1:].reshape(further.shape), states, after)
         younger = younger.reshape(count, segments, n, -1)[:, 1:]
         older = older.reshape(younger.shape)
         faded = self.fade()[:, None] * (younger - older)
@@ -234,6 +251,19 @@ class StateSpace(Network, Parametric):
         after = Equations(self.cell, inputs, self.turned, np).run(states)
         values = outputs(self.cell, after, inputs)
         return np.moveaxis(values, 0, 1), np.moveaxis(after, 0, 1)
+
+    def _newest(
+        self, features: Float32Array, begun: Float32Array, path: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """Give values and x after each sample as it was the newest, from those before it.
+
+        Of sequences (B, N, q) that began at states (B, n) and passed the path (B, N, n).
+        """
+        before = np.concatenate([begun[:, None], path[:, :-1]], axis=1)
+        rows = features.reshape(-1, 1, features.shape[2])
+        values, after = self._path(rows, before.reshape(-1, before.shape[2]))
+        shape = *features.shape[:2], -1
+        return values.reshape(shape), after.reshape(shape)
 
 
 def _joined(

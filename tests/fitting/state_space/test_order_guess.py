@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space import sizes
-from slide_fmu.fitting.state_space.fit import compete
+from slide_fmu.fitting.state_space.fit import ROUND, compete
 from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, orders_to_try
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 
@@ -93,39 +93,60 @@ def test_linear_models_of_more_states_do_not_raise_a_known_order(
 def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, states: int) -> None:
     """Refined errors decide: relative to that of the guessed order."""
 
-    def network(order: int) -> Any:
-        return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=1.0)
-
-    def refine(candidate: Any, name: str = "") -> Any:
+    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
+        assert iterations == ROUND
         error = more if candidate.shape.n_states == 6 else 1.0
         return SimpleNamespace(shape=candidate.shape, error=error)
 
-    multi_start: Any = SimpleNamespace(
+    multi_start = runs(refine, lambda candidate, number, iterations: candidate)
+    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
+    assert found.shape.n_states == states
+
+
+@pytest.mark.parametrize(
+    ("gains", "iterations", "rounds"),
+    [([0.5, 1.0, 0.5], 60, [20, 20]), ([0.9, 0.9], 60, [20, 20]), ([0.9, 0.9], 50, [20, 10])],
+)
+def test_better_network_goes_on_while_it_pays(
+    gains: list[float], iterations: int, rounds: list[int]
+) -> None:
+    done = []
+
+    def refine_again(candidate: Any, number: int, iterations: int) -> Any:
+        done.append(iterations)
+        assert number == len(done)
+        error = gains[number - 1] * candidate.error
+        return SimpleNamespace(shape=candidate.shape, error=error)
+
+    multi_start = runs(lambda candidate, name="", iterations=None: candidate, refine_again)
+    multi_start.training = LeastSquaresRecipe(iterations=iterations)
+    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
+    assert done == rounds
+    assert found.error == pytest.approx(math.prod(gains[: len(rounds)]))
+
+
+def sized(order: int, error: float = 1.0) -> Any:
+    """A network with so many states."""
+    return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
+
+
+def runs(refine: Any, refine_again: Any) -> Any:
+    """What does the last runs of a fit."""
+    return SimpleNamespace(
         training=LeastSquaresRecipe(),
         dense_units=lambda order, units: units,
         plan=lambda iterations: None,
         refine=refine,
+        refine_again=refine_again,
     )
-    found = compete(multi_start, Chosen(4, 16, network(4), network(6)))
-    assert found.shape.n_states == states
 
 
 def test_network_that_uses_more_states_already_is_refined_alone() -> None:
     refined = []
 
-    def refine(candidate: Any, name: str = "") -> Any:
+    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
         refined.append(candidate.shape.n_states)
         return candidate
 
-    networks = [
-        SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
-        for order, error in ((4, 1.0), (6, 0.9))
-    ]
-    multi_start: Any = SimpleNamespace(
-        training=LeastSquaresRecipe(),
-        dense_units=lambda order, units: units,
-        plan=lambda iterations: None,
-        refine=refine,
-    )
-    found: Any = compete(multi_start, Chosen(4, 16, *networks))  # type: ignore[arg-type]
+    found = compete(runs(refine, None), Chosen(4, 16, sized(4), sized(6, 0.9)))
     assert (found.shape.n_states, refined) == (6, [6])

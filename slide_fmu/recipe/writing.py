@@ -142,11 +142,11 @@ def _bound_lines(step: float) -> list[str]:
         f"short_span = {short}",
         f"long_span = {long}",
         f"estimate_span = {long}",
+        "# The second network behind the bound is learnt once, from one start.",
+        "attempts = 1",
         "",
-        "# The second network behind the bound is learnt with less effort than the first one.",
         "[bound.companion]",
         "starts = 1",
-        "iterations = 40",
         "",
     ]
 

@@ -32,6 +32,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     const uint64_t means_over = (SLIDE_BLOCKS + 1) * (longer + span_block);
     bound->memory_length = 0;
     bound->span_length = 0;
+    bound->judges_given = payload->has_bound && payload->forecast.judged;
     if (!payload->has_bound) {
         return;
     }
@@ -39,7 +40,6 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_outputs = n_outputs;
     bound->n_states = view->companion.of.cell.n_states;
     bound->n_seen = n_seen;
-    bound->judges_given = payload->forecast.judged;
     bound->n_expected = view->sees_estimates ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
     bound->n_predicted =

@@ -19,6 +19,7 @@ import torch
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.features.base import Offered
+from slide_fmu.fitting.feature_search import choices
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import Part, fit_network
 from slide_fmu.network.state_space.network import StateSpace
@@ -56,7 +57,10 @@ def fit_companion(
     assert recipe.bound is not None
     split = "train" if recipe.data.companion == "train" else "companion"
     assert isinstance(surrogate.network, StateSpace)
-    sized = with_sizes_of(recipe, surrogate.network)
+    table, offered = recipe.network, machine[1]
+    assert isinstance(table, StateSpaceRecipe)
+    searched = len(choices(table, offered, len(surrogate.outputs))) > 1
+    sized = recipe if searched else with_sizes_of(recipe, surrogate.network)
     goes_on = recipe.bound.companion.start == "surrogate"
     found: list[tuple[float, Surrogate, History]] = []
     for attempt in range(recipe.bound.attempts):
@@ -79,15 +83,20 @@ def fit_companion(
 
 
 def with_sizes_of(recipe: Recipe, network: StateSpace) -> Recipe:
-    """Return a recipe whose keys ``"auto"`` of the table ``network`` are as a network has them."""
+    """Return a recipe whose keys ``"auto"`` of the table ``network`` are as a network has them.
+
+    Its features are those that the recipe names, or the only ones that there are.
+    """
     table, cell = recipe.network, network.cell
     assert isinstance(table, StateSpaceRecipe)
-    n_units = len(cell.w)
-    order = len(cell.a) - (table.padding if n_units else 0)
+    n_units, padding = len(cell.w), table.padding
+    if table.units == "auto" and cell.activation != StateSpaceRecipe.model_fields["units"].default:
+        padding = 0  # as the trials that found these units left it
+    order = len(cell.a) - (padding if n_units else 0)
     found: dict[str, Any] = {"order": order, "hidden": n_units, "units": cell.activation}
     sizes = {key: value for key, value in found.items() if getattr(table, key) == "auto"}
     if "units" in sizes:
-        sizes["substeps"] = cell.substeps  # they were found together
+        sizes |= {"substeps": cell.substeps, "padding": padding}  # they were found together
     return recipe.model_copy(update={"network": table.model_copy(update=sizes)})
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,9 @@ def fit_bound(
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is that of the head.
 
+    Where inputs are forecast, the bound holds in the plain call and where they are known to the
+    step's end: the head learns from both, and the larger factor counts.
+
     The head sees what the surrogate's error estimator expects, if there is one. The splits are
     trajectories to learn from, others to calibrate by, and perhaps further ones to learn from,
     which are of kinds outside of the domain; no network has learnt from any of them. The
@@ -121,18 +125,19 @@ def fit_bound(
     blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
     with np.errstate(all="ignore"):  # what is not finite is refused below
         plain = plain_predictions(surrogate, splits)
-    learnt, calibration, *further = (
-        _seen(surrogate, companion, blocks, *pair) for pair in zip(splits, plain, strict=True)
-    )
+    see = partial(_seen, surrogate, companion, blocks)
+    learnt, calibration, *further = (see(*pair) for pair in zip(splits, plain, strict=True))
     for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
         _require_finite(name, mix)
-    mixes = [learnt, *(_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
+    mixes, calibrations = [learnt], [calibration]
+    if judges_given(surrogate):
+        known = (see(split, None) for split in splits[:2])
+        for mix, mixes_of in zip(known, (mixes, calibrations), strict=True):
+            mixes_of.append(mix)
+    mixes += [_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
+    factors = np.maximum.reduce([_factors_of(head, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
-    found = _scales(head, calibration.statistics)
-    # errors of zero count as the least that the head knows: factors are positive
-    ratios = np.maximum(calibration.errors / found[..., :n_outputs], 2.0**-MOST_EXPONENT)
-    factors = np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
     block, estimate = span_block(recipe, surrogate.window.step), None
     if block is not None:
@@ -146,6 +151,14 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
     """Return the head's local scales, and RMS errors, (n_trajectories, N, n_values)."""
     exponents = head.evaluate(_samples(statistics)).astype(np.float64)
     return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
+
+
+def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
+    """Return the factors for all confidences, (3, n_outputs)."""
+    found = _scales(head, calibration.statistics)[..., : calibration.errors.shape[2]]
+    # errors of zero count as the least that the head knows: factors are positive
+    ratios = np.maximum(calibration.errors / found, 2.0**-MOST_EXPONENT)
+    return np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
 
 
 def _factors(ratios: FloatArray, confidence: float) -> FloatArray:
@@ -195,18 +208,21 @@ def _seen(
     companion: StateSpace,
     blocks: tuple[int, int],
     split: Split,
-    plain: FloatArray,
+    plain: FloatArray | None,
 ) -> _Seen:
     """Run both networks along trajectories. What is not finite is refused afterwards.
 
-    Errors are those of the outputs in a plain call, (n_trajectories, N, n_outputs).
+    Errors are those of the outputs in a plain call, (n_trajectories, N, n_outputs), if they are
+    given; else those of the outputs where all inputs are known to the step's end.
     """
     scaled = surrogate.input_scaling.apply(split.inputs)
     networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
-    predicted = surrogate.output_scaling.apply(plain)
-    if forecast is not None and judges_given(surrogate):
+    if plain is None:
+        plain = surrogate.predict_newest_batch(split.inputs)
+    elif forecast is not None and judges_given(surrogate):
         found = forecast.along(split.inputs, surrogate.inputs, surrogate.input_scaling)
         ahead = surrogate.input_scaling.apply(found)
+    predicted = surrogate.output_scaling.apply(plain)
     with np.errstate(all="ignore"):
         errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
         afterwards = statistics_of(networks, blocks, scaled, predicted)[0]

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.measures import best_constant, moving_rms
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.store import Split
-from slide_fmu.fitting.estimator import streamed_errors
+from slide_fmu.fitting.plain_call import plain_predictions
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -25,12 +26,13 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     if surrogate.estimator is None:
         assert surrogate.bound is not None
         first = max(first, surrogate.bound.estimate_length - span)
-    errors = streamed_errors(surrogate, split)[:, first + 1 :] * surrogate.output_scaling.scale
+    (given,) = plain_predictions(surrogate, [split])
+    errors = (given - split.outputs[:, 1:])[:, first:]
     if errors.shape[1] < span:
         return None
     true = np.concatenate([moving_rms(one, span) for one in errors])
     last = errors.shape[1] - span + 1
-    found = np.concatenate([surrogate.estimate_error(one)[-last:] for one in split.inputs])
+    found = _estimates(surrogate, split, given)[:, -last:].reshape(-1, errors.shape[2])
     for index, signal in enumerate(surrogate.outputs):
         known = true[:, index] > 0
         if not known.any():
@@ -48,3 +50,16 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
                 f"{100 * constant:.3g} %"
             )
     return None
+
+
+def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:
+    """Return the estimates of the FMU in a plain call, which gave these outputs.
+
+    Both have the shape (n_trajectories, N, n_outputs).
+    """
+    if surrogate.estimator is not None:
+        return np.stack([surrogate.estimate_error(inputs) for inputs in split.inputs])
+    assert surrogate.bound is not None
+    scaled = surrogate.input_scaling.apply(split.inputs)
+    predicted = surrogate.output_scaling.apply(given)
+    return surrogate.bound.estimates(scaled, predicted) * surrogate.output_scaling.scale

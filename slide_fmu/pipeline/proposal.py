@@ -41,7 +41,7 @@ MOVING: tuple[InputKind, ...] = ("moving", "rates")
 """What inputs are that may bend between samples."""
 SUBSTEPS, STAIRS = 4, 10
 """Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth. An
-FMU goes through a sample by so many stairs anyway (``fmu-substeps``), so it gets as many parts."""
+FMU that is stepped through a sample by so many stairs anyway (``fmu-substeps``) gets as many."""
 UNSEEN = (-1.0, 1.0)
 """Outputs whose range is still to be found are made with this one, which nothing depends on."""
 
@@ -264,7 +264,8 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
         stairs = round(step / fmu_step)
         whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
         return next((n for n in whole if n >= SUBSTEPS), whole[-1])
-    parts = STAIRS if begun.found.kind == "fmu" else SUBSTEPS
+    climbs = isinstance(begun.system, FmuSystem) and begun.system.climbs
+    parts = STAIRS if climbs else SUBSTEPS
     try:
         finer = load_system(replace(begun.specification, step=step / parts))
     except LoadError:  # the model has a step of its own

@@ -33,10 +33,12 @@ from slide_fmu.fitting.estimate_worth import useless_estimate
 from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe
 
@@ -166,6 +168,21 @@ def test_companion_has_the_sizes_that_were_found_for_the_surrogate(fit: Fit) -> 
     assert found == RECIPE.network
     given = with_sizes_of(RECIPE.model_copy(update={"network": found}), network)
     assert given.network == found
+
+
+@pytest.mark.parametrize(("units", "padding"), [("tanh", 2), ("mixed", 0), ("cubic", 0)])
+def test_cubes_that_were_found_have_no_padding(units: str, padding: int) -> None:
+    """The trials that find them leave it out."""
+    network = random_surrogate(Shape(2, 1, 1, 1, cell=CellShape(6, 3, units, substeps=2))).network
+    assert isinstance(network, StateSpace)
+    table = {"family": "state_space", "padding": 2} | dict.fromkeys(("order", "hidden"), "auto")
+    for given in ("auto", units):
+        values = {**RECIPE.model_dump(), "network": {**table, "units": given}}
+        found = with_sizes_of(Recipe.model_validate(values), network).network
+        assert isinstance(found, StateSpaceRecipe)
+        kept = padding if given == "auto" else 2
+        assert (found.order, found.padding, found.hidden) == (6 - kept, kept, 3)
+        assert (found.units, found.substeps) == (units, 2 if given == "auto" else 1)
 
 
 @pytest.mark.parametrize("confidence", CONFIDENCES)

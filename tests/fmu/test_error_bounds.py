@@ -64,11 +64,15 @@ def surrogate_of(name: str, blocks: tuple[int, int] = BLOCKS) -> Surrogate:
         shape = dataclasses.replace(shape, positions=3)
         return bounded_surrogate(shape, blocks, sees_estimates=True)
     surrogate = bounded_surrogate(shape, blocks)
-    if name.endswith("judged"):
-        assert surrogate.forecast is not None
-        judged = dataclasses.replace(surrogate.forecast, judged=True)
-        surrogate = dataclasses.replace(surrogate, forecast=judged)
+    surrogate = judging(surrogate) if name.endswith("judged") else surrogate
     return with_span(surrogate) if name.startswith("span") else surrogate
+
+
+def judging(surrogate: Surrogate) -> Surrogate:
+    """The surrogate whose bound judges what was given by forecast inputs."""
+    assert surrogate.forecast is not None
+    judged = dataclasses.replace(surrogate.forecast, judged=True)
+    return dataclasses.replace(surrogate, forecast=judged)
 
 
 def places(surrogate: Surrogate, key: str, fmi: FmiVersion = 2) -> tuple[int, int]:
@@ -177,6 +181,18 @@ def test_bound_judges_what_was_given_by_forecast_inputs(
     within(np.array(found)[known], (bound.factors_at(0.95) * scales)[1:][known])
     # neither what it would say of known inputs, nor of outputs that are corrected afterwards
     assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
+
+
+def test_bound_of_what_was_given_counts_anew_after_an_odd_step(load: Load) -> None:
+    """Then all samples are others, of which the importer was given nothing."""
+    surrogate = surrogate_of("judged")
+    native = load(surrogate).instance().start()
+    assert surrogate.bound is not None
+    count = surrogate.bound.filling_length + 20
+    for lengths, expected in (([1.0] * count, 1.0), ([0.5], 0.0), ([1.0] * 3, 3 / (count - 20))):
+        go(native, surrogate, lengths, lambda k: False)
+        assert native.get(*places(surrogate, "BOUND_FILLED")) == [pytest.approx(expected)]
+        assert native.get(*places(surrogate, "WINDOW_FILLED")) == [1.0]
 
 
 def smooth_record(count: int) -> FloatArray:
@@ -334,11 +350,16 @@ def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name:
 
 
 @pytest.mark.parametrize("length", [1.0, 2.0, 1.5])
-@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-def test_failed_step_keeps_bounds_that_are_due(load: Load, length: float, hold: str) -> None:
+@pytest.mark.parametrize(
+    ("hold", "judged"), [("zero_order", False), ("first_order", False), ("first_order", True)]
+)
+def test_failed_step_keeps_bounds_that_are_due(
+    load: Load, length: float, hold: str, judged: bool
+) -> None:
     """Features overflow where the inputs do not."""
     shape = dataclasses.replace(SHAPES["gated"], hold=hold, forecasts=hold == "first_order")
     surrogate = bounded_surrogate(shape, BLOCKS)
+    surrogate = judging(surrogate) if judged else surrogate
     loaded = load(surrogate)
     native, other = loaded.instance().start(), loaded.instance().start()
     for each in (native, other):

@@ -26,7 +26,7 @@ from slide_fmu.systems.fmu.remarks import (
 )
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import SolverSteps
-from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
+from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps, interpolates
 from slide_fmu.systems.fmu.variables import (
     choices_of,
     parameters_of,
@@ -112,6 +112,9 @@ class FmuSystem(Stepping):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
     Interface: never instantiated.
+
+    Attributes:
+        climbs: whether its steps hold their inputs, so that moving ones are stairs.
     """
 
     may_crash = True
@@ -121,6 +124,7 @@ class FmuSystem(Stepping):
         self.input_remark = remark_on_inputs(plan.file, hold_of(plan.inputs))
         self.remarks = (*remarks_on(plan.file), self.input_remark)
         self.own_step = plan.file.held_step
+        self.climbs = plan.file.interface == "co_simulation" and not interpolates(plan.file)
         self._plan = plan
         self._runs = Runs(self._make_steps)
 

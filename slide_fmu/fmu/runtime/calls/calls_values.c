@@ -10,6 +10,15 @@ static double part_filled(const SlideState *state, double n_samples) {
     return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
+/* The same for the bound. Where it judges what was given, nothing that was taken in anew counts: of
+ * these samples the importer was given nothing. */
+static double part_judged(const SlideModel *model, const SlideState *state, uint64_t n_samples) {
+    const double filled = part_filled(state, (double)n_samples);
+    const double given = state->head->given / (double)n_samples;
+    const bool judged = model->bound.judges_given && slide_stream_forecasts(model, state);
+    return judged && given < filled ? given : filled;
+}
+
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
 static bool in_domain(const SlideModel *model, const SlideState *state) {
     return slide_bound_knows(&state->bound) && slide_stream_in_range(model, state);
@@ -104,8 +113,9 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = part_filled(state, model->predictor.memory_length);
         break;
     case SLIDE_ESTIMATE_FILLED:
-        values[0] = part_filled(state, of_bound(model) ? (double)model->bound.span_length
-                                                           : (double)model->estimator.memory_length);
+        values[0] = of_bound(model)
+                        ? part_judged(model, state, model->bound.span_length)
+                        : part_filled(state, (double)model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
         values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *
@@ -129,7 +139,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = *state->bound.novelty;
         break;
     case SLIDE_BOUND_FILLED:
-        values[0] = part_filled(state, (double)model->bound.filling_length);
+        values[0] = part_judged(model, state, model->bound.filling_length);
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);

@@ -230,6 +230,7 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 static void count_filled(const SlideModel *model, SlideState *state, double length) {
     const uint32_t n_whole = slide_intake_whole(model, length);
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
+    state->head->given = n_whole > 0 ? state->head->given + n_whole : 0;
     if (model->parameters.count > 0) { /* a window taken in anew knows no other parameters */
         *state->since = n_whole > 0 ? *state->since + n_whole : INFINITY;
     }

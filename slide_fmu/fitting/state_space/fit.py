@@ -38,8 +38,9 @@ ENOUGH = 12_288
 linear model, fitted to all data, better than the many parameters of units."""
 
 ROUND, HELPS = 20, 0.99
-"""Where two sizes compete, both are refined by so many iterations, and the better one in further
-rounds as long as a round lowers its error below this part: most reach a plateau soon."""
+"""Where two sizes compete, both are refined by so many iterations, and then in further rounds, as
+long as a round lowers the error below this part: most reach a plateau soon. The larger one goes on
+only if it may still win."""
 
 WITH_MORE_STATES = "refined with more states"
 """The run of the network of more states than the search has chosen is called so."""
@@ -189,18 +190,24 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
         multi_start.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
     first = min(ROUND, last)
-    multi_start.plan(first + last)
+    multi_start.plan(2 * last)
     refined = multi_start.refine(winner, iterations=first)
     other = multi_start.refine(larger, WITH_MORE_STATES, first)
-    best = other if other.error < USED * refined.error else refined
-    return _while_it_pays(multi_start, best, last - first)
+    # what it would reach if every further round helped as much as the first one
+    reached = other.error * (other.error / larger.error) ** ((last - first) / ROUND)
+    refined = _while_it_pays(multi_start, refined, last - first, "refined")
+    if reached < USED * refined.error:
+        other = _while_it_pays(multi_start, other, last - first, WITH_MORE_STATES)
+    return other if other.error < USED * refined.error else refined
 
 
-def _while_it_pays(multi_start: MultiStart, candidate: Candidate, iterations: int) -> Candidate:
+def _while_it_pays(
+    multi_start: MultiStart, candidate: Candidate, iterations: int, name: str
+) -> Candidate:
     """Refine a network by so many iterations more, or until a round of them hardly helps."""
     for number, done in enumerate(range(0, iterations, ROUND), start=1):
-        before = candidate.error
-        candidate = multi_start.refine_again(candidate, number, min(ROUND, iterations - done))
+        before, count = candidate.error, min(ROUND, iterations - done)
+        candidate = multi_start.refine_again(candidate, f"{name}, again {number}", count)
         if candidate.error > HELPS * before:
             break
     return candidate

@@ -272,11 +272,10 @@ class MultiStart:
         theta, most = candidate.state.best, iterations or self.training.iterations
         return self._descend(name, candidate.shape, theta, self.data.whole, most)
 
-    def refine_again(self, candidate: Candidate, number: int, iterations: int) -> Candidate:
-        """Go on with a refined network on all data, the ``number``-th time."""
+    def refine_again(self, candidate: Candidate, name: str, iterations: int) -> Candidate:
+        """Go on with a refined network on all data; the run has a name of its own."""
         assert isinstance(candidate.state, Iterate)
         least_squares = self._objective.least_squares(candidate.shape, self.data.whole)
-        name = f"refined again {number}"
         return self._go_down(name, candidate.shape, candidate.state, least_squares, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:

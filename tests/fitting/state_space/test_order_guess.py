@@ -98,7 +98,7 @@ def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, stat
         error = more if candidate.shape.n_states == 6 else 1.0
         return SimpleNamespace(shape=candidate.shape, error=error)
 
-    multi_start = runs(refine, lambda candidate, number, iterations: candidate)
+    multi_start = runs(refine, lambda candidate, name, iterations: candidate)
     found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
     assert found.shape.n_states == states
 
@@ -112,10 +112,10 @@ def test_better_network_goes_on_while_it_pays(
 ) -> None:
     done = []
 
-    def refine_again(candidate: Any, number: int, iterations: int) -> Any:
+    def refine_again(candidate: Any, name: str, iterations: int) -> Any:
         done.append(iterations)
-        assert number == len(done)
-        error = gains[number - 1] * candidate.error
+        assert name == f"refined, again {len(done)}"
+        error = gains[len(done) - 1] * candidate.error
         return SimpleNamespace(shape=candidate.shape, error=error)
 
     multi_start = runs(lambda candidate, name="", iterations=None: candidate, refine_again)
@@ -123,6 +123,26 @@ def test_better_network_goes_on_while_it_pays(
     found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
     assert done == rounds
     assert found.error == pytest.approx(math.prod(gains[: len(rounds)]))
+
+
+@pytest.mark.parametrize(("gain", "states"), [(0.8, 6), (0.9, 4)])
+def test_network_of_more_states_goes_on_where_it_may_still_win(gain: float, states: int) -> None:
+    """It begins with twice the error; every round helps as much as the first one."""
+    done = []
+
+    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
+        better = gain if candidate.shape.n_states == 6 else 1.0
+        return SimpleNamespace(shape=candidate.shape, error=better * candidate.error)
+
+    def refine_again(candidate: Any, name: str, iterations: int) -> Any:
+        done.append(candidate.shape.n_states)
+        return refine(candidate, name, iterations)
+
+    multi_start = runs(refine, refine_again)
+    multi_start.training = LeastSquaresRecipe(iterations=5 * ROUND)
+    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6, 2.0)))
+    assert found.shape.n_states == states
+    assert done == ([4, 6, 6, 6, 6] if states == 6 else [4])
 
 
 def sized(order: int, error: float = 1.0) -> Any:

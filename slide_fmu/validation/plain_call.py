@@ -69,7 +69,8 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
     Returns:
         Plain values, as written to JSON. Errors are relative to the RMS of the reference about its
         mean, those that end in ``_rmse`` are in the output's unit. ``smooth`` is the error under
-        sums of sines of ``smooth_hz``, ``rough`` that under the recipe's kinds of excitation,
+        sums of sines of ``smooth_hz``, ``smooth_worst`` the largest of one such motion, beside its
+        own truth, ``rough`` that under the recipe's kinds of excitation,
         ``known_to_step_end`` that with inputs that are known ahead; ``smooth_covered`` is the part
         of the samples under smooth inputs that the error bound covers. Of inputs that are held,
         ``smooth_if_held`` is the error if they are smooth for the user: what the delay of half a
@@ -110,17 +111,23 @@ def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list
     known = np.concatenate([c.error for c in comparisons])
     rows = []
     for index, signal in enumerate(validation.surrogate.outputs):
-        smooth_rmse = smooth_relative = covered = None
+        smooth_rmse = smooth_relative = covered = worst = None
         if smooth is not None:
             within = np.abs(smooth.error[:, index]) <= smooth.bound[:, index]
             covered = float(np.mean(within)) if validation.surrogate.bound is not None else None
             smooth_rmse = float(rms(smooth.error)[index])
             smooth_relative = float(_relative(smooth.error, smooth.truth)[index])
+            motions = zip(
+                *(np.split(part, TRAJECTORIES) for part in (smooth.error, smooth.truth)),
+                strict=True,
+            )
+            worst = max(float(_relative(*motion)[index]) for motion in motions)
         rows.append(
             {
                 "name": signal.name,
                 "unit": signal.unit,
                 "smooth": None if late else smooth_relative,
+                "smooth_worst": None if late else worst,
                 "smooth_rmse": None if late else smooth_rmse,
                 "smooth_covered": None if late else covered,
                 "rough": float(validation.relative(rough, truth)[index]),
@@ -298,6 +305,7 @@ def plain_call_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
     """Return the table of the figures, its heading first; empty columns are left out."""
     columns = {
         "smooth": "smooth inputs",
+        "smooth_worst": "worst smooth motion",
         "rough": "inputs as in the training",
         "known_to_step_end": "inputs known to the step's end",
         "smooth_covered": "covered by the bound under smooth inputs",

@@ -96,6 +96,9 @@ def _plain(measured: Figures, in_range: Figures, subject: Subject) -> str:
         )
     rough, smooth = _worst(outputs, "rough"), _worst(outputs, "smooth")
     parts = [] if smooth is None else [f"{_up_to(smooth, outputs)} under smooth inputs"]
+    single = max((o.get("smooth_worst") or 0.0 for o in outputs), default=0.0)
+    if parts and single:
+        parts[0] += f" ({percent(single)} in the worst motion)"
     if rough is not None:
         parts.append(f"{_up_to(rough, outputs)} under inputs as in the training")
     call = f"fmpy.simulate_fmu with output_interval = {subject.step:g}"

@@ -43,6 +43,18 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     assert "15 s" in lines[-1]
 
 
+def test_verdict_names_the_error_of_the_worst_smooth_motion() -> None:
+    outputs = [
+        {**o, "smooth_worst": w} for o, w in zip(PLAIN["outputs"], (0.02, 0.03), strict=True)
+    ]
+    measured = {
+        "validation": {"in range": in_range()},
+        "plain_call": {**PLAIN, "outputs": outputs},
+    }
+    first = verdict(measured, SUBJECT)[0]
+    assert "up to 1.4 % under smooth inputs (3 % in the worst motion), up to 3 % under" in first
+
+
 def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
     held = {"rough": 0.01, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}

@@ -290,7 +290,8 @@ def with_plain_call(report: Report, found: Mapping[str, Any] | None) -> Report:
     """Return the report with the figures of the plain call, which come first."""
     if found is None:
         return report
-    section = Section("Plain call", f"{TEXT} {whole(found)}", plain_call_rows(found))
+    text = TEXT.replace("`", "")  # marks of code are the model card's
+    section = Section("Plain call", f"{text} {whole(found)}", plain_call_rows(found))
     data = {**report.data, "plain_call": dict(found)}
     return replace(report, data=data, sections=[section, *report.sections])
 

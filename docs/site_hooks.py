@@ -9,8 +9,8 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from recipe_page import recipe_page
 
-from slide_fmu.page.page import page_of
-from slide_fmu.pipeline.page_moves import solved_moves
+from slide_fmu.apps.motion.page_moves import solved_moves
+from slide_fmu.apps.page.page import page_of
 
 SPACES = "Example file name(s) with space(s) found"
 """mkdocs-gallery warns so of whole paths, also where only the folder of the checkout has a space,

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -24,29 +25,29 @@ import numpy as np
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
-from slide_fmu.credentials.experiment import Experiment, read_experiment
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.network import learnt_ranges
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.pipeline.credentials import Documents, credentials
+from slide_fmu.pipeline.apps import Release, with_origins
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
-from slide_fmu.pipeline.experiment import make_experiment
+from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
-from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.model_card import model_card
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
+FORMER_DRAWING = r"^drawing = .*\n"
+"""Line of a recipe of version 0.6.0, which has another place now."""
 MADE_ANEW = ("measured", "drawing")
 """Parts of the provenance that measuring makes anew."""
 
@@ -80,16 +81,14 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
     surrogate = _learnt_anew(surrogate, recipe)
-    provenance = with_drawing(provenance, recipe, surrogate)
+    provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     text = model_card(surrogate, recipe, measured, PICTURE, drawn)
-    experiment = None if new_experiment else read_experiment(fmu)
-    if experiment is None:
-        experiment = _experiment(surrogate, recipe, measured)
-    files = credentials(surrogate, recipe, provenance, Documents(page, text), experiment)
-    export_fmu(
-        surrogate, fmu, provenance=provenance, documentation=files.documentation, extra=files.extra
-    )
+    seed = measured["validation"][IN_RANGE]["seed"]
+    release = Release(surrogate, recipe, provenance, documents(page, text), seed=seed)
+    with tempfile.TemporaryDirectory() as folder:
+        run = export_fmu(surrogate, Path(folder) / fmu.name) if new_experiment else None
+        write_release(dataclasses.replace(release, fmu=run, former=fmu), fmu)
     write_whole(fmu.with_name(CARD), text.encode("utf-8"))
     return fmu
 
@@ -151,22 +150,17 @@ def _learnt_anew(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
     return dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
 
 
-def _experiment(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> Experiment:
-    """Run the surrogate as FMU of this version beside its reference, as ``slide-fmu run`` does."""
-    with tempfile.TemporaryDirectory() as folder:
-        fmu = export_fmu(surrogate, Path(folder) / f"{surrogate.name}.fmu")
-        return make_experiment(fmu, surrogate, recipe, measured["validation"][IN_RANGE]["seed"])
-
-
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
     """Return the text of the recipe in ``training``, if it says what the released one says.
 
     Version 0.6.0 had the key ``window.inputs = "step_end"`` in place of ``window.planned``, and
-    drew parameters beyond their ranges without the key ``beyond``.
+    ``system.drawing`` in place of ``apps.page.drawing``, and drew parameters beyond their ranges
+    without the key ``beyond``.
     """
     place = TRAINING / f"{surrogate.name}.toml"
     text = place.read_text(encoding="utf-8")
     former = provenance["recipe"].replace('inputs = "step_end"', "planned = true")
+    former = re.sub(FORMER_DRAWING, "", former, flags=re.MULTILINE)
     released = recipe_of_provenance({**provenance, "recipe": former}, surrogate.name)
     found, now = (_learnt(recipe) for recipe in (released, parse_recipe(text, str(place))))
     if now not in (found, _of_former_parameters(found)):
@@ -176,8 +170,8 @@ def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
 
 def _learnt(recipe: Recipe) -> dict[str, Any]:
     """Return what a recipe says, but for words and pictures: nothing is learnt by them."""
-    values = recipe.model_dump(mode="json", exclude={"description", "equations"})
-    del values["system"]["picture"], values["system"]["drawing"]
+    values = recipe.model_dump(mode="json", exclude={"description", "equations", "apps"})
+    del values["system"]["picture"]
     return values
 
 

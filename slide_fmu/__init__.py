@@ -1,7 +1,8 @@
 """Fast, trustworthy stand-ins for slow multibody models, as FMUs that load anywhere.
 
 This is the public face of the package. Whatever ``__all__`` lists is kept working from one release
-to the next; what lies in the rooms below may move. A name is imported when it is first used, so
+to the next; what lies in the rooms below may move. Installed apps add names of their own, such
+as ``slide_fmu.calibrate`` (``slide_fmu.apps``). A name is imported when it is first used, so
 that ``import slide_fmu`` is quick and loads neither torch nor exudyn.
 
     import slide_fmu as slide
@@ -20,23 +21,16 @@ if TYPE_CHECKING:
     from slide_fmu.cosim.run import CoSimulationError
     from slide_fmu.cosim.simulate import simulate
     from slide_fmu.data.errors import StoreError
-    from slide_fmu.fitting.calibration.result import Calibration
     from slide_fmu.fitting.errors import TrainingError
     from slide_fmu.fmu.export import FmuError, export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.fmu.native_library import NativeError
     from slide_fmu.memory.sizing import ShortWindowError
     from slide_fmu.memory.stability import UnstableSurrogateError
-    from slide_fmu.motion.autodiff.functions import (
-        casadi_function,
-        device_surrogate,
-        torch_module,
-    )
-    from slide_fmu.pipeline.calibrate import calibrate
     from slide_fmu.pipeline.errors import QualityError
-    from slide_fmu.pipeline.learning import Learnt, learn
-    from slide_fmu.pipeline.python_calls import export, run, validate
+    from slide_fmu.pipeline.python_calls import Learnt, export, run, validate
     from slide_fmu.pipeline.run_folder import StageError
+    from slide_fmu.propose.learning import learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
@@ -60,7 +54,6 @@ if TYPE_CHECKING:
 __version__ = "0.6.0"
 
 __all__ = [
-    "Calibration",
     "CoSimulationError",
     "FmuError",
     "FunctionSystem",
@@ -93,9 +86,6 @@ __all__ = [
     "UnstableSurrogateError",
     "Window",
     "__version__",
-    "calibrate",
-    "casadi_function",
-    "device_surrogate",
     "export",
     "export_fmu",
     "gradient",
@@ -106,23 +96,19 @@ __all__ = [
     "parameter_jacobian",
     "run",
     "simulate",
-    "torch_module",
     "validate",
 ]
 
 _HOMES = {
-    "slide_fmu.motion.autodiff.functions": ("casadi_function", "device_surrogate", "torch_module"),
     "slide_fmu.core.parameters": ("Parameter",),
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),
     "slide_fmu.cosim.run": ("CoSimulationError",),
     "slide_fmu.cosim.simulate": ("simulate",),
-    "slide_fmu.pipeline.calibrate": ("calibrate",),
-    "slide_fmu.fitting.calibration.result": ("Calibration",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
-    "slide_fmu.pipeline.learning": ("Learnt", "learn"),
-    "slide_fmu.pipeline.python_calls": ("export", "run", "validate"),
+    "slide_fmu.propose.learning": ("learn",),
+    "slide_fmu.pipeline.python_calls": ("Learnt", "export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),
@@ -160,6 +146,11 @@ if not TYPE_CHECKING:  # type checkers read the imports above and refuse names t
                 found = getattr(import_module(module), name)
                 globals()[name] = found  # the next use does not come here
                 return found
+        from slide_fmu.pipeline.apps import apps
+
+        for app in apps().values():
+            if name in app.public:
+                return getattr(import_module(app.public[name]), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from slide_fmu.motion import read_task
-from slide_fmu.pipeline.motion import solve
+from slide_fmu.apps.motion import read_task
+from slide_fmu.apps.motion.solve import solve
 
 # %%
 # The task is a file of a few lines: both places, how still is still, and what the drives can do.

@@ -1,6 +1,7 @@
 """The machines as pages draw them in motion (``slide-fmu page --drawing``).
 
-Each function returns a description in plain values, whose form ``slide_fmu/page/drawing.py`` says.
+Each function returns a description in plain values, whose form
+``slide_fmu/apps/page/drawing.py`` says.
 """
 
 from __future__ import annotations

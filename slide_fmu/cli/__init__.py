@@ -1,15 +1,18 @@
 """This room holds the console script ``slide-fmu``: subcommands only, no logic.
 
-``recipe_commands`` and ``fmu_commands`` hold one function for each subcommand, ``app`` the list of
-them. Nothing here computes anything or writes a file, beside the figures that ``--json`` asks for.
+``recipe_commands`` and ``fmu_commands`` hold one function for each subcommand of the way, ``app``
+the list of them. Nothing here computes anything or writes a file, except for the figures that
+``--json`` asks for.
 """
 
 import sys
 
-try:
-    from slide_fmu.cli.app import app, main
-except KeyboardInterrupt:  # nothing is there yet that could say so
-    sys.stderr.write("stopped\n")
-    raise SystemExit(130) from None
 
-__all__ = ["app", "main"]
+def main() -> None:
+    """Run the console script, and say so where the user interrupts it before anything else can."""
+    try:
+        from slide_fmu.cli.app import main as run
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped\n")
+        raise SystemExit(130) from None
+    run()

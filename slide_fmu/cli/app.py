@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from slide_fmu import __version__
-from slide_fmu.cli.calibration_commands import calibrate
-from slide_fmu.cli.comparison_commands import compare
 from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
-from slide_fmu.cli.fmu_commands import bench, check, export, info, page, ssp, validate
-from slide_fmu.cli.motion_commands import motion
+from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
+from slide_fmu.pipeline.apps import apps
 from slide_fmu.pipeline.display import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
@@ -27,19 +26,15 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     generate,
     cost,
     train,
-    compare,
     export,
     reference,
     ssp,
     validate,
-    page,
     check,
     bench,
-    calibrate,
-    motion,
     info,
 )
-"""All subcommands, in the order in which the help lists them."""
+"""The subcommands of the way, in the order in which the help lists them; those of apps follow."""
 
 NAME = "slide-fmu"
 """Name of the command, also where Python runs the package (``python -m slide_fmu``)."""
@@ -64,7 +59,12 @@ class _Subcommands(TyperGroup):
 app = typer.Typer(
     name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
 )
-for subcommand in SUBCOMMANDS:
+of_apps = (
+    getattr(import_module(module), name)
+    for found in apps().values()
+    for name, module in found.subcommands.items()
+)
+for subcommand in (*SUBCOMMANDS, *of_apps):
     # a short help is never cut; a word of Python's own has a mark behind it
     name = subcommand.__name__.rstrip("_")
     app.command(name, short_help=subcommand.__doc__)(subcommand)

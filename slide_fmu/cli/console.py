@@ -65,7 +65,7 @@ def show_json(path: str | None, figures: Any) -> None:
 
 def show_plain_call(figures: dict[str, Any], to: Console | None = None) -> None:
     """Print what the plain call of the FMU errs by, where that was measured."""
-    from slide_fmu.validation.plain_call import plain_call_rows
+    from slide_fmu.report.importer_sections import plain_call_rows
 
     if "plain_call" in figures:
         place, found = console if to is None else to, figures["plain_call"]
@@ -80,7 +80,7 @@ def show_plain_call(figures: dict[str, Any], to: Console | None = None) -> None:
 
 def show_box(figures: dict[str, Any], to: Console | None = None) -> None:
     """Print what the FMU errs by where all inputs are constant, where that was measured."""
-    from slide_fmu.validation.box import box_rows
+    from slide_fmu.report.importer_sections import box_rows
 
     if "box" in figures:
         heading, *rows = box_rows(figures["box"])
@@ -129,7 +129,7 @@ def show_validation(figures: dict[str, Any], title: str, to: Console | None = No
 
 def _show_estimate(figures: dict[str, Any], place: Console) -> None:
     """Print how far error estimates are from true errors, next to the best constant."""
-    from slide_fmu.validation.trust_tables import estimate_cells, estimates_of
+    from slide_fmu.report.trust_tables import estimate_cells, estimates_of
 
     found = estimates_of(figures)
     if not found:
@@ -153,9 +153,9 @@ def _show_estimate(figures: dict[str, Any], place: Console) -> None:
 
 def _show_bound(bound: dict[str, Any], place: Console) -> None:
     """Print what error bounds cover, how wide they are, and how often the domain is left."""
+    from slide_fmu.report.trust_sentences import covered_sentence
+    from slide_fmu.report.trust_tables import output_cells
     from slide_fmu.validation.trust import HARMFUL
-    from slide_fmu.validation.trust_sentences import covered_sentence
-    from slide_fmu.validation.trust_tables import output_cells
 
     place.print(f"error bound, {100 * bound['confidence']:g} % confidence")
     table = table_of(

@@ -14,8 +14,8 @@ from slide_fmu.cli.console import show_validation
 from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
-from slide_fmu.validation.limits import ordered
-from slide_fmu.validation.verdict import Subject, verdict
+from slide_fmu.report.limits import ordered
+from slide_fmu.report.verdict import Subject, verdict
 
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
 """What is raised where figures have other types than slide-fmu writes."""

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from slide_fmu.cli.console import console, show_remark
 from slide_fmu.cli.tables import table_of
 from slide_fmu.core.units import NO_UNIT, behind
-from slide_fmu.validation.tables import curve_rows, size_rows
+from slide_fmu.report.tables import curve_rows, size_rows
 
 if TYPE_CHECKING:
-    from slide_fmu.credentials.replay import Replay
-    from slide_fmu.pipeline.proposal import Proposal
-    from slide_fmu.pipeline.record_proposal import RecordProposal
+    from slide_fmu.pipeline.apps import Repeated
+    from slide_fmu.propose.proposal import Proposal
+    from slide_fmu.propose.record_proposal import RecordProposal
 
 
 def show_draft(proposal: Proposal | RecordProposal) -> None:
@@ -150,14 +150,9 @@ def show_search(figures: dict[str, Any]) -> None:
     show_remark(figures.get("remark"))
 
 
-def show_replay(found: Replay) -> None:
-    """Print by how much the outputs of a repeated experiment differ from the stored ones."""
-    console.print(f"experiment of {found.steps} steps, repeated here")
-    rows = table_of("variable", "largest difference", "allowed", "error beside the reference")
-    for name, difference in found.differences.items():
-        error = f"{100 * found.errors[name]:.3g} %" if name in found.errors else ""
-        rows.add_row(name, f"{difference:.3g}", f"{found.allowed[name]:.3g}", error)
-    console.print(rows)
+def show_repeated(run: Repeated) -> None:
+    """Print how something that an FMU carries went when it was repeated here."""
+    _show_table(run.title, run.rows)
 
 
 def _show_table(title: str, rows: Sequence[Sequence[str]]) -> None:

@@ -5,6 +5,7 @@ As with those on recipes, what a subcommand does is imported when it is called.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -21,7 +22,7 @@ from slide_fmu.cli.console import (
     show_validation,
     write_json,
 )
-from slide_fmu.cli.findings import show_replay
+from slide_fmu.cli.findings import show_repeated
 from slide_fmu.cli.options import (
     DataSeedOption,
     FmuArgument,
@@ -150,8 +151,8 @@ def validate(
     ] = None,
 ) -> None:
     """Measure an FMU beside its reference system on unseen inputs; runs the model's code."""
+    from slide_fmu.pipeline.apps import last_section
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
-    from slide_fmu.pipeline.touching import touched
     from slide_fmu.validation.comparison import Task
 
     with progress_bars() as bar:
@@ -161,45 +162,13 @@ def validate(
         result = validate_fmu_file(fmu, task, bar)
         made = validation_report(result, fmu)
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
-        page = touched(made, fmu).write(folder)
+        page = replace(made, inside=last_section(fmu)).write(folder)
     figures = dict(made.data)
     write_json(json_path, figures)
     show_plain_call(figures)
     show_box(figures)
     show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
     console.print(f"report  {page}")
-
-
-def page(
-    fmu: FmuArgument,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE.html", help="Write the page here.")
-    ],
-    title: Annotated[
-        str | None, typer.Option("--title", help="Head it with this text, not with the name.")
-    ] = None,
-    drawing: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODULE:FUNCTION",
-            help="Draw the machine in motion as this function describes it, not as the FMU does.",
-        ),
-    ] = None,
-    motion: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="TASK.toml", help="Play the move chosen for this task beside a plain one."
-        ),
-    ] = None,
-) -> None:
-    """Write one HTML file in which people move the inputs of an FMU and see what it does."""
-    from slide_fmu.page.page import write_page
-    from slide_fmu.pipeline.page_moves import solved_moves
-
-    with errors():
-        moves = None if motion is None else solved_moves(fmu, motion)
-        path = write_page(fmu, output, title, drawing, moves)
-    console.print(f"page    {path}")
 
 
 def check(
@@ -221,8 +190,8 @@ def check(
     with errors():
         checked = check_file(fmu, run)
         write_json(json_path, checked.figures(fmu))
-    if checked.replay is not None:
-        show_replay(checked.replay)
+    for run_again in checked.repeated.values():
+        show_repeated(run_again)
     for problem in checked.problems:
         console.print(problem, style="red")
     if checked.problems:

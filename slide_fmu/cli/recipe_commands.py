@@ -129,15 +129,15 @@ def init(
 ) -> None:
     """Write a first recipe for your own model, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.pipeline.draft_signals import parse_range, proposed_name
-    from slide_fmu.pipeline.proposal import Proposal, Wish, propose
-    from slide_fmu.pipeline.record_columns import RecordWish
-    from slide_fmu.pipeline.record_proposal import (
+    from slide_fmu.propose.draft_signals import parse_range, proposed_name
+    from slide_fmu.propose.proposal import Proposal, Wish, propose
+    from slide_fmu.propose.record_columns import RecordWish
+    from slide_fmu.propose.record_proposal import (
         RecordProposal,
         are_records,
         propose_record,
     )
-    from slide_fmu.pipeline.template import write_template
+    from slide_fmu.propose.template import write_template
 
     with progress_bars() as bar:
         place = output or Path(f"{proposed_name(models[0], name)}.toml")
@@ -201,7 +201,7 @@ def try_(
     with errors():
         require_training()
     from slide_fmu.memory.sizing import require_window
-    from slide_fmu.pipeline.trial import open_trial, try_recipe
+    from slide_fmu.propose.trial import open_trial, try_recipe
 
     with progress_bars() as bar:
         progress = bar("trial")

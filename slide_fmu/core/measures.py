@@ -44,3 +44,8 @@ def best_constant(errors: FloatArray) -> float:
     ordered = np.sort(errors)
     weights = np.cumsum(1.0 / ordered)
     return float(ordered[np.searchsorted(weights, 0.5 * weights[-1])])
+
+
+def percent(value: float) -> str:
+    """Return a fraction as per cent with three digits."""
+    return f"{100 * value:.3g} %"

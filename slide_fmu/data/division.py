@@ -9,11 +9,11 @@ import numpy as np
 from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.specimens import too_few_specimens
-from slide_fmu.systems.record.blocks import Block, Split, Splitting
-from slide_fmu.systems.record.measured import RecordError
-from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.systems.record.periods import find_period
-from slide_fmu.systems.record.splitting import split_pieces
+from slide_fmu.records.blocks import Block, Split, Splitting
+from slide_fmu.records.measured import RecordError
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.periods import find_period
+from slide_fmu.records.splitting import split_pieces
 
 FEWEST = 8
 """So many samples in a row have all outputs somewhere in each part."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from slide_fmu.data.division import divided, files_of, scored_parts
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import scarce_specimens, specimens, values_in_file
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 
 
 def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:

@@ -33,7 +33,7 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     the fingerprint: a store may hold more than a recipe reads.
     """
     system = recipe.system.model_dump(
-        mode="json", exclude={"reference", "picture", "drawing", "chain", "drive", "noise_record"}
+        mode="json", exclude={"reference", "picture", "chain", "drive", "noise_record"}
     )
     measured = recipe.system.is_record
     if not measured:

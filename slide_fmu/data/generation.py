@@ -26,9 +26,9 @@ from slide_fmu.data.store import Shapes, missing_trajectories, open_store, write
 from slide_fmu.data.worker import Order, forget, make_trajectories
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.record.model import MeasuredRecords
 
 MOST_IN_A_JOB = 16
 """A job has at most so many trajectories, so that the last workers end at about the same time."""

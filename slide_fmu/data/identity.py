@@ -5,8 +5,8 @@ from __future__ import annotations
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source, System
-from slide_fmu.systems.record.model import MeasuredRecords
 
 
 def identity(recipe: Recipe, source: Source) -> FloatArray:

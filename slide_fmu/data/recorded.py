@@ -14,8 +14,8 @@ from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
 from slide_fmu.data.division import divided, files_of, scored_parts
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.specimens import values_in_file
-from slide_fmu.systems.record.blocks import Block
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.blocks import Block
+from slide_fmu.records.model import MeasuredRecords
 
 
 @dataclass(frozen=True, eq=False)

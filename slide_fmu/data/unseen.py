@@ -14,8 +14,8 @@ from slide_fmu.data.draws import Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_system
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import System
-from slide_fmu.systems.record.model import MeasuredRecords
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ import hashlib
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source
-from slide_fmu.systems.record.model import MeasuredRecords
 
 ScaledNoise = tuple[FloatArray, ...]
 """Stretches of the outputs' noise in scaled units, shape (N, n_outputs) each."""

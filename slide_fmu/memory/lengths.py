@@ -23,8 +23,8 @@ from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source, System
-from slide_fmu.systems.record.model import MeasuredRecords
 
 OUTPUTS = 0.5
 """Output samples of a window, relative to those that it truncates: a third of the window."""

@@ -15,7 +15,7 @@ from slide_fmu.memory.decay import recommend_window, too_short
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.memory.record_decay import RecordDecay, decay_of_records
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 
 FEW_WINDOWS = 20
 """Records to learn from that have fewer windows than these are remarked as short."""

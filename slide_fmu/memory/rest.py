@@ -15,8 +15,8 @@ from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.stability import RECORDS
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.record.model import MeasuredRecords
 
 
 def apart_at_rest(

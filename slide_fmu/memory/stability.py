@@ -22,9 +22,9 @@ from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import specimens
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
-from slide_fmu.systems.record.model import MeasuredRecords
 
 RECORDS = 32
 """The test uses this many records of inputs at every amplitude."""

@@ -1,29 +1,25 @@
 """What an FMU says of itself in several places is held against each other.
 
-Metadata and model card follow from the surrogate and its provenance. So they are written again
-here, and compared with those that the FMU carries.
+The model card follows from the surrogate and its provenance. So it is written again here, and
+compared with the one that the FMU carries; apps do so with what they have put into it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-from slide_fmu.core.xml_differences import apart, differences
-from slide_fmu.credentials.members import CARD, METADATA
-from slide_fmu.credentials.metadata import resource_metadata
+from slide_fmu.core.xml_differences import apart
 from slide_fmu.fmu.export import PROVENANCE, read_member
-from slide_fmu.page.page import carried_drawing
-from slide_fmu.pipeline.credentials import without_pictures
+from slide_fmu.pipeline.apps import check_origins
+from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.model_card import model_card, without_pictures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.statements import statements
 
 SHOWN = 3
 """So many differences of each file are named."""
@@ -34,8 +30,8 @@ REMEDY = (
 )
 
 
-def agreement_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]:
-    """Compare the metadata and the model card of an FMU with what follows from its provenance.
+def card_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]:
+    """Compare the model card of an FMU with what follows from its provenance.
 
     Args:
         fmu: the file of an FMU, whose archive has no problems.
@@ -43,55 +39,54 @@ def agreement_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list
         provenance: what it says about its origin; None if it says nothing.
 
     Returns:
-        The problems, each one sentence with its remedy. An FMU without provenance, or with
-        neither metadata nor card, has none.
+        The problems, each one sentence with its remedy. An FMU without provenance has none.
 
     Raises:
         FmuError: a member cannot be read.
         OSError: the file cannot be read.
     """
-    carried = read_member(fmu, METADATA), read_member(fmu, CARD)
-    if provenance is None or carried == (None, None):
+
+    def compare(recipe: Recipe) -> Iterator[str]:
+        check_origins(surrogate, provenance)
+        content = read_member(fmu, CARD)
+        if content is None:
+            return
+        if "measured" not in provenance:
+            yield f"{CARD} is there, but {PROVENANCE} has no measured errors; {REMEDY}"
+            return
+        card = model_card(surrogate, recipe, provenance["measured"], "", "")
+        expected = _lines(without_pictures(card))
+        pairs = _other_lines(_lines(content.decode("utf-8", "replace")), expected)
+        others = (f"{apart(ours, its)!r}; expected {apart(its, ours)!r}" for ours, its in pairs)
+        yield from disagreements(CARD, others)
+
+    return compared_with_provenance(fmu, provenance, compare)
+
+
+def compared_with_provenance(
+    fmu: Path, provenance: Any, compare: Callable[[Recipe], Iterable[str]]
+) -> list[str]:
+    """Return what a comparison with the recipe of an FMU finds.
+
+    Args:
+        fmu: the file of the FMU.
+        provenance: what it says about its origin; None, and nothing is compared, if it says
+            nothing.
+        compare: takes the recipe and gives the problems; where it fails, the provenance is said
+            to be damaged.
+
+    Raises:
+        FmuError: a member cannot be read.
+    """
+    if provenance is None:
         return []
     try:
-        carried_drawing(surrogate, provenance)
-        recipe = recipe_of_provenance(provenance, str(fmu))
-        found = list(_of_metadata(fmu, surrogate, recipe, provenance))
-        return found + list(_of_card(fmu, surrogate, recipe, provenance))
+        return list(compare(recipe_of_provenance(provenance, str(fmu))))
     except (AttributeError, ArithmeticError, IndexError, LookupError, TypeError, ValueError) as e:
         return [
             f"{PROVENANCE} says something else than slide-fmu writes ({type(e).__name__}: {e}); "
             "expected recipe, seeds, versions and measured errors: get the file again"
         ]
-
-
-def _of_metadata(
-    fmu: Path, surrogate: Surrogate, recipe: Recipe, provenance: dict[str, Any]
-) -> Iterator[str]:
-    content = read_member(fmu, METADATA)
-    if content is None:
-        return
-    entries = statements(surrogate, recipe, provenance)
-    payload = surrogate.to_bytes()
-    written = resource_metadata(surrogate.name, recipe.description, entries, payload)
-    found, expected = ElementTree.fromstring(content), ElementTree.fromstring(written)
-    yield from _told(METADATA, list(differences(found, expected)))
-
-
-def _of_card(
-    fmu: Path, surrogate: Surrogate, recipe: Recipe, provenance: dict[str, Any]
-) -> Iterator[str]:
-    content = read_member(fmu, CARD)
-    if content is None:
-        return
-    if "measured" not in provenance:
-        yield f"{CARD} is there, but {PROVENANCE} has no measured errors; {REMEDY}"
-        return
-    card = model_card(surrogate, recipe, provenance["measured"], "", "")
-    expected = _lines(without_pictures(card))
-    pairs = _other_lines(_lines(content.decode("utf-8", "replace")), expected)
-    others = [f"{apart(ours, its)!r}; expected {apart(its, ours)!r}" for ours, its in pairs]
-    yield from _told(CARD, others)
 
 
 def _lines(text: str) -> list[str]:
@@ -107,8 +102,9 @@ def _other_lines(found: list[str], expected: list[str]) -> Iterator[tuple[str, s
             yield from zip_longest(found[first:last], expected[first_of:last_of], fillvalue="")
 
 
-def _told(member: str, others: list[str]) -> Iterator[str]:
-    """Say in which places a member does not follow from the provenance."""
+def disagreements(member: str, found: Iterable[str]) -> Iterator[str]:
+    """Say in which places a member of an FMU does not follow from its provenance."""
+    others = list(found)
     for other in others[:SHOWN]:
         yield f"{member} does not say what {PROVENANCE} says: {other}; {REMEDY}"
     if len(others) > SHOWN:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.credentials.problems import credential_problems
-from slide_fmu.credentials.replay import Replay, replay
 from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
-from slide_fmu.pipeline.agreement import agreement_problems
+from slide_fmu.pipeline.agreement import card_problems
+from slide_fmu.pipeline.apps import Repeated, app_problems, repeated
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")
 """Users may compile libraries of their own; what is run then is not known here."""
@@ -25,16 +25,18 @@ class Checked:
 
     Attributes:
         problems: one sentence each, with its remedy where there is one; empty when it is fine.
-        replay: how its experiment went here; None if it was not repeated, or there is none.
+        repeated: how what it carries to be repeated went here, by the names of the apps.
     """
 
     problems: list[str]
-    replay: Replay | None = None
+    repeated: Mapping[str, Repeated] = field(default_factory=dict)
 
     def figures(self, fmu: Path) -> dict[str, Any]:
         """Return what is written as JSON."""
-        repeated = {} if self.replay is None else {"replay": asdict(self.replay)}
-        return {"fmu": str(fmu), "problems": self.problems, **repeated}
+        found: dict[str, Any] = {"fmu": str(fmu), "problems": self.problems}
+        for run in self.repeated.values():
+            found |= run.figures
+        return found
 
 
 def check(fmu: Path, run: bool) -> Checked:
@@ -53,15 +55,15 @@ def check(fmu: Path, run: bool) -> Checked:
     except (FmuError, OSError):  # check_fmu has said it
         return Checked(problems)
     try:
-        problems += credential_problems(fmu, surrogate)
-        problems += agreement_problems(fmu, surrogate, provenance)
+        found = app_problems(fmu, surrogate, provenance)
+        problems += dict.fromkeys([*found, *card_problems(fmu, surrogate, provenance)])
         # what is said above says more of a member than that its hash is another one
         problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
         if problems or not run:
             return Checked(problems)
-        found = replay(fmu, surrogate)
+        runs = repeated(fmu, surrogate)
     except (FmuError, OSError) as error:
         return Checked([*problems, str(error)])
     except CoSimulationError as error:
         return Checked([f"the experiment cannot be repeated: {error}"])
-    return Checked([] if found is None else found.problems(), found)
+    return Checked([problem for run in runs.values() for problem in run.problems], runs)

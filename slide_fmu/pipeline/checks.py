@@ -9,6 +9,7 @@ from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
+from slide_fmu.pipeline.apps import check_app_tables
 from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import (
@@ -36,6 +37,7 @@ def check_recipe(recipe: Recipe) -> None:
         ContractError: the system that makes the data does not keep its word.
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
+    check_app_tables(recipe)
     system = recipe_source(recipe)
     require_all_kinds(recipe, system)
     known_start(recipe, system)

@@ -96,7 +96,8 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error. One
     that is damaged has lost them, which is remarked.
     """
-    from slide_fmu.pipeline.credentials import credentials
+    from slide_fmu.pipeline.apps import Release
+    from slide_fmu.pipeline.documents import write_release
     from slide_fmu.pipeline.job import open_job, provenance
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.pipeline.stages import examine_stability
@@ -121,15 +122,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
-    files = credentials(surrogate, job.recipe, origin)
-    found = export_fmu(
-        surrogate,
-        path,
-        provenance=origin,
-        documentation=files.documentation,
-        extra=files.extra,
-        **options,
-    )
+    found = write_release(Release(surrogate, job.recipe, origin), path, **options)
     return Exported(found, remark)
 
 

@@ -15,17 +15,18 @@ from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.page.page import carried_drawing
+from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.importer_sections import with_box, with_plain_call
+from slide_fmu.report.report import Report
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.accuracy_sections import validation_sections
-from slide_fmu.validation.box import box_figures, with_box
+from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
-from slide_fmu.validation.report import Report
+from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.validate import validate
 
 if TYPE_CHECKING:  # it needs the packages of the training
@@ -39,11 +40,11 @@ def validate_fmu_file(
 ) -> Validation:
     """Run an FMU of a user beside the reference system, which is looked for near the FMU.
 
-    Arguments and errors are those of ``measured``; and a DrawingError where the FMU carries a
-    drawing that is not usable.
+    Arguments and errors are those of ``measured``; and a ValueError where the FMU carries for
+    some app what that cannot use.
     """
     make_models_importable(fmu)
-    carried_drawing(*read_fmu(fmu))  # the report shows it: a wrong one is told before any work
+    check_origins(*read_fmu(fmu))  # the report shows it: a mistake is said before any work
     return measured(fmu, task, bar, workers)
 
 

@@ -34,7 +34,7 @@ from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
 from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source, recipe_system
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""

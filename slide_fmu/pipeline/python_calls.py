@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +12,69 @@ from slide_fmu.core.extras import require_training
 from slide_fmu.core.progress import quiet_stages
 from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
-from slide_fmu.pipeline.learning import Learnt, simulating_processes
+from slide_fmu.pipeline.script import unguarded_place
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems import given
+from slide_fmu.systems.base import System
+
+ALONE = (
+    "simulating in this process alone: worker processes would run this script again ({place}). "
+    'Put the call under if __name__ == "__main__": for several'
+)
+AGAIN = (
+    "slide.{call} with workers = {workers} stands in {place}, outside of "
+    'if __name__ == "__main__":; expected it under that line, since worker processes run all the '
+    "rest of the script again: put it there, or say workers = 0, which simulates in this process "
+    "alone"
+)
+NOT_DEFINED_HERE = (
+    "simulating in this process alone: the system has parts that this session defines itself. Put "
+    "its functions or classes into a module for several worker processes"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """A Learnt is what ``learn`` has made of a reference system.
+
+    Attributes:
+        surrogate: the trained surrogate, with its error estimator if the recipe has one.
+        fmu: path of the FMU, which carries the report.
+        report: path of the report, a page of HTML.
+        figures: the figures of the report as plain values.
+    """
+
+    surrogate: Surrogate = field(repr=False)
+    fmu: Path
+    report: Path
+    figures: dict[str, Any] = field(repr=False)
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Return relative RMSEs on unseen trajectories in range by the names of the outputs."""
+        found = self.figures["validation"]["in range"]["outputs"]
+        return {output["name"]: float(output["relative_rmse"]) for output in found}
+
+    def export(self, path: str | Path, fmi: FmiVersion = 2, sources: Sources = False) -> Path:
+        """Write the FMU with its report elsewhere, for a version of FMI, perhaps with C sources.
+
+        Raises:
+            ValueError: the path does not end in ``.fmu``.
+        """
+        return export_again(self.fmu, Path(path), fmi, sources)
+
+    def _repr_html_(self) -> str:
+        """Show the errors in a notebook."""
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{100 * error:.3g} %</td></tr>"
+            for name, error in self.errors.items()
+        )
+        return f"<table><tr><th>output</th><th>relative RMSE</th></tr>{rows}</table>"
 
 
 def run(
@@ -136,3 +197,25 @@ def validate(
     processes, _ = simulating_processes({}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)
     return validate_fmu_file(Path(fmu), task, quiet_stages, processes).figures()
+
+
+def simulating_processes(
+    system: System | Mapping[str, Any], workers: int | None, call: str = "learn"
+) -> tuple[int | None, str | None]:
+    """Return how many processes simulate, and what to say about that.
+
+    The call is the public function by which the user came here.
+
+    Raises:
+        ValueError: there shall be some, which would run the user's script again.
+    """
+    if isinstance(system, Mapping) and system.get("kind") == KIND:
+        return 0, None  # records are not simulated
+    if isinstance(system, System) and not given.crosses(system):
+        return 0, None if workers == 0 else NOT_DEFINED_HERE
+    place = unguarded_place()
+    if place is None or workers == 0:
+        return workers, None
+    if workers is None:
+        return 0, ALONE.format(place=place)
+    raise ValueError(AGAIN.format(call=call, workers=workers, place=place))

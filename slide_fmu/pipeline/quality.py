@@ -10,6 +10,8 @@ from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 
+LINEAR_DOES = 1.2
+"""A linear model would do where its error is at most so many times that of the best other one."""
 MUCH = 0.05
 """Relative RMSE above which an output is remarked where the recipe requires nothing."""
 LAST, FELL = 0.2, 0.1
@@ -79,6 +81,21 @@ def remark_on_training(recipe: Recipe, history: Mapping[str, Any]) -> str | None
     return (
         f"the validation error still fell by {fallen:.2g} % in the last fifth of the training: "
         f"a longer one would pay ({_longer(recipe)})"
+    )
+
+
+def linear_size_remark(sizes: Sequence[Mapping[str, Any]], error: float) -> str | None:
+    """Say that a linear network would do, of the sizes that a search has tried; else None.
+
+    The error is that of the network that was taken, in validation and in scaled units.
+    """
+    linear = [size for size in sizes if size["units"] == 0 and size["validation_error"]]
+    best = min(linear, key=lambda size: float(size["validation_error"]), default=None)
+    if best is None or not best["validation_error"] <= LINEAR_DOES * error:
+        return None
+    return (
+        f"a linear model would do: a linear network of order {best['order']} errs "
+        f"{best['validation_error'] / error:.3g} times as much in validation (network.hidden = 0)"
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 
 KEY = "records"
 """In the provenance: a list of the names and SHA-256 hashes of the files."""

@@ -16,12 +16,12 @@ from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
-from slide_fmu.pipeline.credentials import Documents, credentials
-from slide_fmu.pipeline.experiment import make_experiment
+from slide_fmu.pipeline.apps import Release, last_section, with_origins
+from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, provenance
 from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, measured, remarks_on_range, tasks
 from slide_fmu.pipeline.numbers import kept_curve
-from slide_fmu.pipeline.quality import remark_on_error, remark_on_training
+from slide_fmu.pipeline.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.stages import (
     check_window,
@@ -30,26 +30,25 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
-from slide_fmu.pipeline.touching import touched, with_drawing
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.report import accuracy_sections, learning_sections
+from slide_fmu.report.adversarial_section import adversarial_section, search_section
+from slide_fmu.report.figures import side_by_side
+from slide_fmu.report.importer_sections import with_box, with_plain_call
+from slide_fmu.report.model_card import model_card
+from slide_fmu.report.record_remarks import remarks_on_records
+from slide_fmu.report.report import Report, Section, remark_sections
+from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
-from slide_fmu.systems.record.model import MeasuredRecords
-from slide_fmu.validation import accuracy_sections, learning_sections
 from slide_fmu.validation.adversarial import attack, attack_figures
-from slide_fmu.validation.adversarial_section import adversarial_section, search_section
-from slide_fmu.validation.baselines import linear_size_remark
-from slide_fmu.validation.box import box_figures, with_box
+from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.figures import side_by_side
-from slide_fmu.validation.model_card import model_card
-from slide_fmu.validation.plain_call import plain_call_figures, with_plain_call
-from slide_fmu.validation.record_remarks import remarks_on_records
-from slide_fmu.validation.report import Report, Section, remark_sections
+from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.response import is_affine
-from slide_fmu.validation.verdict import Subject, verdict
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -60,7 +59,7 @@ folder finds it on the card."""
 @dataclass(frozen=True, eq=False)
 class Finished:
     """A finished run has an FMU, the page of its report, the figures of ``report.json``, and what
-    a user must know of them (``slide_fmu.validation.verdict``)."""
+    a user must know of them (``slide_fmu.report.verdict``)."""
 
     fmu: Path
     page: Path
@@ -180,18 +179,10 @@ def measure_trained(
     write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
     text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
-    released = with_drawing({**origin, "measured": report.data}, recipe, surrogate)
-    experiment = make_experiment(fmu, surrogate, recipe, wanted[IN_RANGE].seed)
-    documents = Documents(page.read_bytes(), text)
-    files = credentials(surrogate, recipe, released, documents, experiment)
-    export_fmu(
-        surrogate,
-        fmu,
-        provenance=released,
-        documentation=files.documentation,
-        extra=files.extra,
-    )
-    touched(report, fmu).write(job.folder.path)
+    released = with_origins({**origin, "measured": report.data}, recipe, surrogate)
+    members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
+    write_release(Release(surrogate, recipe, released, members, fmu, seed=seed), fmu)
+    replace(report, inside=last_section(fmu)).write(job.folder.path)
     return Finished(fmu, page, report.data, report.verdict)
 
 

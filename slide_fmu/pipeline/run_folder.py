@@ -261,10 +261,10 @@ def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
 
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """Return what a recipe says about learning: not how the result is tested and measured."""
-    untaught = ("description", "equations", "stability", "validation")
+    untaught = ("description", "equations", "stability", "validation", "apps")
     learnt = {k: v for k, v in recipe.items() if k not in untaught}
     system = recipe["system"].items()
-    shown = ("reference", "picture", "drawing")
+    shown = ("reference", "picture")
     learnt["system"] = {k: v for k, v in system if k not in shown}
     return learnt
 

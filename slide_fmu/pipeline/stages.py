@@ -24,9 +24,9 @@ from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.pipeline.quality import remark_on_training
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source, source_at
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.systems.record.model import MeasuredRecords
 
 STABILITY_REPORT = "stability.html"
 
@@ -199,8 +199,8 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     page = job.folder.path / STABILITY_REPORT
     page.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):
-        from slide_fmu.validation.learning_sections import stability_section
-        from slide_fmu.validation.report import Report
+        from slide_fmu.report.learning_sections import stability_section
+        from slide_fmu.report.report import Report
 
         section = stability_section(tests, surrogate.window.step)
         report = Report(f"{job.recipe.name}: not stable", job.recipe.description, {}, [section])

@@ -82,6 +82,7 @@ class Recipe(Table):
         stability: what a network must keep to before it is exported.
         validation: unseen trajectories on which the FMU is measured.
         parameters: physical parameters that users of the FMU may set, by name.
+        apps: tables of apps by the apps' names; each app reads its own.
         automatic: keys that the recipe leaves to be found (``"window.n_in"``); they hold first
             guesses until ``with_resolved``, and nothing is learnt before. No key of a file.
     """
@@ -99,6 +100,7 @@ class Recipe(Table):
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
     parameters: dict[str, ParameterRecipe] = Field(default={})
+    apps: dict[str, dict[str, Any]] = Field(default={})
     automatic: tuple[str, ...] = ()
 
     @model_validator(mode="before")

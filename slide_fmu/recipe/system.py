@@ -75,9 +75,6 @@ class SystemRecipe(Table):
             of what a faster one has taught. If empty, it is the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file.
-        drawing: ``"module:function"`` or ``"file.py:function"`` that describes how the machine
-            looks in motion (``slide_fmu/page/drawing.py``), for its page and its report; the FMU
-            carries the description.
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
             the path of its URDF alone is short for its table. If not given, it is that of the
             model, if it has one.
@@ -94,7 +91,6 @@ class SystemRecipe(Table):
     outputs: dict[str, SignalRecipe] = Field(default={})
     reference: dict[str, float | int | str | bool] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
-    drawing: str | None = Field(default=None, pattern=r"^[^:]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
 

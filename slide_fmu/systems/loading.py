@@ -24,7 +24,7 @@ KINDS: dict[str, str] = {
     "function": "slide_fmu.systems.function.model",
     "object": "slide_fmu.systems.given",
     "exudyn": "slide_fmu.systems.exudyn.model",
-    "record": "slide_fmu.systems.record.model",
+    "record": "slide_fmu.records.model",
 }
 """Every kind of reference system by its name in recipes: one module and one entry here.
 

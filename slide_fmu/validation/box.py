@@ -6,8 +6,8 @@ left in the input window. What is scored is the last part of that rest.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,6 @@ from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Validation
-from slide_fmu.validation.report import Report, Section
-from slide_fmu.validation.tables import percent
 
 INSIDE = 8
 """So many points inside of the box are measured."""
@@ -165,37 +163,3 @@ def _named(surrogate: Surrogate, point: FloatArray) -> str:
     return ", ".join(
         f"{signal.name} = {value:.4g}{behind(signal.unit)}" for signal, value in pairs
     )
-
-
-def with_box(report: Report, found: Mapping[str, Any] | None) -> Report:
-    """Return the report with the figures at constant inputs, behind its first section."""
-    if found is None:
-        return report
-    section = Section("Constant inputs", box_text(found), box_rows(found))
-    first, *others = report.sections
-    data = {**report.data, "box": dict(found)}
-    return replace(report, data=data, sections=[first, section, *others])
-
-
-def box_text(found: Mapping[str, Any]) -> str:
-    """Say how constant inputs were measured, and where the reference failed."""
-    failed = [text for group in found.values() for text in group.get("failed", [])]
-    return TEXT + "".join(f" The reference could not be simulated at {text}." for text in failed)
-
-
-def box_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
-    """Return the table of the figures, its heading first."""
-    covers = any("covered" in output for group in found.values() for output in group["outputs"])
-    heading = ("inputs", "output", "relative RMSE", "largest error")
-    rows: list[Sequence[str]] = [(*heading, "covered by the bound") if covers else heading]
-    for name, group in found.items():
-        for output in group["outputs"]:
-            unit = behind(output["unit"])
-            row = (
-                f"{TITLES[name]} ({group['points']} points)",
-                output["name"],
-                percent(output["relative_rmse"]),
-                f"{output['largest_error']:.3g}{unit}",
-            )
-            rows.append((*row, percent(output["covered"])) if covers else row)
-    return rows

@@ -14,8 +14,8 @@ from slide_fmu.data.draws import Draw
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.free_run import free_run

@@ -8,13 +8,12 @@ hold says; under smooth inputs it goes on by its own fine step.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.recipe.recipe import Recipe
@@ -24,9 +23,6 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Validation
-from slide_fmu.validation.report import Report, Section
-from slide_fmu.validation.tables import percent
-from slide_fmu.validation.verdict import late_words
 
 SAMPLES = 16
 """A smooth input has at least so many samples in a period."""
@@ -41,6 +37,8 @@ FILLED = 0.9
 """A smooth input fills this part of its declared range at most."""
 SEED = 0x5A007
 """Entropy of the sines; no training uses it."""
+OWN_PART = 0.1
+"""An error of the FMU itself that is a larger part of what held inputs err by is told with it."""
 TEXT = (
     "Relative RMSE of `fmpy.simulate_fmu(fmu, input=table)`, which sets before each step what the "
     "inputs are then."
@@ -286,39 +284,21 @@ def _truth(
     return simulate(system, smooth_inputs(system.inputs, at, hz, index)).outputs[::times]
 
 
-def with_plain_call(report: Report, found: Mapping[str, Any] | None) -> Report:
-    """Return the report with the figures of the plain call, which come first."""
-    if found is None:
-        return report
-    text = TEXT.replace("`", "")  # marks of code are the model card's
-    section = Section("Plain call", f"{text} {whole(found)}", plain_call_rows(found))
-    data = {**report.data, "plain_call": dict(found)}
-    return replace(report, data=data, sections=[section, *report.sections])
+def late_words(found: Mapping[str, Any], error: str) -> str:
+    """Say by how much a smooth input is late that is held, and what the FMU then errs by.
+
+    Args:
+        found: the figures of the plain call.
+        error: the largest ``smooth_if_held`` in words. The FMU's own error is part of it.
+    """
+    late = f"a smooth input is late by {found['late_s']:g} s"
+    held, own = (worst_of(found["outputs"], key) for key in ("smooth_if_held", "rough"))
+    if held is not None and own is not None and own > OWN_PART * held:
+        return f"{late}; the FMU errs by {error} under it, its own error included"
+    return f"{late}: {error}"
 
 
-def whole(found: Mapping[str, Any]) -> str:
-    """Return the sentence of the figures as one that stands alone."""
-    sentence = str(found["sentence"])
-    return f"{sentence[0].upper()}{sentence[1:]}."
-
-
-def plain_call_rows(found: Mapping[str, Any]) -> list[Sequence[str]]:
-    """Return the table of the figures, its heading first; empty columns are left out."""
-    columns = {
-        "smooth": "smooth inputs",
-        "smooth_worst": "worst smooth motion",
-        "rough": "inputs as in the training",
-        "known_to_step_end": "inputs known to the step's end",
-        "smooth_covered": "covered by the bound under smooth inputs",
-        "smooth_if_held": "smooth inputs, which are held for a step",
-    }
-    shown = [key for key in columns if any(o.get(key) is not None for o in found["outputs"])]
-    rows: list[Sequence[str]] = [("output", *(columns[key] for key in shown))]
-    rows += [
-        (
-            output["name"],
-            *("" if output.get(key) is None else percent(output[key]) for key in shown),
-        )
-        for output in found["outputs"]
-    ]
-    return rows
+def worst_of(outputs: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    """Return the largest figure of a name; None where no output has it."""
+    errors = [output[key] for output in outputs if output.get(key) is not None]
+    return max(errors) if errors else None

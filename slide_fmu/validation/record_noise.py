@@ -10,7 +10,7 @@ from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 
 ORIGINS = {
     "noise_record": "by the noise record",

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from tests.estimates import kept_estimates
 from tests.recipes import LINEAR_NETWORK
 

@@ -13,7 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.credentials.members import METADATA
+from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from tests.acceptance.conftest import Finished, invoke, run_recipe

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fitting.baselines.lessons import needs_sysidentpy
+from tests.apps.compare.lessons import needs_sysidentpy
 from tests.limits import HANGS
 
 ROOT = Path(__file__).parents[2]

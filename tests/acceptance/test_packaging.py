@@ -21,10 +21,10 @@ def test_wheel_holds_the_compiled_runtime(tmp_path: Path) -> None:
         names = set(archive.namelist())
     assert {
         "slide_fmu/fmu/runtime/source/resource.c",
-        "slide_fmu/validation/templates/report.html",
-        "slide_fmu/validation/web/report.js",
+        "slide_fmu/report/templates/report.html",
+        "slide_fmu/report/web/report.js",
         "slide_fmu/core/web/modules/chart.js",
-        "slide_fmu/validation/templates/card.md",
+        "slide_fmu/report/templates/card.md",
         "mbs_models/oscillators/oscillators.py",
     } <= names
     folder = "slide_fmu/fmu/binaries/"

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.python_fmu.torch_export import ModuleTable
 

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slide_fmu.apps.page.touching import with_drawing
 
 from fmus.rebuild import TRAINING, _recipe_now, measure, rebuild
-from slide_fmu.credentials.experiment import read_experiment
-from slide_fmu.credentials.problems import credential_problems
+from slide_fmu.apps.credentials.experiment import read_experiment
+from slide_fmu.apps.credentials.problems import credential_problems
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.agreement import agreement_problems
 from slide_fmu.pipeline.run_folder import StageError
-from slide_fmu.pipeline.touching import with_drawing
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.validation.model_card import variable_table
+from slide_fmu.report.model_card import variable_table
 from tests.progress import no_stages
 
 ROOT = Path(__file__).parents[2]

@@ -17,8 +17,8 @@ from slide_fmu.pipeline.measurement import validate_fmu_file
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.model_card import variable_table
 from slide_fmu.validation.comparison import Task
-from slide_fmu.validation.model_card import variable_table
 from tests.acceptance.conftest import invoke
 from tests.marks import essential
 

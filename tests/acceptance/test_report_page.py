@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from tests.browser import Browser
 
 FMUS = Path(__file__).parents[2] / "fmus"

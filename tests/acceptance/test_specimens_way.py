@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.credentials.experiment import read_experiment
+from slide_fmu.apps.credentials.experiment import read_experiment
 from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record

@@ -11,8 +11,8 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.credentials.members import METADATA
 from slide_fmu.fmu.export import read_fmu, read_member
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates

@@ -23,11 +23,11 @@ from figures_out import measure_and_write
 from parameters import CASES, RECORDS, error_at, learnt, mean_square_root, recipe_of
 from scipy.signal import lfilter
 
+from slide_fmu.apps.calibrate.calibrate import calibrate
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.pipeline.calibrate import calibrate
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -17,10 +17,10 @@ import numpy as np
 from figures_out import measure_and_write
 from seeds import CHOSEN_MOTIONS
 
+from slide_fmu.apps.motion import MoveTask, coordinates_of, read_task
+from slide_fmu.apps.motion.solve import solve
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import load
-from slide_fmu.motion import MoveTask, coordinates_of, read_task
-from slide_fmu.pipeline.motion import solve
 from slide_fmu.surrogate.surrogate import Surrogate
 
 ROOT = Path(__file__).parents[2]

@@ -18,13 +18,13 @@ import numpy as np
 from figures_out import measure_and_write
 from seeds import CORRECTED_PATHS
 
+from slide_fmu.apps.motion import MotionError, PathTask, coordinates_of
+from slide_fmu.apps.motion.compensate import chain_of_surrogate, condition_along
+from slide_fmu.apps.motion.path import read_path
+from slide_fmu.apps.motion.path_correction import correct
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import load
-from slide_fmu.motion import MotionError, PathTask, coordinates_of
-from slide_fmu.motion.compensate import chain_of_surrogate, condition_along
-from slide_fmu.motion.path import read_path
-from slide_fmu.pipeline.path_correction import correct
 
 FMU = Path(__file__).parents[2] / "fmus" / "robot_6r" / "robot_6r.fmu"
 REACH, SPEED, SAMPLES_AT_REST = 0.6, 1.2, 30

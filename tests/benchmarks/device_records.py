@@ -25,10 +25,10 @@ from figures_out import measure_and_write
 from seeds import WHOLE_RECORDS
 from whole_records import cut
 
+from slide_fmu.apps.autodiff.device_surrogate import DeviceSurrogate
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import load
 from slide_fmu.fmu.native import NativeSurrogate
-from slide_fmu.motion.autodiff.device_surrogate import DeviceSurrogate
 
 LENGTH = 600
 

@@ -24,7 +24,7 @@ from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import read_fmu
-from tests.page.node import run_task, task_of_fmu
+from tests.apps.page.node import run_task, task_of_fmu
 
 FMUS = Path(__file__).parents[2] / "fmus"
 PARTS = {"step": Part.STEP, "step_and_read": Part.STEP_AND_READ}

@@ -10,9 +10,9 @@ import fmpy
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.credentials.experiment import Experiment, read_experiment
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.export import export_again

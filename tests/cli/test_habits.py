@@ -11,13 +11,13 @@ from typing import get_args
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
-from slide_fmu.cli.calibration_commands import PAIRINGS
+from slide_fmu.apps.calibrate.command import PAIRINGS
+from slide_fmu.cli.app import app
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import PROVENANCE, SURROGATE
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.systems.record.preparation import Pairing
+from slide_fmu.records.preparation import Pairing
 from tests.acceptance.conftest import SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
 from tests.own_models.quarter_car import build_in_c

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.pipeline.proposal import propose
+from slide_fmu.propose.proposal import propose
 from tests.cli.test_habits import DUFFING, said
 
 MODEL = """

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.cosim.synthetic import synthetic_surrogate
 from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.export import export_fmu

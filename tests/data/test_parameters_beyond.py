@@ -20,7 +20,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.store import read_split
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.pipeline.trial import open_trial, try_recipe
+from slide_fmu.propose.trial import open_trial, try_recipe
 from slide_fmu.recipe.parameters import FORMER_BEYOND
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe

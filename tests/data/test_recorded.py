@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.apps.compare.compare import require_comparable
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.division import divided, longest_scored
@@ -15,11 +16,10 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import inputs_beyond, learnt_pieces, stretches, unseen_stretches
 from slide_fmu.data.store import open_store, read_split, write_trajectory
-from slide_fmu.pipeline.compare import require_comparable
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
 from tests.recipes import tiny_recipe

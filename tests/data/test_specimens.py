@@ -16,7 +16,7 @@ from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
 

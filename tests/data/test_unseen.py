@@ -12,8 +12,8 @@ from slide_fmu.data.draws import ATTEMPTS, TEST, Stream, draw
 from slide_fmu.data.unseen import measured_motions, unseen_motions
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.record.model import MeasuredRecords
 from slide_fmu.systems.simulation import simulate
 from tests.own_records import RECIPE, write_record
 from tests.recipes import tiny_recipe

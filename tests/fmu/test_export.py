@@ -13,7 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.core.files import write_zip
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.cosim.run import CoSimulationError, run_fmu, unpacked

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion

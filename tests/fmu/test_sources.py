@@ -16,7 +16,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu

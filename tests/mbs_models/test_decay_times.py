@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.memory import motions
 
 RECIPE = """

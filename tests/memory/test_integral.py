@@ -10,7 +10,7 @@ import pytest
 from slide_fmu.core.signals import Signal
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.sizing import NotForgettingError
-from slide_fmu.pipeline.proposal import Wish, propose
+from slide_fmu.propose.proposal import Wish, propose
 from slide_fmu.systems.base import System
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system

@@ -13,7 +13,7 @@ from slide_fmu.memory.sizing import NotForgettingError, ShortWindowError, requir
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.systems.record.model import MeasuredRecords
+from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RATE, RECIPE, STEP, force_and_travel, write_record
 
 OPEN = RECIPE.replace("n_in = 240\nn_out = 80\n", "remaining_amplitude = 0.01\n")

@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mbs_models.oscillators.oscillators import LinearOscillator
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.core.window import Window
 from slide_fmu.memory import motions
 from slide_fmu.memory.decay import Decay
@@ -30,8 +30,8 @@ from slide_fmu.pipeline import stages
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.learning_sections import sizing_section
 from slide_fmu.systems.base import Linearization, State
-from slide_fmu.validation.learning_sections import sizing_section
 from tests.recipes import TINY, tiny_recipe
 
 DECAY = 1.1513

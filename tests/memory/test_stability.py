@@ -29,7 +29,7 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.cell import Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.validation.learning_charts import stability_charts
+from slide_fmu.report.learning_charts import stability_charts
 from tests.fmu.samples import CellShape, random_cell
 from tests.memory.small_cells import (
     INPUTS,

@@ -44,7 +44,7 @@ MODULES = {
             "slide_fmu/validation/validate.py",
             "slide_fmu/validation/comparison.py",
         ),
-        ("tests/validation/test_compare.py", "tests/validation/test_figures.py",
+        ("tests/validation/test_compare.py", "tests/report/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
     ),
     "sizing": Module(

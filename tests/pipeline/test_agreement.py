@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.credentials.members import CARD, METADATA, RESULTS
+from slide_fmu.apps.credentials.members import CARD, METADATA, RESULTS
 from slide_fmu.fmu.export import DESCRIPTION, PROVENANCE, FmuError, export_fmu, read_fmu
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.check import check

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.credentials import members
+from slide_fmu.apps.credentials import members
 from slide_fmu.fmu.export import read_member
 from slide_fmu.fmu.hashes import HASHES, hash_list
 from slide_fmu.pipeline.check import check

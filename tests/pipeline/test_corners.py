@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.apps.compare.compare import Terms, compare_recipe
 from slide_fmu.memory import motions
-from slide_fmu.pipeline.compare import Terms, compare_recipe
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.stages import size_recipe
 from slide_fmu.recipe.recipe import RecipeError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.progress import quiet
-from slide_fmu.pipeline.first_look import Looking, look
+from slide_fmu.propose.first_look import Looking, look
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice, Specification
 

@@ -12,7 +12,7 @@ from fmpy.fmi2 import FMU2Slave
 from torch import nn
 from typer.testing import CliRunner, Result
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.description.variables import BY_KEY
 from slide_fmu.surrogate.surrogate import Surrogate

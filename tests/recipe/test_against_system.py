@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.cli import app
+from slide_fmu.cli.app import app
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system, require_features

@@ -13,12 +13,12 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.adversarial_section import adversarial_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
 from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, attack_figures, search
-from slide_fmu.validation.adversarial_section import adversarial_section
 from slide_fmu.validation.attacked import Target
 from tests.bounds import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape

@@ -13,11 +13,11 @@ from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.pipeline.side_by_side import as_the_reference
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.validate import validate
 from tests.fmu.moving_inputs import Moving, forecasting
 from tests.fmu.samples import sum_surrogate

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.apps.credentials.make_experiment import make_experiment
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
@@ -19,13 +20,12 @@ from slide_fmu.fitting.fit import Fit, fit_surrogate
 from slide_fmu.fitting.physical import require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability
-from slide_fmu.pipeline.experiment import make_experiment
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.model_card import model_card
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.validate import validate
 from tests.estimates import kept_estimates
 from tests.progress import silent

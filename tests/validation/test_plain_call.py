@@ -27,11 +27,12 @@ from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_at_finer_step, reference_system
+from slide_fmu.report.model_card import model_card
+from slide_fmu.report.report import Report
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Task, Validation
-from slide_fmu.validation.model_card import model_card
 from slide_fmu.validation.plain_call import (
     TRAJECTORIES,
     band_of,
@@ -40,7 +41,6 @@ from slide_fmu.validation.plain_call import (
     smooth_inputs,
     with_plain_call,
 )
-from slide_fmu.validation.report import Report
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.credentials.metadata import OWN
+from slide_fmu.apps.credentials.metadata import OWN
+from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.limits import limits
+from slide_fmu.report.trust_sections import bound_sections
+from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
+from slide_fmu.report.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.validation.comparison import Said
-from slide_fmu.validation.limits import limits
-from slide_fmu.validation.statements import statements
-from slide_fmu.validation.trust_sections import bound_sections
-from slide_fmu.validation.trust_sentences import bound_sentences, search_sentence
-from slide_fmu.validation.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
 from tests.validation.handmade import bounded, comparison, told, validation
 
 STILL = [0.5, 0.5, 0.5, 0.5]

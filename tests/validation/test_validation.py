@@ -10,9 +10,9 @@ import pytest
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.accuracy_sections import validation_sections
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
 from tests.progress import silent

@@ -32,7 +32,7 @@ TARGETS = {
 FMI 3.0 gives to platforms."""
 
 PAGE_LIBRARY = "wasm32-wasi/slide.wasm"
-"""The runtime as WebAssembly, for pages (``slide_fmu/page``); no FMU holds it."""
+"""The runtime as WebAssembly, for pages (``slide_fmu/apps/page``); no FMU holds it."""
 
 PYTHON_LIBRARIES = {
     name.replace("slide.", "slide_python."): target for name, target in TARGETS.items()

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.apps.page import page
 from slide_fmu.core.web.packing import MODULES
 from slide_fmu.core.web.scripts import ScriptError, joined_modules
-from slide_fmu.page import page
-from slide_fmu.validation import report
-from tests.page.node import node
+from slide_fmu.report import report
+from tests.apps.page.node import node
 
 MOST_LINES = 250
 

@@ -1,0 +1,9 @@
+"""What surrogates in other programs add: functions for Python."""
+
+from __future__ import annotations
+
+from slide_fmu.pipeline.apps import App
+
+HOME = "slide_fmu.apps.autodiff.functions"
+
+APP = App(public={name: HOME for name in ("casadi_function", "device_surrogate", "torch_module")})

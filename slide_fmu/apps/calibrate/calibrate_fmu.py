@@ -1,0 +1,191 @@
+"""Records from files are held against an FMU, and its physical parameters are fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.apps.calibrate.calibrate import calibrate, free_parameters, released_error
+from slide_fmu.apps.calibrate.result import Calibration
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.signals import FloatArray, Signal, on_circles
+from slide_fmu.cosim.ssv import parameter_set
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.records.clock import clock_of_record
+from slide_fmu.records.examination import examine
+from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.model import PAIRINGS
+from slide_fmu.records.pairing import check_pairing
+from slide_fmu.records.preparation import Pairing, Preparation, prepared
+from slide_fmu.records.reading import read_records
+from slide_fmu.records.resampling import LONGER
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class Measured:
+    """This says what was measured, and where.
+
+    Attributes:
+        paths: files of records of the same columns.
+        inputs, outputs: columns by names of signals. Inputs that are not named are columns of
+            their own name; so are outputs where none is named, and others do not count.
+        time: column of times; None where it is to be found.
+        step: sample step in s of files without times.
+        pairing: which output answers an input; by the hold of the inputs if None.
+    """
+
+    paths: tuple[str, ...]
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    time: str | None = None
+    step: float | None = None
+    pairing: Pairing | None = None
+
+
+def calibrate_fmu(
+    fmu: Path, measured: Measured, fixed: Mapping[str, float], seed: int
+) -> tuple[Calibration, tuple[str, ...]]:
+    """Fit the parameters of an FMU to records, resampled to its step.
+
+    Args:
+        fmu: an FMU of slide-fmu with parameters.
+        measured: the records.
+        fixed: values of parameters by name that are not fitted.
+        seed: of the points at which the search begins.
+
+    Returns:
+        What was found, and remarks about the records.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        RecordError: a record cannot be read, lacks a column, has another unit or too long a step,
+            or something in it must be mended first.
+        ValueError: as for ``calibrate``.
+    """
+    surrogate, provenance = read_fmu(fmu)
+    free_parameters(surrogate, fixed)  # refused before long records are read
+    inputs, outputs, remarks = _arrays(surrogate, measured)
+    known = released_error(provenance, surrogate)
+    found = calibrate(surrogate, inputs, outputs, fixed=fixed, own_error=known, seed=seed)
+    return found, remarks
+
+
+def write_parameters(calibration: Calibration, path: Path) -> None:
+    """Write the values of all parameters as an SSV file, which sets them in an SSP.
+
+    Raises:
+        ValueError: the path does not end in ``.ssv``.
+        OSError: the file cannot be written.
+    """
+    require_ssv(path)
+    write_whole(path, parameter_set(calibration.values))
+
+
+def require_ssv(path: Path) -> None:
+    """Refuse a name that no importer takes for that of a file of parameters."""
+    if path.suffix != ".ssv":
+        raise ValueError(f"parameters {str(path)!r}; expected a name ending in .ssv")
+
+
+def _arrays(
+    surrogate: Surrogate, measured: Measured
+) -> tuple[list[FloatArray], list[FloatArray], tuple[str, ...]]:
+    """Return inputs and outputs of stretches without gaps, and remarks about the records.
+
+    They are as ``calibrate`` takes them.
+    """
+    inputs = _columns("input", surrogate.inputs, measured.inputs, every=True)
+    outputs = _columns("output", surrogate.outputs, measured.outputs, every=False)
+    pairing, step = measured.pairing or PAIRINGS[surrogate.hold], surrogate.window.step
+    names = tuple(inputs.values()), tuple(outputs.values())
+    preparation = Preparation(*names, step, surrogate.hold, pairing)
+    try:
+        records = read_records(
+            measured.paths, (*names[0], *names[1]), time=measured.time, step=measured.step
+        )
+    except MissingColumnsError as error:
+        given = {"--input": inputs, "--output": outputs}
+        options = [
+            f"{option} {name}=COLUMN"
+            for option, columns in given.items()
+            for name, column in columns.items()
+            if column in error.missing
+        ]
+        raise RecordError("; ".join([str(error), *options])) from error
+    remarks = _examined(records, preparation)
+    _require_units(records[0], (*surrogate.inputs, *surrogate.outputs), {**inputs, **outputs})
+    for record in records:
+        _require_step(record, step)
+    made = prepared(records, preparation)
+    found = [piece.trajectory for piece in made.pieces]
+    driven = [on_circles(surrogate.inputs, trajectory.inputs) for trajectory in found]
+    answers = [_spread(trajectory.outputs[1:], outputs, surrogate) for trajectory in found]
+    return driven, answers, (*remarks, *made.remarks)
+
+
+def _spread(values: FloatArray, measured: Mapping[str, str], surrogate: Surrogate) -> FloatArray:
+    """Give every output a column, (N, n_outputs); those of outputs nobody measured are NaN."""
+    found = np.full((len(values), len(surrogate.outputs)), np.nan)
+    found[:, [signal.name in measured for signal in surrogate.outputs]] = values
+    return found
+
+
+def _columns(
+    what: str, signals: tuple[Signal, ...], named: Mapping[str, str], every: bool
+) -> dict[str, str]:
+    """Return the columns by names of signals, in the signals' order."""
+    names = [signal.name for signal in signals]
+    unknown = sorted(set(named) - set(names))
+    if unknown:
+        raise RecordError(
+            f"--{what} names {unknown[0]!r}; expected one of the FMU's {what}s {names}: write "
+            f"--{what} NAME=COLUMN"
+        )
+    return {name: named.get(name, name) for name in names if every or not named or name in named}
+
+
+def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[str, ...]:
+    """Refuse records that must be mended, and return what else was found.
+
+    An input may rest, and come again: nothing is learnt from it here.
+    """
+    names = preparation.inputs, preparation.outputs
+    found = [*examine(records, *names), *check_pairing(records, preparation)]
+    found = [
+        finding
+        for finding in found
+        if finding.kind not in ("period", "alike")
+        and not (finding.kind == "constant" and finding.column in preparation.inputs)
+    ]
+    refused = [finding.message for finding in found if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(refused))
+    return tuple(finding.message for finding in found)
+
+
+def _require_units(
+    record: Record, signals: tuple[Signal, ...], columns: Mapping[str, str]
+) -> None:
+    """Refuse columns in another unit than their signals; those without a unit count as right."""
+    for signal in signals:
+        column = columns.get(signal.name)
+        unit = record.units[column] if column is not None else ""
+        if unit not in ("", signal.unit):
+            raise RecordError(
+                f"{record.path}: column {column!r} is in {unit}; expected {signal.unit}, the "
+                f"FMU's unit of {signal.name!r}: convert the column and its header"
+            )
+
+
+def _require_step(record: Record, step: float) -> None:
+    """Refuse a record that knows too little between the FMU's samples."""
+    own = clock_of_record(record).step
+    if own > LONGER * step:
+        raise RecordError(
+            f"{record.path}: sample step {own:.6g} s; expected at most {step:.6g} s, the FMU's "
+            "step, since nothing is known between samples: record with a shorter step"
+        )

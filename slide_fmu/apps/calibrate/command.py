@@ -1,0 +1,131 @@
+"""The subcommand that fits the physical parameters of an FMU to records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
+from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
+from slide_fmu.cli.tables import table_of
+from slide_fmu.core.units import behind
+
+if TYPE_CHECKING:
+    from slide_fmu.apps.calibrate.result import Calibration
+    from slide_fmu.records.preparation import Pairing
+
+PAIRINGS = ("same", "later")
+"""Which output of a record answers an input (``slide_fmu.records.preparation.Pairing``)."""
+
+
+def calibrate(
+    fmu: FmuArgument,
+    records: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RECORD...", help="Fit to these records: CSV, Parquet, HDF5 or MAT files."
+        ),
+    ],
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--input",
+            metavar="NAME=COLUMN",
+            help="Take this column for this input; once for each. An input that is not named "
+            "has the column of its own name.",
+        ),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--output",
+            metavar="NAME=COLUMN",
+            help="Take this column for this output; once for each. If any is named, the others "
+            "do not count; else all count, each with the column of its own name.",
+        ),
+    ] = None,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Hold this parameter at this value; once for each. All others are fitted.",
+        ),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Take this column as times; found by its name if not given."
+        ),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="Take this sample step, in s, for records without times.")
+    ] = None,
+    pairing: Annotated[
+        str | None,
+        typer.Option(
+            metavar="same|later",
+            callback=one_of(PAIRINGS, "leave the option out, and the FMU decides"),
+            autocompletion=lambda: list(PAIRINGS),
+            help="Say whether outputs answer the input of the same sample, or that of the sample "
+            "before. If not given, the FMU decides: the same where its inputs move between "
+            "samples, one sample later where they are held.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
+    json_path: JsonOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
+    ] = None,
+) -> None:
+    """Fit the physical parameters of an FMU to measured records, with their intervals."""
+    from slide_fmu.apps.calibrate.calibrate_fmu import (
+        Measured,
+        calibrate_fmu,
+        require_ssv,
+        write_parameters,
+    )
+
+    with progress_bars():
+        if output is not None:
+            require_ssv(output)  # before the work begins that the values come from
+        columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
+        fixed = numbers_of("fix", fix)
+        chosen = cast("Pairing | None", pairing)
+        measured = Measured(tuple(records), *columns, time, step, chosen)
+        found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
+        if output is not None:
+            write_parameters(found, output)
+    for remark in remarks:
+        show_remark(remark)
+    _show(found)
+    write_json(json_path, {**found.figures(), "seed": seed, "about_records": list(remarks)})
+    if output is not None:
+        console.print(f"SSV     {output}")
+
+
+def _show(found: Calibration) -> None:
+    """Print the fitted values, how well they fit, and what should be known about them."""
+    table = table_of("parameter", "value", "95 % interval", "range", "unit")
+    for fitted in found.parameters:
+        parameter = fitted.parameter
+        table.add_row(
+            parameter.name,
+            f"{fitted.value:.6g}",
+            f"{fitted.low:.6g} .. {fitted.high:.6g}",
+            f"{parameter.low:g} .. {parameter.high:g}",
+            behind(parameter.unit).strip(),
+        )
+    console.print(table)
+    for name, value in found.fixed.items():
+        console.print(f"{name} was held at {value:g}")
+    table = table_of("output", "RMSE before", "RMSE after", "relative RMSE after")
+    for fit in found.outputs:
+        before, after = (f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after))
+        table.add_row(fit.name, before, after, f"{100 * fit.relative:.3g} %")
+    console.print(table)
+    console.print(f"{found.samples} samples count")
+    for remark in found.remarks:
+        show_remark(remark)

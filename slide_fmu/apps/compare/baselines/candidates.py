@@ -1,0 +1,41 @@
+"""All baselines, each registered in one row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from slide_fmu.apps.compare.baselines.base import Budget, Learnt
+from slide_fmu.apps.compare.baselines.gradient import fit_gru, fit_paper_network
+from slide_fmu.apps.compare.baselines.impulse_response import fit_fir
+from slide_fmu.apps.compare.baselines.lesson import Lesson
+from slide_fmu.apps.compare.baselines.linear import fit_linear_state_space
+from slide_fmu.apps.compare.baselines.polynomial import fit_arx, fit_narx
+from slide_fmu.core.progress import Progress
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A candidate is a kind of baseline.
+
+    Attributes:
+        title: its name for people.
+        linear: whether its models are linear.
+        fit: gives the trained model for a lesson, a budget and a progress. It raises a
+            TrainingError where it diverges.
+    """
+
+    title: str
+    linear: bool
+    fit: Callable[[Lesson, Budget, Progress], Learnt]
+
+
+CANDIDATES: dict[str, Candidate] = {
+    "fir": Candidate("FIR", True, fit_fir),
+    "arx": Candidate("ARX", True, fit_arx),
+    "narx": Candidate("NARX", False, fit_narx),
+    "linear_state_space": Candidate("linear state space", True, fit_linear_state_space),
+    "gru": Candidate("GRU", False, fit_gru),
+    "feed_forward": Candidate("feed-forward network", False, fit_paper_network),
+}
+"""All kinds of baselines, in the order in which they are fitted and shown."""

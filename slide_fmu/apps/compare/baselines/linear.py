@@ -1,0 +1,58 @@
+"""The linear state-space model is our state-space family without units, of several orders."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import torch
+
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen, Learnt
+from slide_fmu.apps.compare.baselines.lesson import Lesson
+from slide_fmu.apps.compare.baselines.search import search
+from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.state_space.fit import fit_state_space
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+
+ORDERS = (1, 2, 4, 6, 8, 12, 16, 24)
+"""Numbers of states that are tried."""
+ITERATIONS = 10
+"""A linear model, fitted to part of the data before, is refined in so many iterations on all."""
+
+
+def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+    """Fit linear state-space models; the order is chosen by validation.
+
+    Raises:
+        TrainingError: a fit diverged.
+    """
+    fitting = [partial(_variant, lesson, order) for order in ORDERS if order <= _most(lesson)]
+    return search(fitting, lesson, budget, progress)
+
+
+def _most(lesson: Lesson) -> int:
+    """Return the highest order that impulse responses as short as they may be still show."""
+    from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
+
+    smaller = min(lesson.n_inputs, lesson.n_outputs)
+    return SHORTEST_RESPONSE // 2 * smaller
+
+
+def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
+    def tensors(inputs: object, outputs: object) -> tuple[torch.Tensor, torch.Tensor]:
+        return torch.as_tensor(inputs, dtype=torch.float64), torch.as_tensor(outputs)
+
+    pairs = [
+        tensors(lesson.features.along(inputs), outputs)
+        for inputs, outputs in (lesson.training, lesson.validation)
+    ]
+    network = StateSpaceRecipe(order=order, hidden=0)
+    training = LeastSquaresRecipe(seed=lesson.seed, iterations=ITERATIONS)
+    with TemporaryDirectory() as folder:
+        problem = Problem(
+            lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"
+        )
+        found, _ = fit_state_space(problem, network, training, lambda *_: None)
+    return [(f"order {order}", Frozen(found, lesson.window, lesson.n_outputs))]

@@ -1,0 +1,72 @@
+"""The subcommand that compares a recipe's network with models of other kinds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slide_fmu.cli.console import (
+    GOES_ON,
+    console,
+    errors,
+    progress_bars,
+    show_remark,
+    write_json,
+)
+from slide_fmu.cli.options import (
+    DataSeedOption,
+    JsonOption,
+    RecipeArgument,
+    RunsOption,
+    TrainingSeedOption,
+    TrajectoriesOption,
+    WorkersOption,
+)
+from slide_fmu.cli.tables import table_of
+from slide_fmu.core.extras import require_training
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+
+
+def compare(
+    recipe: RecipeArgument,
+    json_path: JsonOption = None,
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Train each model for this CPU time, in s; as long as the training of the "
+            "recipe's network took if not given.",
+        ),
+    ] = None,
+    seed: TrainingSeedOption = None,
+    data_seed: DataSeedOption = None,
+    trajectories: TrajectoriesOption = None,
+    runs: RunsOption = Path("runs"),
+    workers: WorkersOption = None,
+) -> None:
+    """Compare the network of a recipe with models of other kinds on the same data."""
+    with errors():
+        require_training()
+    from slide_fmu.apps.compare.compare import Terms, compare_recipe
+    from slide_fmu.apps.compare.sections import baseline_rows
+    from slide_fmu.pipeline.job import open_job
+
+    with progress_bars(GOES_ON) as bar:
+        terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
+        job = open_job(recipe, runs, bar, seed, data_seed)
+        with job.folder.alone():
+            figures, page = compare_recipe(job, terms)
+    rows = baseline_rows(figures)
+    table = table_of(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console.print(
+        f"{figures['trajectories']} trajectories, seed {figures['seed']}; "
+        f"{figures['budget_s']:.3g} s of CPU time for each model"
+    )
+    console.print(table)
+    show_remark(figures["remark"])
+    write_json(json_path, figures)
+    console.print(f"report  {page}")

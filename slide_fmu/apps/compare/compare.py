@@ -1,0 +1,243 @@
+"""The recipe's network beside models of other kinds, on the same data and the same budget."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen
+from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, Candidate
+from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
+from slide_fmu.apps.compare.baselines.measured import UnseenTest
+from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
+from slide_fmu.apps.compare.kept_comparison import KeptComparison, content_of_motions, key_of
+from slide_fmu.apps.compare.sections import baselines_report, linear_remark
+from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
+from slide_fmu.core.progress import Stages
+from slide_fmu.data.draws import TEST, Stream, probe
+from slide_fmu.data.fingerprint import data_fingerprint
+from slide_fmu.data.identity import identity
+from slide_fmu.data.store import Split, read_split, require_origin
+from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
+from slide_fmu.data.workplace import Workplace
+from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of
+from slide_fmu.fitting.errors import TrainingError
+from slide_fmu.network.base import Network
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.run_folder import StageError, Trained
+from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.records.model import MeasuredRecords
+
+FOLDER = "compare"
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The terms of a comparison are the same for all models.
+
+    Attributes:
+        budget: CPU time in s that each model is trained for; as long as the training of the
+            recipe's own network took if None.
+        seed: seed of the unseen motions.
+        trajectories: their number; the recipe's if None.
+        workers: processes that make trajectories that are missing; one per core if None.
+
+    Raises:
+        ValueError: the budget is not positive.
+    """
+
+    budget: float | None
+    seed: int
+    trajectories: int | None = None
+    workers: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.budget is not None and not 0 < self.budget < float("inf"):
+            raise ValueError(f"budget = {self.budget} s; expected a positive, finite CPU time")
+
+
+def require_comparable(recipe: Recipe) -> None:
+    """Refuse a recipe that models of other kinds cannot learn.
+
+    Raises:
+        RecipeError: it has physical parameters, or records that lack outputs.
+        LoadError: its records cannot be read.
+    """
+    if recipe.parameters:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: a comparison with parameters {list(recipe.parameters)}; "
+            "expected none: models of other kinds follow no parameters. Compare with a recipe "
+            "that has fixed values (system.parameters)"
+        )
+    source = recipe_source(recipe) if recipe.system.is_record else None
+    if isinstance(source, MeasuredRecords) and source.lacks_outputs:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: a comparison with records in which outputs are missing; "
+            "expected all of them, since models of other kinds look back at outputs: cut the "
+            "files where they are missing"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A bench is what every model is measured with."""
+
+    test: UnseenTest
+    times: StepTimes
+
+    def figures(self, baseline: Baseline) -> dict[str, Any]:
+        """Return a model's parameters, errors and time of its steps, as plain values."""
+        return {**self.test.figures(baseline), **self.times.figures(baseline)}
+
+
+def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
+    """Train models of other kinds on a recipe's data, and measure all on the same unseen motions.
+
+    What is missing of data and surrogate is made first, as ``slide-fmu run`` does. Models that
+    were compared before on the same terms are not trained again.
+
+    Returns:
+        The figures as plain values, and the page of the report.
+
+    Raises:
+        MissingPackageError: the extra ``compare`` is not installed.
+        StageError: the surrogate's training was not timed, and there is no budget.
+        LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
+            of the stages that make data and surrogate.
+    """
+    require_comparable(job.recipe)
+    import torch
+
+    require_sysidentpy()
+    torch.set_num_threads(1)
+    job, trained = _trained(job, terms)
+    recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
+    require_origin(job.folder.store, recipe, identity(recipe, recipe_source(recipe)))
+    training, validation = (
+        read_split(job.folder.store, name, recipe.count(name)) for name in ("train", "validation")
+    )
+    test = UnseenTest(surrogate, _unseen(job, terms, kept))
+    lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
+    own = trained.histories["surrogate"].get("cpu_seconds")
+    budget = _budget(job, terms, own)
+    key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
+    with fmu_of(surrogate) as fmu:
+        bench = Bench(test, StepTimes(surrogate, fmu, test.motions[0]))
+        models = [_own(recipe, own, bench)]
+        for name, candidate in CANDIDATES.items():
+            find = partial(_measured, candidate, lesson, bench, budget, job.bar)
+            models.append(kept.figures(name, key, find))
+    figures = _figures(job, terms, models, {"trajectories": len(test.motions), "budget_s": budget})
+    return figures, baselines_report(figures, recipe.description).write(_folder(job))
+
+
+def _figures(
+    job: Job, terms: Terms, models: list[dict[str, Any]], about: dict[str, Any]
+) -> dict[str, Any]:
+    return {
+        "name": job.recipe.name,
+        **about,
+        "seed": terms.seed,
+        "training_seed": job.recipe.training.seed,
+        "models": models,
+        "remark": linear_remark(models),
+    }
+
+
+def _folder(job: Job) -> Path:
+    return job.folder.path / FOLDER
+
+
+def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
+    """Return the recipe's surrogate; with its data, it is made where it is missing."""
+    try:
+        return job, job.folder.load_surrogate(job.recipe)
+    except StageError:
+        check_window(job)
+        job = choose_numbers(job, Workplace(terms.workers), overwrite=False)
+        generate_data(job, Workplace(terms.workers))
+        train_surrogate(job)
+        return job, job.folder.load_surrogate(job.recipe)
+
+
+def _budget(job: Job, terms: Terms, own: float | None) -> float:
+    """Return the CPU time in s that each model gets.
+
+    Raises:
+        StageError: it shall be that of the surrogate's training, which nobody measured.
+    """
+    if terms.budget is not None:
+        return terms.budget
+    if own is None:
+        raise StageError(
+            f"{job.folder.training} tells no CPU time: an earlier version trained the surrogate; "
+            "expected one, since the other models get as much: give --budget SECONDS, or train "
+            "again (slide-fmu train RECIPE)"
+        )
+    return own
+
+
+def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
+    """Return the unseen motions, the same as those of ``validate``."""
+    recipe, source = job.recipe, recipe_source(job.recipe)
+    if isinstance(source, MeasuredRecords):
+        return measured_motions(recipe, source)[: terms.trajectories]
+    duration = recipe.validation.duration or recipe.data.duration
+    count = terms.trajectories or recipe.validation.trajectories
+    stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
+    reference = reference_system(recipe)
+    key = key_of(
+        data_fingerprint(recipe),
+        recipe.system.model_dump(mode="json", include={"reference"}),
+        [stream.seed, stream.duration, count],
+        probe(recipe, reference).tolist(),
+    )
+    progress = job.bar("unseen motions")
+    return kept.motions(key, lambda: list(unseen_motions(recipe, stream, count, progress)))
+
+
+def _key(test: UnseenTest, splits: tuple[Split, Split], seed: int) -> str:
+    surrogate = test.surrogate.to_bytes().hex()
+    data = [content_of(split) for split in splits]
+    return key_of(surrogate, *data, content_of_motions(test.motions), seed)
+
+
+def _about(title: str, linear: bool) -> dict[str, Any]:
+    return {"title": title, "linear": linear, "structure": "", "cut": False, "failed": None}
+
+
+def _own(recipe: Recipe, seconds: float | None, bench: Bench) -> dict[str, Any]:
+    surrogate = bench.test.surrogate
+    about = _about(f"own: {recipe.network.family.replace('_', ' ')}", surrogate.network.is_affine)
+    about["structure"] = _size(surrogate.network)
+    own = Frozen(surrogate.network, surrogate.window, len(surrogate.outputs))
+    return {**about, "cpu_seconds": seconds, **bench.figures(own)}
+
+
+def _size(network: Network) -> str:
+    if isinstance(network, StateSpace):
+        return f"{len(network.cell.a)} states, {len(network.cell.w)} units"
+    if isinstance(network, FeedForward) and len(network.layers) > 1:
+        return " x ".join(str(len(layer.bias)) for layer in network.layers[:-1]) + " units"
+    return "affine" if network.is_affine else ""
+
+
+def _measured(
+    candidate: Candidate, lesson: Lesson, bench: Bench, budget: float, bar: Stages
+) -> dict[str, Any]:
+    """Train and measure a model; one that cannot be trained says why."""
+    about, clock = _about(candidate.title, candidate.linear), Budget(budget)
+    try:
+        learnt = candidate.fit(lesson, clock, bar(candidate.title))
+    except (TrainingError, ValueError, np.linalg.LinAlgError) as error:
+        return {**about, "cpu_seconds": clock.spent, "failed": str(error)}
+    about.update(structure=learnt.structure, cut=learnt.cut, cpu_seconds=clock.spent)
+    return {**about, **bench.figures(learnt.baseline)}

@@ -1,0 +1,99 @@
+"""The time of a step: of our networks in the FMU, of others in the library that runs them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from slide_fmu.apps.compare.baselines.base import Baseline, Frozen, Stepped
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.bench import fmu_times
+from slide_fmu.cosim.run import UnpackedFmu, unpacked
+from slide_fmu.data.unseen import UnseenMotion
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.surrogate.surrogate import Surrogate
+
+FIRST_STEPS, TIMED_STEPS, ROUNDS = 30, 300, 7
+"""After the first steps, in which models come to their start, so many are timed in one go, of both
+models in turn, in so many rounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepTimes:
+    """Step times are measured beside those of the recipe's own network, in its FMU.
+
+    Attributes:
+        surrogate: the recipe's own network, with scalings, signals and window.
+        own: its FMU.
+        motion: an unseen motion, whose inputs are repeated where it is short.
+    """
+
+    surrogate: Surrogate
+    own: UnpackedFmu
+    motion: UnseenMotion
+
+    def figures(self, baseline: Baseline) -> dict[str, float]:
+        """Return the time of a model's step in us, and its ratio to that of the own network.
+
+        Raises:
+            CoSimulationError: an FMU reports an error.
+        """
+        with ExitStack() as stack:
+            fmu = stack.enter_context(self._fmu_of(baseline))
+            rounds = []
+            for _ in range(ROUNDS):
+                ours = self._in_fmu(self.own, self.surrogate)
+                rounds.append((self._seconds(baseline, fmu), ours))
+        theirs, ours = np.array(rounds).T
+        ratio = float(np.median(theirs / ours))
+        return {"step_us": float(1e6 * np.median(theirs)), "time_ratio": ratio}
+
+    @contextmanager
+    def _fmu_of(self, baseline: Baseline) -> Iterator[tuple[UnpackedFmu, Surrogate] | None]:
+        """Export one of our networks as an FMU; there is none of others."""
+        if not isinstance(baseline, Frozen):
+            yield None
+            return
+        network, window = baseline.network, baseline.window
+        alone = replace(self.surrogate, estimator=None, bound=None)
+        surrogate = replace(alone, network=network, window=window)
+        with fmu_of(surrogate) as fmu:
+            yield fmu, surrogate
+
+    def _seconds(self, baseline: Baseline, fmu: tuple[UnpackedFmu, Surrogate] | None) -> float:
+        if fmu is not None:
+            return self._in_fmu(*fmu)
+        assert isinstance(baseline, Stepped)
+        inputs = self.surrogate.input_scaling.apply(self._inputs)
+        outputs = self.surrogate.output_scaling.apply(self.motion.outputs)
+        start, times = outputs[: baseline.start_length], []
+        for length in (FIRST_STEPS, len(inputs)):
+            begin = time.perf_counter()
+            with np.errstate(all="ignore"):  # also those that diverge are timed
+                baseline.step_along(inputs[:length], start)
+            times.append(time.perf_counter() - begin)
+        return max(times[1] - times[0], 1e-9) / TIMED_STEPS
+
+    def _in_fmu(self, fmu: UnpackedFmu, surrogate: Surrogate) -> float:
+        _, alone = fmu_times(fmu, surrogate, self._inputs)
+        return float(np.median(alone[FIRST_STEPS:]))
+
+    @property
+    def _inputs(self) -> FloatArray:
+        inputs = self.motion.inputs
+        return np.resize(inputs, (FIRST_STEPS + TIMED_STEPS, inputs.shape[1]))
+
+
+@contextmanager
+def fmu_of(surrogate: Surrogate) -> Iterator[UnpackedFmu]:
+    """Export a surrogate, and unpack its FMU for as long as it is used."""
+    with TemporaryDirectory() as folder:
+        path = export_fmu(surrogate, Path(folder) / f"{surrogate.name}.fmu")
+        with unpacked(path) as fmu:
+            yield fmu

@@ -1,0 +1,92 @@
+"""What is wrong with the credentials of an FMU; nothing of the FMU is run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from slide_fmu.apps.credentials.experiment import read_experiment
+from slide_fmu.apps.credentials.manifest import read_manifest
+from slide_fmu.apps.credentials.members import MANIFEST, METADATA, member
+from slide_fmu.apps.credentials.metadata import checksum
+from slide_fmu.apps.credentials.schema import CredentialError, parsed
+from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.export import read_member
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+def credential_problems(fmu: Path, surrogate: Surrogate) -> list[str]:
+    """Check the credentials that an FMU carries; those that are not there are no problem.
+
+    The metadata and manifest must be as their schemas say. Checksums must be those of the files,
+    files that are linked must be there, and the experiment's columns must be variables.
+
+    Args:
+        fmu: the file of an FMU.
+        surrogate: what it runs.
+
+    Returns:
+        The problems, each one sentence with its remedy where there is one.
+
+    Raises:
+        FmuError: the file is no FMU.
+        OSError: the file cannot be read.
+    """
+    problems: list[str] = []
+    for check in (_metadata, _links, _experiment):
+        try:
+            problems += check(fmu, surrogate)
+        except CredentialError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _metadata(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
+    content = read_member(fmu, METADATA)
+    if content is None:
+        return
+    root = parsed(content, METADATA, "metadata")
+    data, stated = root.get("data"), root.get("checksum")
+    if data is None or stated is None:
+        return
+    name = member(data, METADATA)
+    described = read_member(fmu, name)
+    if described is None:
+        yield f"{METADATA} describes {name}, which is missing; export again"
+    elif checksum(described) != stated.lower():
+        yield (
+            f"{METADATA} describes another {name}: its SHA3-256 checksum is {stated[:12]}..., "
+            f"expected {checksum(described)[:12]}...; the credentials are not those of this "
+            "FMU; get the file again, or make it anew (slide-fmu run)"
+        )
+
+
+def _links(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
+    content = read_member(fmu, MANIFEST)
+    if content is None:
+        return
+    with open_archive(fmu) as archive:
+        names = set(archive.namelist())
+    for file in read_manifest(content):
+        if file.member not in names:
+            yield (
+                f"{MANIFEST} names {file.member} ({file.role}), which is missing; restore it, or "
+                "export again"
+            )
+
+
+def _experiment(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
+    experiment = read_experiment(fmu)
+    if experiment is None:
+        return
+    variables = fmu_variables(surrogate)
+    causalities = {variable.name: variable.causality for variable in variables}
+    for causality, columns in (("input", experiment.inputs), ("output", experiment.results)):
+        for name in columns:
+            if causalities.get(name) != causality:
+                known = [v.name for v in variables if v.causality == causality]
+                yield (
+                    f"the experiment has a column {name!r}, which is no {causality} of the FMU; "
+                    f"expected one of {known}"
+                )

@@ -1,0 +1,100 @@
+"""The experiment that an FMU carries is repeated here, and compared with what is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
+from slide_fmu.cosim.bound_check import bound_deviations
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.fmu.description.variables import NOVELTY
+from slide_fmu.pipeline.apps import Repeated
+from slide_fmu.surrogate.surrogate import Surrogate
+
+SHARE_TOLERANCE = 1e-8
+"""Largest difference of the filled part of the window: tables have nine digits."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A replay says how the outputs of an FMU differ from those that it carries.
+
+    Attributes:
+        steps: number of communication steps.
+        differences: largest difference of each variable, in its unit, by name; of error bounds,
+            novelty and domain what ``slide_fmu.cosim.bound_check.bound_deviations`` gives.
+        allowed: how large they may be.
+        errors: RMSE of each output beside the reference over the reference's RMS, as stored.
+    """
+
+    steps: int
+    differences: Mapping[str, float]
+    allowed: Mapping[str, float]
+    errors: Mapping[str, float]
+
+    def repeated(self) -> Repeated:
+        """Return the same for ``slide-fmu check``."""
+        rows: list[Sequence[str]] = [
+            ("variable", "largest difference", "allowed", "error against the reference")
+        ]
+        for name, difference in self.differences.items():
+            error = f"{100 * self.errors[name]:.3g} %" if name in self.errors else ""
+            rows.append((name, f"{difference:.3g}", f"{self.allowed[name]:.3g}", error))
+        title = f"experiment of {self.steps} steps, repeated here"
+        return Repeated(title, rows, self.problems(), {"replay": asdict(self)})
+
+    def problems(self) -> list[str]:
+        """Name the variables that differ by more than rounding."""
+        return [
+            f"{name}: the replayed experiment differs by {difference:.3g} from the stored one; "
+            f"expected at most {self.allowed[name]:.3g}: the library here is another one than "
+            "that which made the results, or these were changed; export again"
+            for name, difference in self.differences.items()
+            if not difference <= self.allowed[name]
+        ]
+
+
+def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
+    """Run the library of an FMU on the experiment that it carries; None if there is none.
+
+    Args:
+        fmu: the file of the FMU.
+        surrogate: what it runs, for the ranges of its outputs.
+
+    Raises:
+        CoSimulationError: the FMU cannot be run, or has no such variables.
+        CredentialError: the experiment cannot be read.
+        FmuError: the file is no FMU.
+    """
+    experiment = read_experiment(fmu)
+    if experiment is None:
+        return None
+    names, step = list(experiment.results), experiment.step
+    with unpacked(fmu) as files:
+        values = run_fmu(files, experiment.inputs, names, experiment.parameters, step).values
+    found = dict(zip(names, values.T, strict=True))
+    differences = {
+        name: float(np.max(np.abs(found[name] - experiment.results[name]))) for name in names
+    }
+    allowed = _allowed(experiment, surrogate)
+    if surrogate.bound is not None and NOVELTY in names:  # those of former versions have none
+        of_bound = bound_deviations(surrogate, found, experiment.results)
+        differences |= {name: deviation for name, (deviation, _) in of_bound.items()}
+        allowed |= {name: most for name, (_, most) in of_bound.items()}
+    return Replay(experiment.steps, differences, allowed, experiment.relative_errors())
+
+
+def _allowed(experiment: Experiment, surrogate: Surrogate) -> dict[str, float]:
+    """Return the rounding of each variable: outputs have that of single precision."""
+    ranges = {signal.name: signal.high - signal.low for signal in surrogate.outputs}
+    return {
+        name: OUTPUT_TOLERANCE * max(ranges[name], float(np.abs(values).max()))
+        if name in ranges
+        else SHARE_TOLERANCE
+        for name, values in experiment.results.items()
+    }

@@ -1,0 +1,183 @@
+"""What an FMU's credentials say about it: the figures of its card and report, as entries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
+from slide_fmu.apps.credentials.trust_entries import trust_entries
+from slide_fmu.core.signals import Signal
+from slide_fmu.excitation.mix import Excitation, names_of
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.report.limits import Figures, limits, ordered
+from slide_fmu.report.validity import judgement_sentences, judgements
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.motions import motions_of
+
+OF_OUTPUTS = (
+    *("name", "unit", "rms_reference", "rms_reference_about_mean", "rmse", "relative_rmse"),
+    *("max_error", "plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
+)
+"""Figures of an output that stand in its row, where they are known.
+
+Errors of older FMUs are relative to ``rms_reference``, about zero.
+"""
+
+
+def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
+    """Return all that is known about a surrogate.
+
+    Args:
+        surrogate: what the FMU runs.
+        recipe: what it was made from, with all values resolved.
+        provenance: what the FMU carries beside it; ``measured`` has the figures of its report, if
+            it was measured.
+    """
+    measured = provenance.get("measured")
+    return [
+        Entry("purpose", [_purpose(recipe)]),
+        *_validity(surrogate, recipe, measured),
+        *_reference(recipe, measured),
+        *_data(recipe, provenance),
+        *([] if measured is None else _accuracy(measured)),
+        Entry("limits", limits(surrogate, recipe, measured)),
+    ]
+
+
+def _purpose(recipe: Recipe) -> str:
+    stands_for = "what was measured" if recipe.system.is_record else "its reference model"
+    return (
+        f"{recipe.description.rstrip('.')}. This FMU stands in for {stands_for} where outputs are "
+        "wanted fast, under inputs like those that it was trained on."
+    )
+
+
+def _validity(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> list[Entry]:
+    judged = judgements(surrogate, recipe, {} if measured is None else ordered(measured))
+    found = [
+        Entry("validity.in_words", judgement_sentences(judged)),
+        table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
+        table("validity.excitations", "Excitation", _excitation_rows(recipe)),
+    ]
+    if recipe.further_kinds():
+        rows = _kind_rows(recipe.further_kinds())
+        found.append(table("error_bound.learnt_from", "Excitation", rows))
+    if surrogate.parameters:
+        rows = [_range_row(p.signal) for p in surrogate.parameters]
+        found.append(table("validity.parameters", "Parameter", rows))
+    return found
+
+
+def _range_row(signal: Signal) -> Row:
+    return {
+        "name": signal.name,
+        "unit": signal.unit,
+        "low": signal.low,
+        "high": signal.high,
+        "start": signal.start_value,
+    }
+
+
+def _signal_row(signal: Signal) -> Row:
+    return {**_range_row(signal), "hold": signal.hold, "angle": signal.angle}
+
+
+def _excitation_rows(recipe: Recipe) -> list[Row]:
+    if recipe.system.is_record:
+        return [{"name": motion.name, "kind": motion.kind} for motion in motions_of(recipe)]
+    return _kind_rows(recipe.data.excitation)
+
+
+def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
+    return [
+        {
+            "name": name,
+            "kind": kind.kind,
+            "weight": kind.weight,
+            "settings": "; ".join(f"{key} {value}" for key, value in kind.settings().items()),
+        }
+        for name, kind in zip(names_of(kinds), kinds, strict=True)
+    ]
+
+
+def _reference(recipe: Recipe, measured: Figures | None) -> list[Entry]:
+    """Say what the errors are relative to, and what that errs itself, as far as it is known."""
+    system = recipe.system
+    if system.is_record:
+        return [Entry("reference.model", ["The reference is what was measured."])]
+    own = {**system.parameters, **system.reference}
+    rows = [{"name": name, "value": value} for name, value in own.items()]
+    model = table("reference.model", "Setting", rows, kind=system.kind, model=system.model)
+    if not system.reference:
+        text = "The reference is the model that made the data; its own error is not known here."
+        return [model, Entry("reference.error", [text])]
+    if measured is None:
+        text = "The reference is a finer model than the one that made the data."
+        return [model, Entry("reference.error", [text])]
+    errors = [
+        {
+            "inputs": name,
+            "output": output["name"],
+            "relative_rmse_of_data_model": output["model_relative_rmse"],
+        }
+        for name, validation in ordered(measured).items()
+        for output in validation["outputs"]
+    ]
+    return [model, table("reference.error", "Error", errors)]
+
+
+def _data(recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
+    """Say what was learnt from, and with which programs."""
+    data = recipe.data
+    found = []
+    if recipe.system.is_record:
+        found.append(table("data.records", "Record", _rows(provenance.get("records", []))))
+        if "noise_record" in provenance:
+            found.append(table("data.noise_record", "Record", _rows([provenance["noise_record"]])))
+    else:
+        rows = [{"name": split, "trajectories": recipe.count(split)} for split in SPLITS]
+        times = {"duration_s": data.duration, "burn_in_s": data.burn_in, "seed": data.seed}
+        found.append(table("data.trajectories", "Part", rows, **times))
+    seeds = {k: v for k, v in provenance.get("seeds", {}).items() if v is not None}
+    if recipe.bound is not None:
+        seeds["error_bound"] = recipe.bound.seed
+    of_all = ({"of": k, "value": v} for k, v in sorted(seeds.items()))
+    found.append(table("training", "Seed", of_all))
+    if "start" in provenance:
+        found.append(table("training.start", "Fmu", _rows([provenance["start"]])))
+    versions = sorted(provenance.get("versions", {}).items())
+    rows_of_versions = ({"package": k, "version": v} for k, v in versions)
+    return [*found, table("versions", "Version", rows_of_versions)]
+
+
+def _rows(found: Iterable[Row]) -> list[Row]:
+    """Sort the attributes of rows: those that an FMU keeps are sorted, others say the same."""
+    return [dict(sorted(row.items())) for row in found]
+
+
+def _accuracy(measured: Figures) -> list[Entry]:
+    """Give the measured errors, and what estimates, bounds and stability tests are worth."""
+    validations = ordered(measured)
+    found = [joined("accuracy", _accuracy_tables(validations))]
+    plain = measured.get("plain_call")
+    if plain is not None:
+        known = [{k: v for k, v in o.items() if v is not None} for o in plain["outputs"]]
+        of_all = {"hold": plain["hold"], "sentence": plain["sentence"]}
+        found.append(table("accuracy.plain_call", "Output", _rows(known), **of_all))
+    found += trust_entries(validations)
+    if "stability" in measured:
+        found.append(table("stability", "Test", _rows(measured["stability"])))
+    return found
+
+
+def _accuracy_tables(validations: Mapping[str, Figures]) -> Iterable[Entry]:
+    for name, validation in validations.items():
+        low, high = validation["amplitude"]
+        of_inputs = {"amplitude_low": low, "amplitude_high": high}
+        counts = {key: validation[key] for key in ("trajectories", "seed")}
+        rows = [
+            {key: output[key] for key in OF_OUTPUTS if key in output}
+            for output in validation["outputs"]
+        ]
+        yield table("Validation", "Output", rows, inputs=name, **of_inputs, **counts)

@@ -1,0 +1,46 @@
+"""This room chooses motions with a surrogate: set points that excite the system little.
+
+A motion goes from rest to rest. Its coordinates are what a user thinks in (``coordinates``); it
+comes from a family that keeps its limits (``limits``, ``profile``), is answered by the surrogate
+(``response``), beside what is usual in the field (``shapers``), and may be optimised (``shape``).
+"""
+
+from slide_fmu.apps.motion.choose import Family, choose
+from slide_fmu.apps.motion.compensate import Compensated, compensate
+from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
+from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
+from slide_fmu.apps.motion.earliest import Found, earliest
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.problem import Past, Problem
+from slide_fmu.apps.motion.quietest import quietest
+from slide_fmu.apps.motion.records import MotionError, Records
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
+
+__all__ = [
+    "Answers",
+    "Compensated",
+    "Coordinate",
+    "Family",
+    "Found",
+    "Limits",
+    "MotionError",
+    "Move",
+    "MoveTask",
+    "Past",
+    "PathTask",
+    "Problem",
+    "Records",
+    "Response",
+    "choose",
+    "compensate",
+    "coordinates_of",
+    "earliest",
+    "inputs_of",
+    "largest",
+    "quietest",
+    "read_task",
+    "residual",
+    "settled",
+]

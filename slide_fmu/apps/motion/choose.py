@@ -1,0 +1,197 @@
+"""The best of many moves of a family, by a cost of the user's choice.
+
+A family is what a controller can send: an S-curve behind two impulses, so that trapezoids, smooth
+curves and shapers of two impulses are among its members. All its members keep the limits.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from slide_fmu.apps.motion.costs import Answers, Cost
+from slide_fmu.apps.motion.earliest import Found, baselines
+from slide_fmu.apps.motion.move import Move, described
+from slide_fmu.apps.motion.moves import arrivals, shares
+from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.base import batches
+
+AT_ONCE = 500
+"""So many candidates are predicted together: their records fit into memory."""
+
+LOOKED_AT = 20
+"""So many of the best candidates are looked at with their margins."""
+
+MOST_LOOKED_AT = 200
+"""So many at most, as long as none of those before stays in the domain."""
+
+NEAR = 0.06
+"""Half of all candidates lie so near to one of the best of the other half, in each direction of a
+cube of the side 1."""
+
+DIMENSIONS = 6
+"""A candidate has two phases, a rounding, a time, and the delay and size of a second impulse."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of candidates: half of them are evenly spread over it (Sobol's sequence).
+
+    The others lie near the best of these.
+
+    Attributes:
+        candidates: how many are tried.
+        longest: the slowest profile takes so many times what its limits need.
+        seed: of the sequence.
+    """
+
+    candidates: int
+    longest: float
+    seed: int
+
+
+def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = quiet) -> Found:
+    """Choose the candidate of the least cost, or a baseline that costs less.
+
+    All are compared as predicted; the best ones again with their margins, which decide.
+
+    Args:
+        problem: the move.
+        cost: the least one is best.
+        family: the candidates.
+        progress: is told how many were tried.
+
+    Raises:
+        MotionError: no candidate has a finite cost, the best ones leave the surrogate's domain,
+            there are points to pass, or as for ``baselines``.
+    """
+    if problem.past is not None:
+        raise MotionError(
+            "candidates go straight from the start to the goal; expected no points to pass: "
+            "remove via, or ask for kind = 'earliest' or 'quietest'"
+        )
+    plain, profile, known = baselines(problem)
+    latest = plain.step * max(move.end - known[0].end for move in known)
+    space = _Space(problem, profile, latest, family.longest)
+    half = family.candidates - family.candidates // 2
+    places = qmc.Sobol(DIMENSIONS, seed=family.seed).random(1 << (half - 1).bit_length())[:half]
+    costs = space.costs(places, cost, progress, (0, family.candidates))
+    best = places[np.argsort(costs, kind="stable")[:LOOKED_AT]]
+    if others := family.candidates - half:
+        rng = np.random.default_rng(family.seed)
+        near = rng.uniform(-NEAR, NEAR, (others, DIMENSIONS)) + np.resize(
+            best, (others, DIMENSIONS)
+        )
+        near = np.clip(near, 0.0, 1.0)
+        more = space.costs(near, cost, progress, (half, family.candidates))
+        places, costs = np.concatenate([places, near]), np.concatenate([costs, more])
+    order = np.argsort(costs, kind="stable")
+    known = [space.again(move) for move in known]
+    for some in batches(min(len(places), MOST_LOOKED_AT), LOOKED_AT):
+        best = space.moves(places[order[some]], f"best of {family.candidates}")
+        found = [*best, *known]
+        values = [move.trusted(cost, space.response, problem.tolerance) for move in found]
+        if np.isfinite(values).any():
+            return Found(space.response, found[int(np.argmin(values))], tuple(known))
+    raise MotionError(_nothing(problem, family, found))
+
+
+def _nothing(problem: Problem, family: Family, found: list[Move]) -> str:
+    """Say what no candidate does: settle, or stay in the domain."""
+    if min(move.known for move in found) < 1:
+        return (
+            f"the best of {family.candidates} candidates leave the domain of the surrogate; "
+            "outside its error bound says nothing: lower the limits, raise longest, or move start "
+            "or goal"
+        )
+    return (
+        f"none of {family.candidates} candidates stays within {problem.tolerance:g} "
+        f"{problem.unit}; expected some that settle: raise the tolerance, candidates, or longest"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Space:
+    """Candidates by their place in a cube, whose origin is near the fastest profile.
+
+    Attributes:
+        problem: the move.
+        fastest: profile about which all others lie.
+        latest: a second impulse comes at most a time in s after the first, as that of a shaper.
+        longest: as of ``Family``.
+    """
+
+    problem: Problem
+    fastest: Profiles
+    latest: float
+    longest: float
+
+    @cached_property
+    def response(self) -> Response:
+        """The response to all candidates."""
+        corners = np.array(list(itertools.product((0.0, 1.0), repeat=DIMENSIONS)))
+        _, times, delays, _ = self._drawn(corners)
+        return self.problem.response(float((times + delays[:, 1]).max()))
+
+    def costs(
+        self, places: FloatArray, cost: Cost, progress: Progress, counted: tuple[int, int]
+    ) -> FloatArray:
+        """Give the costs of candidates as predicted, (B,), at places (B, DIMENSIONS).
+
+        ``counted`` is how many the progress has counted before, and counts in all.
+        """
+        before, total = counted
+        found = np.empty(len(places))
+        for some in batches(len(places), AT_ONCE):
+            motions, ends = self._sampled(places[some])
+            outputs = self.response.outputs(motions)
+            none = np.zeros(outputs.shape[:2])
+            tolerance = self.problem.tolerance
+            found[some] = cost(Answers(outputs, none, ends, self.response.output_time, tolerance))
+            progress(before + min(some.stop, len(places)), total)
+        return found
+
+    def moves(self, places: FloatArray, name: str) -> list[Move]:
+        """Describe candidates at places, (B, DIMENSIONS)."""
+        motions, ends = self._sampled(places)
+        return [
+            described(self.response, name, motion, int(end))
+            for motion, end in zip(motions, ends, strict=True)
+        ]
+
+    def again(self, move: Move) -> Move:
+        """Describe a move of another response, so that its record is as long as the others'."""
+        motion = np.tile(self.problem.goal, (self.response.count, 1))
+        motion[: move.end] = move.motion[: move.end]
+        return described(self.response, move.name, motion, move.end)
+
+    def _sampled(self, places: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+        profiles, times, delays, parts = self._drawn(places)
+        way = shares(self.response, profiles, times, delays, parts)
+        return self.problem.way.at(way), arrivals(self.response, times, delays)
+
+    def _drawn(self, places: FloatArray) -> tuple[Profiles, FloatArray, FloatArray, FloatArray]:
+        """Give profiles, their times in s (B,), and delays and parts of two impulses, (B, 2) each.
+
+        Most of them lie near the fastest profile.
+        """
+        drawn, problem = places.T, self.problem
+        phases = np.minimum(self.fastest.speeding * 4 ** (drawn[:2] - 0.5), 0.5)
+        rounded = LEAST_JERK_SHARE + (1 - LEAST_JERK_SHARE) * drawn[2] ** 2
+        profiles = Profiles(phases[0], phases[1], rounded)
+        shortest = least_times(profiles, problem.goal - problem.start, problem.limits)
+        least = np.maximum(shortest, problem.surrogate.window.step)
+        delays = np.stack([np.zeros(len(places)), drawn[4] * self.latest], axis=1)
+        first = 0.5 + 0.5 * drawn[5]
+        parts = np.stack([first, 1 - first], axis=1)
+        return profiles, least * self.longest ** drawn[3] ** 2, delays, parts

@@ -1,0 +1,220 @@
+"""Set points are corrected so that what the surrogate predicts goes where it was wished to be.
+
+What is wished follows from the path itself: the tool of a serial chain shall be where rigid links
+would have it, other outputs shall be what the user says. The corrections are splines of time that
+damped Gauss-Newton steps find: corrections of single samples excite what they should cure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.apps.motion.corrections import PROBE, gauss_newton, slopes, splines
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.margin import judge
+from slide_fmu.apps.motion.records import MotionError, Records
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
+from slide_fmu.features.chain_motion import ChainMotion
+from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
+
+KNOTS = 3
+"""Corrections have a knot every so many samples if nothing else is said."""
+
+ROUNDS = 5
+"""So many Gauss-Newton steps are taken at most."""
+
+DAMPING = 1e-6
+"""Part of the largest curvature that every direction has at least: what nothing needs stays."""
+
+WORTH = 0.98
+"""A step that leaves more than this part of the error is the last one."""
+
+Rigid = Callable[[FloatArray], FloatArray]
+"""From coordinates, (..., n_coordinates), to what is added to the outputs, (..., n_outputs)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compensated:
+    """A Compensated path is one with its corrections.
+
+    Attributes:
+        records: answer motions of its length.
+        rigid: what is added to the outputs.
+        target: what both together should be, (count, n_outputs).
+        path: as it was wished, (count, n_coordinates).
+        motion: corrected, likewise.
+        before, after: predicted error on both, (count, n_outputs), in the outputs' units.
+        condition: of the matrix from coordinates to the rigid motion at every sample, (count,);
+            1 where nothing rigid is added.
+    """
+
+    records: Records
+    rigid: Rigid
+    target: FloatArray
+    path: FloatArray
+    motion: FloatArray
+    before: FloatArray
+    after: FloatArray
+    condition: FloatArray
+
+
+def chain_of_surrogate(surrogate: Surrogate) -> SerialChain | None:
+    """Give the serial chain that a surrogate's features know, if they do."""
+    network = surrogate.network
+    features = network.features.features if isinstance(network, StateSpace) else None
+    return features.chain if isinstance(features, ChainMotion) else None
+
+
+def compensate(
+    surrogate: Surrogate,
+    path: FloatArray,
+    limits: Limits,
+    wished: FloatArray | None = None,
+    between: float | None = None,
+    progress: Progress = quiet,
+) -> Compensated:
+    """Correct a path that begins at rest.
+
+    Args:
+        surrogate: what predicts.
+        path: coordinates at every sample, (count, n_coordinates).
+        limits: that the corrected path keeps.
+        wished: outputs after every step, (count, n_outputs); None for the tool of a serial chain,
+            which shall be where rigid links would have it.
+        between: time in s between the knots of the corrections; three samples if None.
+        progress: is told of the steps.
+
+    Raises:
+        MotionError: the surrogate knows no chain where nothing is wished, the outputs have several
+            units, the limits are not kept, nothing becomes better than the prediction is sure of,
+            or as for ``Records``.
+    """
+    records = Records(surrogate, len(path))
+    _require_limits("path", path, surrogate, limits)
+    rigid, target = _wish(surrogate, path, wished)
+    samples = KNOTS if between is None else max(1, round(between / surrogate.window.step))
+    basis = splines(len(path), samples)
+    ranges = np.array([_half_range(c.low, c.high) for c in records.coordinates])
+
+    def errors(motions: FloatArray) -> FloatArray:
+        return np.asarray(rigid(motions) + records.outputs(motions) - target)
+
+    motion, error = path, errors(path[None])[0]
+    before, damping = error, DAMPING
+    for done in range(ROUNDS):
+        progress(done, ROUNDS)
+        if _norm(error) == 0:
+            break
+        differences = slopes(errors, motion, error, basis, ranges)
+        change = gauss_newton(differences, error, damping)
+        tried = motion + np.einsum("kt,ki->ti", basis, change * ranges)
+        left = errors(tried[None])[0]
+        if not _norm(left) < _norm(error):
+            damping *= 100
+            continue
+        worth = _norm(left) < WORTH * _norm(error)
+        motion, error = tried, left
+        if not worth:
+            break
+    progress(ROUNDS, ROUNDS)
+    condition = condition_along(rigid, path, ranges)
+    found = Compensated(records, rigid, target, path, motion, before, error, condition)
+    _require_use(found, surrogate, limits)
+    return found
+
+
+def _wish(
+    surrogate: Surrogate, path: FloatArray, wished: FloatArray | None
+) -> tuple[Rigid, FloatArray]:
+    """Give what is added to the outputs, and what both together should be."""
+    units = sorted({output.unit for output in surrogate.outputs})
+    if len(units) > 1:
+        raise MotionError(
+            f"surrogate {surrogate.name!r} has outputs in {units}; expected one unit, since "
+            "errors are distances over all outputs"
+        )
+    if wished is not None:
+        return lambda motions: np.zeros((*motions.shape[:-1], wished.shape[1])), wished
+    chain = chain_of_surrogate(surrogate)
+    if chain is None or len(surrogate.outputs) != 3:
+        raise MotionError(
+            f"surrogate {surrogate.name!r} knows no serial chain whose tool its outputs "
+            f"{[output.name for output in surrogate.outputs]} move; expected one, or columns for "
+            "the outputs in the path: add what they should be"
+        )
+    return chain.tool_position, chain.tool_position(path)
+
+
+def _half_range(low: float, high: float) -> float:
+    """The unit in which a coordinate is corrected; a rad for an angle without range."""
+    return 0.5 * (high - low) if np.isfinite(high - low) else 1.0
+
+
+def _norm(error: FloatArray) -> float:
+    return float(np.linalg.norm(error))
+
+
+def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> FloatArray:
+    """Give the condition number of the rigid motion's slopes at every sample; 1 without any.
+
+    Args:
+        rigid: what is added to the outputs.
+        path: coordinates, (count, n_coordinates).
+        ranges: units of the coordinates, (n_coordinates,).
+    """
+    shifted = path[:, None] + PROBE * np.diag(ranges)
+    slopes = rigid(shifted) - rigid(path)[:, None]
+    values = np.linalg.svd(slopes, compute_uv=False)
+    return np.asarray(np.where(values[:, 0] > 0, values[:, 0] / (values[:, -1] + 1e-300), 1.0))
+
+
+def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> None:
+    """Refuse corrections that break limits, or that may make nothing better."""
+    unit, step = surrogate.outputs[0].unit, surrogate.window.step
+    before, after = _rms(found.before), _rms(found.after)
+    if before > 0 and not after < WORTH * before:
+        worst = int(np.argmax(found.condition))
+        raise MotionError(
+            f"the path's error of {before:.3g}{behind(unit)} RMS does not become smaller; the "
+            "coordinates move the outputs with a condition number of up to "
+            f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
+            "no correction is small: choose another path"
+        )
+    (judged,) = judge(surrogate, found.records.inputs(found.motion)[None])
+    off = judged.margins[found.records.lead :]
+    if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
+        raise MotionError(
+            f"the path's error of {before:.3g}{behind(unit)} RMS would become "
+            f"{after:.3g}{behind(unit)}, but "
+            f"the prediction may be off by {margin:.3g}{behind(unit)} RMS there; expected less "
+            "than what "
+            "the corrections gain: choose a slower path, which the surrogate knows better"
+        )
+    _require_limits("corrected path", found.motion, surrogate, limits)
+
+
+def _require_limits(what: str, motion: FloatArray, surrogate: Surrogate, limits: Limits) -> None:
+    step = surrogate.window.step
+    used = limits.used(motion[0], motion, step)
+    if not limits.kept(motion[0], motion, step):
+        worst = max(used, key=lambda name: used[name])
+        remedy = (
+            "keep it in the ranges that the FMU declares"
+            if worst == "range"
+            else "begin and end it at rest, give it more time, or raise the limit"
+        )
+        raise MotionError(
+            f"the {what} uses {100 * used[worst]:.4g} % of the limit of {worst}; expected at most "
+            f"100 %: {remedy}"
+        )
+
+
+def _rms(error: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))

@@ -1,0 +1,172 @@
+"""The move that settles first, beside what is usual in the field."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.apps.motion.costs import residual, settled
+from slide_fmu.apps.motion.move import Move, described, described_all
+from slide_fmu.apps.motion.moves import arrivals, shaped_shares
+from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.profile import Profiles
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.shape import shape
+from slide_fmu.apps.motion.shapers import NONE, Shaper, ringing_modes, shapers
+from slide_fmu.apps.motion.way import fastest_along
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.units import behind
+
+SUPPORT = 2
+"""So many samples after a motion's end its response is not free yet: the inputs' spline ends."""
+
+PLANNED = 0.7
+"""A plan uses this part of what the margin leaves of the tolerance: margins differ from move to
+move."""
+
+
+SLOWER = (1.0, 1.5, 2.0, 3.0)
+"""Where moves leave the domain, such that take so many times what the limits need are tried."""
+
+STRIDE = 0.05
+"""Where a move leaves the domain, the next one tried takes longer by this part of its time."""
+
+LONGER = 1.1
+"""A profile along a curve whose samples break a limit, or miss a point, gets so much more time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Moves that were found for a task.
+
+    Attributes:
+        response: of all of them.
+        move: the best one.
+        baselines: the fastest profile as it is, and behind shapers.
+        slower: its profile takes so many times what the limits need, since faster ones leave the
+            domain.
+    """
+
+    response: Response
+    move: Move
+    baselines: tuple[Move, ...]
+    slower: float = 1.0
+
+
+def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
+    """Give the fastest profile, its time in s, and shapers on the modes that it leaves ringing.
+
+    The first of the shapers is none. Along a curve the time is that in which its samples pass its
+    points and keep all limits.
+
+    Raises:
+        MotionError: as for ``Problem.response``; or the surrogate does not know rest at the start.
+    """
+    problem.require_known_start()
+    profile, time = fastest_along(problem.way, problem.limits)
+    time = problem.slower * max(time, problem.surrogate.window.step)
+    while True:
+        response = problem.response(time)
+        plain = problem.way.at(shaped_shares(response, profile, time))
+        if problem.way.straight or problem.admits(response, plain):
+            break
+        time *= LONGER
+    free = response.outputs(plain[None])[0, response.samples + SUPPORT :]
+    return profile, time, [NONE, *shapers(ringing_modes(free, response.step))]
+
+
+def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
+    """Give the fastest profile, as it is and behind shapers, with the response of all.
+
+    Along a curve, a shaper is left out that brings coordinates beyond their limits.
+
+    Raises:
+        MotionError: as for ``ringing_shapers``.
+    """
+    profile, time, rows = ringing_shapers(problem)
+    response = problem.response(time + max(row.delays[-1] for row in rows))
+    return response, profile, shaped_moves(problem, response, profile, [(r, time) for r in rows])
+
+
+def shaped_moves(
+    problem: Problem, response: Response, profile: Profiles, rows: list[tuple[Shaper, float]]
+) -> list[Move]:
+    """Describe a profile behind shapers, each with the profile's time in s, if it is admitted."""
+    found = []
+    for row, time in rows:
+        end = int(arrivals(response, np.array([time]), row.delays[None])[0])
+        motion = problem.way.at(shaped_shares(response, profile, time, row))
+        if row is NONE or problem.way.straight or problem.admits(response, motion):
+            found.append((row.name, motion, end))
+    return described_all(response, found) if found else []
+
+
+def earliest(problem: Problem, progress: Progress = quiet) -> Found:
+    """Find the move that settles first, with its margin: an optimised one, or a baseline.
+
+    All of it lies in the surrogate's domain: where no such move is found, slower ones are tried.
+    The progress is told how many durations were tried.
+
+    Raises:
+        MotionError: no move settles within the tolerance, all of them leave the domain, or as for
+            ``baselines``.
+    """
+    for slower in SLOWER:
+        found = _first(dataclasses.replace(problem, slower=slower), progress)
+        if found is not None:
+            return found
+    raise MotionError(
+        f"no move was found that settles within {problem.tolerance:g}{behind(problem.unit)} and "
+        "stays "
+        f"in the domain of the surrogate, even {SLOWER[-1]:g} times slower than the limits admit; "
+        "outside its error bound says nothing: lower the limits, raise the tolerance, or move "
+        "start or goal"
+    )
+
+
+def _first(problem: Problem, progress: Progress) -> Found | None:
+    """Find the move that settles first; None where moves leave the domain."""
+    response, profile, known = baselines(problem)
+    times = [move.trusted(settled, response, problem.tolerance) for move in known]
+    first, seen = known[int(np.argmin(times))], list(known)
+    # an optimised move settles when it arrives, so later ones than the best baseline are no use
+    last = min(int(np.searchsorted(response.output_time, min(times))), response.samples + 1)
+    margin = min(float(move.margin[move.end :].max()) for move in known)
+    allowed = PLANNED * (problem.tolerance - margin)
+    begun = end = known[0].end
+    while allowed > 0 and end < last:
+        progress(end - begun, last - begun)
+        begin = shaped_shares(response, profile, float(response.time[end]))
+        planned = shape(response, problem.limits, begin, end, allowed)
+        end += 1
+        if planned is None or planned.largest > allowed:
+            continue
+        if not problem.admits(response, planned.motion):
+            continue
+        seen.append(move := described(response, "optimised", planned.motion, planned.end))
+        if move.trusted(settled, response, problem.tolerance) < min(times):
+            progress(1, 1)
+            return Found(response, move, tuple(known), problem.slower)
+        if move.known < 1:  # one sample more would not help
+            end = planned.end + max(1, round(STRIDE * planned.end))
+    progress(1, 1)
+    if np.isfinite(min(times)):
+        return Found(response, first, tuple(known), problem.slower)
+    if any(move.known < 1 for move in seen):
+        return None
+    raise MotionError(_nothing(problem, response, margin, known))
+
+
+def _nothing(problem: Problem, response: Response, margin: float, known: list[Move]) -> str:
+    unit = problem.unit
+    least = min(move.cost(residual, response, problem.tolerance) for move in known)
+    return (
+        f"tolerance {problem.tolerance:g}{behind(unit)}; no move was found that settles within "
+        "it: the "
+        f"best of those tried leaves {least:.3g}{behind(unit)}, and after it predictions may be "
+        "off by "
+        f"{margin:.3g}{behind(unit)}: raise the tolerance"
+    )

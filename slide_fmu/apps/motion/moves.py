@@ -1,0 +1,47 @@
+"""Moves along a way by profiles and shapers, sampled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.apps.motion.profile import Profiles
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.shapers import NONE, Shaper
+from slide_fmu.core.signals import FloatArray
+
+
+def shares(
+    response: Response,
+    profiles: Profiles,
+    times: FloatArray,
+    delays: FloatArray,
+    parts: FloatArray,
+) -> FloatArray:
+    """Sample shares of the way of B moves, (B, count).
+
+    Args:
+        response: the samples.
+        profiles: B of them.
+        times: that they take in s, (B,).
+        delays, parts: of the impulses of a shaper for each, in s and shares of 1, (B, n).
+    """
+    found = np.zeros((len(times), response.count))
+    for index in range(delays.shape[1]):
+        past = response.time[None] - delays[:, index, None]
+        found += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
+    return found
+
+
+def shaped_shares(
+    response: Response, profile: Profiles, time: float, shaper: Shaper = NONE
+) -> FloatArray:
+    """Sample one profile, that takes a time in s, behind a shaper: shares of the way, (count,)."""
+    rows = shaper.delays[None], shaper.parts[None]
+    return np.asarray(shares(response, profile, np.array([time]), *rows)[0])
+
+
+def arrivals(response: Response, times: FloatArray, delays: FloatArray) -> NDArray[np.intp]:
+    """Give the samples from which on moves of times in s, (B,), and delays (B, n) are at rest."""
+    done = times + delays.max(axis=1)
+    return np.asarray(np.searchsorted(response.time, done - 1e-9 * response.step))

@@ -1,0 +1,130 @@
+"""A path is corrected with an FMU, and may be held against the reference model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.apps.motion.compensate import Compensated, compensate
+from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
+from slide_fmu.apps.motion.path import read_path
+from slide_fmu.apps.motion.solve import reference_at, write_inputs
+from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
+from slide_fmu.core.progress import Stages, quiet_stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.importable import make_models_importable
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.simulation import simulate
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A path task with its answer.
+
+    Attributes:
+        surrogate, task, limits, found: what predicted, what was asked, and what came out.
+        true_before, true_after: errors of the path and of the corrected one by the reference
+            model, (count, n_outputs); None where nobody asked.
+    """
+
+    surrogate: Surrogate
+    task: PathTask
+    limits: Limits
+    found: Compensated
+    true_before: FloatArray | None = None
+    true_after: FloatArray | None = None
+
+    @property
+    def margin(self) -> FloatArray:
+        """Tell how far off the prediction on the corrected path may be, as a norm, (count,)."""
+        return self._judged.margins[self.found.records.lead :]
+
+    @cached_property
+    def _judged(self) -> Judged:
+        return judge(self.surrogate, self.found.records.inputs(self.found.motion)[None])[0]
+
+    def figures(self) -> dict[str, Any]:
+        """Return everything as plain values; errors are distances, in the outputs' unit."""
+        found = self.found
+        step = self.surrogate.window.step
+        figures: dict[str, Any] = {
+            "fmu": self.surrogate.name,
+            "task": self.task.model_dump(),
+            "unit": self.surrogate.outputs[0].unit,
+            "margin_is": what_margins_are(self.surrogate),
+            "predicted": _compared(found.before, found.after),
+            "largest_margin": float(self.margin.max()),
+            "known": float(np.mean(self._judged.known[found.records.lead :])),
+            "largest_condition": float(found.condition.max()),
+            "largest_correction": np.abs(found.motion - found.path).max(axis=0).tolist(),
+            "limits_used": self.limits.used(found.motion[0], found.motion, step),
+        }
+        if self.true_before is not None and self.true_after is not None:
+            figures["reference"] = _compared(self.true_before, self.true_after)
+        return figures
+
+
+def _compared(before: FloatArray, after: FloatArray) -> dict[str, float | None]:
+    """Return both errors as distances, and how many times smaller they became; None if to zero."""
+    one, other = (np.linalg.norm(error, axis=1) for error in (before, after))
+    rms = [float(np.sqrt(np.mean(distance**2))) for distance in (one, other)]
+    return {
+        "rms_before": rms[0],
+        "rms_after": rms[1],
+        "largest_before": float(one.max()),
+        "largest_after": float(other.max()),
+        "times_less": rms[0] / rms[1] if rms[1] > 0 else None,
+    }
+
+
+def correct(
+    fmu: Path, task: PathTask, verify: bool = False, bar: Stages = quiet_stages
+) -> Corrected:
+    """Correct the path of a task with an FMU.
+
+    Args:
+        fmu: an FMU of slide-fmu.
+        task: the path.
+        verify: simulate the reference model along the path and along the corrected one.
+        bar: opens the progress of a stage.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        MotionError: the task does not fit the FMU, or has no answer.
+        LoadError: the reference model is not installed here.
+        SimulationError: it could not be simulated.
+    """
+    released, provenance = read_fmu(fmu)
+    surrogate = at_parameters(released, task.parameters)
+    coordinates = coordinates_of(surrogate.inputs)
+    limits = limits_of(task.limits, coordinates)
+    path = read_path(task.path, coordinates, surrogate)
+    motion, wished = path.motion, path.wished
+    found = compensate(surrogate, motion, limits, wished, task.knots, bar("corrections"))
+    corrected = Corrected(surrogate, task, limits, found)
+    if not verify:
+        return corrected
+    progress, errors = bar("reference model"), []
+    make_models_importable(fmu)
+    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
+    for done, tried in enumerate((found.path, found.motion)):
+        progress(done, 2)
+        outputs = simulate(system, found.records.inputs(tried)).outputs[found.records.lead + 1 :]
+        errors.append(outputs + found.rigid(tried) - found.target)
+    progress(2, 2)
+    return Corrected(surrogate, task, limits, found, *errors)
+
+
+def write_corrected(corrected: Corrected, path: Path) -> Path:
+    """Write the inputs of the corrected path as CSV, at the times of its samples from 0 on."""
+    found = corrected.found
+    inputs = inputs_of(found.records.coordinates, found.motion)
+    return write_inputs(corrected.surrogate, inputs, path)

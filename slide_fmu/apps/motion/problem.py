@@ -1,0 +1,164 @@
+"""What every search for a motion is given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.way import Way
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
+from slide_fmu.surrogate.surrogate import Surrogate
+
+MOST_SAMPLES = 5000
+"""A move has at most so many samples: time and memory of its linear programs grow with them."""
+
+
+LOOKED_AT = 1000
+"""At so many places of a curve its coordinates are looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """A move goes Past points without resting there.
+
+    Attributes:
+        points: coordinates, (n, n_coordinates), in their order.
+        near: how near each coordinate must come to them, (n_coordinates,), above 0.
+    """
+
+    points: FloatArray
+    near: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A Problem is a move from rest to rest that a surrogate answers.
+
+    Attributes:
+        surrogate: what predicts.
+        start, goal: coordinates at rest, (n_coordinates,).
+        limits: that every move keeps.
+        tolerance: distance of the outputs from rest that counts as settled, in their unit, as a
+            norm over all outputs.
+        past: points to pass, if there are some.
+        slower: profiles take so many times what their limits need.
+
+    Raises:
+        MotionError: points, limits or tolerance are no such numbers, one for each coordinate; two
+            points in a row are the same, the way leaves the ranges, or outputs have several
+            units, of which no norm can be taken.
+    """
+
+    surrogate: Surrogate
+    start: FloatArray
+    goal: FloatArray
+    limits: Limits
+    tolerance: float
+    past: Past | None = None
+    slower: float = 1.0
+
+    def __post_init__(self) -> None:
+        self._require_numbers()
+        self._require_range()
+        units = sorted({output.unit for output in self.surrogate.outputs})
+        if len(units) > 1:
+            raise MotionError(
+                f"surrogate {self.surrogate.name!r} has outputs in {units}; expected one unit, "
+                "since the distance from rest is a norm over all of them"
+            )
+
+    def _require_numbers(self) -> None:
+        """Refuse what is not one number for each coordinate, or no number that it may be."""
+        coordinates, limits = coordinates_of(self.surrogate.inputs), self.limits
+        points = [("start", self.start), ("goal", self.goal)]
+        sizes = [(name, limit) for name, _, limit in limits.derivatives()]
+        if self.past is not None:
+            points += [(f"via {k}", point) for k, point in enumerate(self.past.points, start=1)]
+            sizes.append(("via_tolerance", self.past.near))
+        for name, values in points + sizes:
+            if np.shape(values) != (len(coordinates),):
+                raise MotionError(
+                    f"{name} has the shape {np.shape(values)}; expected ({len(coordinates)},), "
+                    f"one number for each of {[c.name for c in coordinates]}: give such an array"
+                )
+        for name, values in points:
+            if not np.isfinite(values).all():
+                raise MotionError(f"{name} is {list(values)}; expected finite numbers: correct it")
+        for name, values in [*sizes, ("tolerance", np.array([self.tolerance]))]:
+            if not (np.asarray(values) > 0).all():
+                raise MotionError(f"{name} is {list(values)}; expected more than 0: correct it")
+
+    def _require_range(self) -> None:
+        """Refuse a curve that leaves the ranges between its points."""
+        along = self.way.at(np.linspace(0, 1, LOOKED_AT))
+        beyond = np.maximum(along - self.limits.high, self.limits.low - along).max(axis=0)
+        worst = int(np.argmax(beyond))
+        if not self.way.straight and beyond[worst] > 0:
+            coordinate = coordinates_of(self.surrogate.inputs)[worst]
+            raise MotionError(
+                f"the smooth way past the points leaves the range of {coordinate.name} by "
+                f"{beyond[worst]:.3g}{behind(coordinate.unit)}; expected one within it: move "
+                "the points, "
+                "or raise via_tolerance"
+            )
+
+    @cached_property
+    def way(self) -> Way:
+        """The way from the start to the goal."""
+        if self.past is None:
+            free = np.full(len(self.start), np.inf)
+            return Way(np.stack([self.start, self.goal]), free, free)
+        points = np.vstack([self.start, self.past.points, self.goal])
+        speed, ranges = self.limits.speed, np.ptp(points, axis=0)
+        pace = speed if np.isfinite(speed).all() else np.where(ranges > 0, ranges, np.inf)
+        return Way(points, self.past.near, pace)
+
+    def admits(self, response: Response, motion: FloatArray) -> bool:
+        """Tell whether a motion, (count, n_coordinates), keeps limits and passes the points."""
+        kept = self.limits.kept(self.start, motion, response.step)
+        return kept and response.missed(motion) <= 1
+
+    def require_known_start(self) -> None:
+        """Refuse a start at which the surrogate does not know rest.
+
+        Raises:
+            MotionError: rest there is outside of the domain.
+        """
+        surrogate = self.surrogate
+        if surrogate.bound is None:
+            return
+        inputs = inputs_of(coordinates_of(surrogate.inputs), self.start[None])
+        if not surrogate.in_domain(inputs)[0]:  # the first input counts as held for ever before
+            novelty = surrogate.trust(inputs).novelty[0]
+            raise MotionError(
+                f"rest at the start {self.start.tolist()} is outside of the domain of the "
+                f"surrogate {surrogate.name!r} (novelty {novelty:.3g}; expected at most 1): its "
+                "error bound says nothing there; begin elsewhere"
+            )
+
+    @property
+    def unit(self) -> str:
+        """The unit of the outputs."""
+        return self.surrogate.outputs[0].unit
+
+    def response(self, time: float) -> Response:
+        """Give the response to moves that take at most a time in s.
+
+        Raises:
+            MotionError: there are too many samples, or as for ``Response``.
+        """
+        samples = int(np.ceil(time / self.surrogate.window.step)) + 1
+        if samples > MOST_SAMPLES:
+            raised = "the limits" if self.way.straight else "via_tolerance or the limits"
+            raise MotionError(
+                f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
+                f"raise {raised}, or lower duration or longest"
+            )
+        return Response(self.surrogate, self.way, samples)

@@ -1,0 +1,65 @@
+"""The move that rings least after a given time, beside what is usual in the field."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.apps.motion.costs import residual
+from slide_fmu.apps.motion.earliest import Found, ringing_shapers, shaped_moves
+from slide_fmu.apps.motion.move import Move, described
+from slide_fmu.apps.motion.moves import shaped_shares
+from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.shape import shape
+from slide_fmu.core.progress import Progress, quiet
+
+LEAST = 0.01
+"""What a plain move leaves is brought down to this part of it at most: less is not planned."""
+
+
+def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> Found:
+    """Find the move of a given time that leaves least; what is below the margin counts as nothing.
+
+    Args:
+        problem: the move.
+        duration: time in s in which the goal is reached.
+        progress: is told of the beginning and the end.
+
+    Raises:
+        MotionError: the limits ask for more time, all moves leave the surrogate's domain, or as
+            for ``ringing_shapers``.
+    """
+    progress(0, 1)
+    profile, least, rows = ringing_shapers(problem)
+    step = problem.surrogate.window.step
+    duration = step * np.floor(duration / step + 1e-9)
+    if duration < least:
+        raise MotionError(
+            f"duration {duration:g} s, in whole steps; expected at least {least:.4g} s, which the "
+            "limits and the step need: give the motion more time, or raise the limits"
+        )
+    response = problem.response(duration)
+    times = [(row, duration - row.delays[-1]) for row in rows]
+    # other shapers come too late
+    known = shaped_moves(problem, response, profile, [one for one in times if one[1] >= least])
+    plain = known[0]
+    margin = float(plain.margin[plain.end :].max())
+
+    def left(move: Move) -> float:
+        return move.trusted(residual, response, problem.tolerance)
+
+    allowed = max(margin, LEAST * plain.cost(residual, response, problem.tolerance))
+    begin = shaped_shares(response, profile, duration)
+    planned = shape(response, problem.limits, begin, plain.end, allowed)
+    found = list(known)
+    if planned is not None and problem.admits(response, planned.motion):
+        found.insert(0, described(response, "optimised", planned.motion, plain.end))
+    progress(1, 1)
+    best = min(found, key=left)
+    if not np.isfinite(left(best)):
+        raise MotionError(
+            f"all moves of {duration:g} s that were tried leave the domain of the surrogate "
+            f"({100 * (1 - best.known):.3g} % of the samples); outside its error bound says "
+            "nothing: give the motion more time, or move start or goal"
+        )
+    return Found(response, best, tuple(known))

@@ -1,0 +1,97 @@
+"""A motion of a given duration that leaves no more than is allowed, by linear programs.
+
+The way is free at every sample, and all coordinates share it. A linear program keeps the limits
+and the linearized response after the end below what the tolerance leaves, and jerks no more than
+that needs; without this an optimiser lives off the surrogate's errors. The response is linearized
+again about its result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.program import Linearized, change
+from slide_fmu.apps.motion.response import Response
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.base import batches
+
+REACHES = (0.1, 0.02, 0.005)
+"""In so many rounds the response is linearized; none changes a share of the way by more than this,
+so that they come to an end."""
+
+REACHES_ALONG_CURVES = (0.03, 0.02, 0.01, 0.005, 0.002)
+"""Likewise for curves, along which limits are linearized too."""
+
+PROBE = 1e-4
+"""Responses are differentiated by changes of this share of the way, forwards."""
+
+HOPELESS = 1.0
+"""A duration whose linear program exceeds what is allowed by this part of it is given up."""
+
+AT_ONCE = 250
+"""So many probes are answered together: their records fit into memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A Planned motion ends at a sample.
+
+    Attributes:
+        motion: coordinates, (count, n_coordinates).
+        end: the sample from which on it stays at the goal.
+        largest: largest deviation from rest after it, as predicted, in the outputs' unit.
+    """
+
+    motion: FloatArray
+    end: int
+    largest: float
+
+
+def shape(
+    response: Response, limits: Limits, start: FloatArray, end: int, allowed: float
+) -> Planned | None:
+    """Shape a motion so that it leaves less than what is allowed; the best of all rounds.
+
+    It is None where no round found a motion that keeps the limits.
+
+    Args:
+        response: answers motions.
+        limits: that the result keeps.
+        start: shares of the way to begin with, (count,).
+        end: sample from which on the result stays at the goal.
+        allowed: deviation of the outputs from rest, in their unit, as a norm.
+    """
+    if end == 0:  # it jumps: nothing is free
+        return None
+    way, share = response.way, np.where(np.arange(response.count) < end, start, 1.0)
+    best: Planned | None = None
+    for reach in REACHES if way.straight else REACHES_ALONG_CURVES:
+        linearized = _linearized(response, share, end)
+        solved = change(linearized, way, limits, response.step, allowed, reach)
+        if solved is None:
+            break
+        changes, excess = solved
+        share[:end] += changes
+        motion = way.at(share)
+        after = np.linalg.norm(response.outputs(motion[None])[0, end:], axis=1)
+        found = Planned(motion, end, float(after.max()))
+        kept = limits.kept(response.start, motion, response.step)
+        if kept and (best is None or found.largest < best.largest):
+            best = found
+        if (best is not None and best.largest <= allowed) or excess > HOPELESS:
+            break
+    return best
+
+
+def _linearized(response: Response, share: FloatArray, end: int) -> Linearized:
+    """Give the outputs after the end, and their slopes by the shares before it."""
+    after = response.outputs(response.way.at(share)[None])[0, end:]
+    slopes = np.empty((end, *after.shape))
+    for some in batches(end, AT_ONCE):
+        probes = np.tile(share, (len(slopes[some]), 1))
+        probes[np.arange(len(probes)), np.arange(end)[some]] += PROBE
+        slopes[some] = response.outputs(response.way.at(probes))[:, end:] - after
+    return Linearized(share[:end].copy(), after, slopes / PROBE)

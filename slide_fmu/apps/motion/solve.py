@@ -1,0 +1,159 @@
+"""A motion is chosen with an FMU for a task, and may be held against the reference model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.apps.motion.choose import Family, choose
+from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
+from slide_fmu.apps.motion.costs import COSTS
+from slide_fmu.apps.motion.earliest import Found, earliest
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.margin import what_margins_are
+from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.quietest import quietest
+from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.progress import Stages, quiet_stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.pipeline.importable import make_models_importable
+from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.systems import reference_system
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A task with its answer.
+
+    Attributes:
+        surrogate, task, limits, found: what predicted, what was asked, and what came out.
+        truths: outputs of the reference model about rest at the goal, (count, n_outputs), of the
+            move and then of the baselines; empty where nobody asked.
+    """
+
+    surrogate: Surrogate
+    task: MoveTask
+    limits: Limits
+    found: Found
+    truths: tuple[FloatArray, ...]
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """The move, then the baselines."""
+        return (self.found.move, *self.found.baselines)
+
+    def true_moves(self) -> list[Move]:
+        """The same moves with what the reference model says, which has no margin."""
+        return [
+            Move(m.name, m.motion, m.end, truth, np.zeros(len(truth)), m.known)
+            for m, truth in zip(self.moves, self.truths, strict=bool(self.truths))
+        ]
+
+    def figures(self) -> dict[str, Any]:
+        """Return everything as plain values."""
+        terms = self.found.response, self.limits, self.task.tolerance
+        figures = {
+            "fmu": self.surrogate.name,
+            "task": self.task.model_dump(),
+            "margin_is": what_margins_are(self.surrogate),
+            "slower": self.found.slower,
+            "move": self.found.move.figures(*terms),
+            "baselines": [move.figures(*terms) for move in self.found.baselines],
+        }
+        if self.truths:
+            move, *others = (move.figures(*terms) for move in self.true_moves())
+            figures["reference"] = {"move": move, "baselines": others}
+        return figures
+
+
+def solve(
+    fmu: Path, task: MoveTask, seed: int = 0, verify: bool = False, bar: Stages = quiet_stages
+) -> Solved:
+    """Choose the motion of a task with an FMU.
+
+    Args:
+        fmu: an FMU of slide-fmu.
+        task: what the motion should do.
+        seed: of the candidates, where some are drawn.
+        verify: simulate the reference model beside the result and its baselines.
+        bar: opens the progress of a stage.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        MotionError: the task does not fit the FMU, or has no answer.
+        LoadError: the reference model is not installed here.
+        SimulationError: it could not be simulated.
+    """
+    released, provenance = read_fmu(fmu)
+    surrogate = at_parameters(released, task.parameters)
+    coordinates = coordinates_of(surrogate.inputs)
+    (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
+    past = task.past(coordinates)
+    problem = Problem(surrogate, start, goal, limits, task.tolerance, past)
+    progress = bar("motions")
+    if task.kind == "earliest":
+        found = earliest(problem, progress)
+    elif task.kind == "quietest":
+        assert task.duration is not None
+        found = quietest(problem, task.duration, progress)
+    else:
+        family = Family(task.candidates, task.longest, seed)
+        found = choose(problem, COSTS[task.minimise], family, progress)
+    solved = Solved(surrogate, task, limits, found, ())
+    if not verify:
+        return solved
+    make_models_importable(fmu)
+    progress, truths = bar("reference model"), []
+    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
+    resting = np.tile(inputs_of(coordinates, goal[None]), (found.response.lead, 1))
+    rest = simulate(system, resting).outputs[-1]
+    for done, move in enumerate(solved.moves):
+        progress(done, len(solved.moves))
+        outputs = simulate(system, found.response.record(move.motion)).outputs
+        truths.append(outputs[found.response.lead + 1 :] - rest)
+    progress(len(solved.moves), len(solved.moves))
+    return Solved(surrogate, task, limits, found, tuple(truths))
+
+
+def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, float]) -> System:
+    """Return the reference system at the physical parameters at which a surrogate is asked.
+
+    Args:
+        recipe: of the surrogate.
+        surrogate: with its parameters, whose start values those have that are not given.
+        values: of parameters, by name.
+
+    Raises:
+        LoadError: the reference model is not installed here.
+    """
+    starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
+    return reference_system(recipe.at({**starts, **values}))
+
+
+def write_set_points(solved: Solved, path: Path) -> Path:
+    """Write the inputs of the move as CSV, from the last sample of rest to the first one after."""
+    response, move = solved.found.response, solved.found.move
+    inputs = response.record(move.motion)[response.lead - 1 : response.lead + move.end + 1]
+    return write_inputs(solved.surrogate, inputs, path)
+
+
+def write_inputs(surrogate: Surrogate, inputs: FloatArray, path: Path) -> Path:
+    """Write inputs (N, n_inputs) as CSV: times in s from 0 on, then one column for each input."""
+    names = ",".join(["time", *(signal.name for signal in surrogate.inputs)])
+    rows = [
+        ",".join(f"{value:.12g}" for value in (surrogate.window.step * k, *row))
+        for k, row in enumerate(inputs)
+    ]
+    write_whole(path, ("\n".join([names, *rows]) + "\n").encode())
+    return path

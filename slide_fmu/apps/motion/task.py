@@ -1,0 +1,220 @@
+"""A task says in TOML what a motion should do."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
+
+from slide_fmu.apps.motion.coordinates import Coordinate
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.problem import Past
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
+from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
+from slide_fmu.recipe.reading import mistakes, read_recipe_text
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.surrogate.surrogate import Surrogate
+
+EXAMPLE = "docs/tutorials/pick_and_place.toml"
+
+Numbers = tuple[Annotated[float, Field(allow_inf_nan=False)], ...]
+
+
+class LimitsTable(Table):
+    """The table ``limits``: one number for each coordinate, in their order; no limit if empty.
+
+    Attributes:
+        speed, acceleration, jerk: in the coordinate's unit per s, s^2 and s^3.
+    """
+
+    speed: tuple[PositiveFloat, ...] = ()
+    acceleration: tuple[PositiveFloat, ...] = ()
+    jerk: tuple[PositiveFloat, ...] = ()
+
+
+Parameters = dict[str, Annotated[float, Field(allow_inf_nan=False)]]
+"""Values of physical parameters by name; those that are not given have their start values."""
+
+
+class MoveTask(Table):
+    """A task to move from rest to rest.
+
+    Attributes:
+        kind: ``"earliest"`` settles as early as it can; ``"quietest"`` rings least after
+            ``duration``; ``"choose"`` takes the best of many candidates.
+        start, goal: coordinates, in the order of the FMU's inputs.
+        via: points that the motion passes on its way, in their order, without resting there.
+        via_tolerance: how near to them it comes, for each coordinate, in its unit.
+        tolerance: distance of the outputs from rest that counts as settled, in their unit; as a
+            norm over all outputs.
+        duration: of the quietest motion, in s.
+        minimise: cost by which candidates are chosen.
+        candidates: how many are tried.
+        longest: the slowest candidates take so many times as long as the limits need.
+        limits: that the motion keeps.
+        parameters: physical parameters of the surrogate, by name.
+    """
+
+    kind: Literal["earliest", "quietest", "choose"]
+    start: Numbers = Field(min_length=1)
+    goal: Numbers = Field(min_length=1)
+    tolerance: PositiveFloat
+    via: tuple[Numbers, ...] = ()
+    via_tolerance: tuple[PositiveFloat, ...] = ()
+    duration: PositiveFloat | None = None
+    minimise: Literal["settled", "residual", "largest"] = "settled"
+    candidates: PositiveInt = 10000
+    longest: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
+    limits: LimitsTable = LimitsTable()
+    parameters: Parameters = Field(default_factory=dict)
+
+    def points(self, coordinates: tuple[Coordinate, ...]) -> tuple[FloatArray, FloatArray]:
+        """Give start and goal, (n_coordinates,) each.
+
+        Raises:
+            MotionError: there is not one number for each coordinate, or one is out of range.
+        """
+        for name, values in (("start", self.start), ("goal", self.goal)):
+            _require_point(name, values, coordinates)
+        return np.array(self.start), np.array(self.goal)
+
+    def past(self, coordinates: tuple[Coordinate, ...]) -> Past | None:
+        """Give the points to pass, if there are some.
+
+        Raises:
+            MotionError: as for ``points``.
+        """
+        if not self.via:
+            return None
+        for index, values in enumerate(self.via, start=1):
+            _require_point(f"via {index}", values, coordinates)
+        _require_one_each("via_tolerance", self.via_tolerance, coordinates)
+        return Past(np.array(self.via), np.array(self.via_tolerance))
+
+
+class PathTask(Table):
+    """A task to go along a path, so that the outputs go where they are wished to be.
+
+    Attributes:
+        kind: ``"compensate"``.
+        path: a file with a column for every input, and one of times; the columns of outputs say
+            what these should be, without any the tool of a serial chain shall go as if its links
+            were rigid. It lies beside the task, or here.
+        knots: time in s between the knots of the corrections; three samples if not given.
+        limits: that the corrected path keeps.
+        parameters: as of ``MoveTask``.
+    """
+
+    kind: Literal["compensate"]
+    path: str
+    knots: PositiveFloat | None = None
+    limits: LimitsTable = LimitsTable()
+    parameters: Parameters = Field(default_factory=dict)
+
+
+Task = Annotated[MoveTask | PathTask, Field(discriminator="kind")]
+"""What a file of a task says; its ``kind`` decides which one it is."""
+
+
+def at_parameters(surrogate: Surrogate, values: Parameters) -> Surrogate:
+    """Give a surrogate at the parameters of a task.
+
+    Raises:
+        MotionError: a name is that of no parameter, or a value lies outside its range.
+    """
+    try:
+        return surrogate.at(values)
+    except ValueError as error:
+        raise MotionError(f"the task's table parameters: {error}") from error
+
+
+def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits:
+    """Give limits, with the ranges of the coordinates.
+
+    Raises:
+        MotionError: there are limits, but not one for each coordinate.
+    """
+    found = []
+    for name in ("speed", "acceleration", "jerk"):
+        values = getattr(table, name)
+        if values:
+            _require_one_each(f"limits.{name}", values, coordinates)
+        found.append(np.array(values or [math.inf] * len(coordinates)))
+    low, high = (np.array([getattr(c, end) for c in coordinates]) for end in ("low", "high"))
+    return Limits(low, high, *found)
+
+
+def _require_point(
+    name: str, values: tuple[float, ...], coordinates: tuple[Coordinate, ...]
+) -> None:
+    _require_one_each(name, values, coordinates)
+    for coordinate, value in zip(coordinates, values, strict=True):
+        if not coordinate.low <= value <= coordinate.high:
+            raise MotionError(
+                f"{name} of {coordinate.name} is {value:g}{behind(coordinate.unit)}; expected "
+                f"{coordinate.low:g} to {coordinate.high:g}, the range that the FMU declares: "
+                "move the point"
+            )
+
+
+def _require_one_each(
+    name: str, values: tuple[float, ...], coordinates: tuple[Coordinate, ...]
+) -> None:
+    if len(values) != len(coordinates):
+        raise MotionError(
+            f"{name} has {len(values)} numbers; expected {len(coordinates)}, one for each of "
+            f"{[f'{c.name} ({c.unit})' for c in coordinates]}: correct the list"
+        )
+
+
+def read_task(path: Path) -> MoveTask | PathTask:
+    """Read a task from a TOML file.
+
+    Raises:
+        MotionError: the file cannot be read, or is no task; one line per mistake.
+    """
+    try:
+        tables = tomllib.loads(read_recipe_text(path))
+        task: MoveTask | PathTask = TypeAdapter(Task).validate_python(
+            {"kind": "compensate" if "path" in tables else "earliest", **tables}
+        )
+    except tomllib.TOMLDecodeError as error:
+        raise MotionError(f"{path}: not valid TOML: {error}") from error
+    except ValidationError as error:
+        raise MotionError(_without_kind(mistakes(error, str(path), "task"))) from error
+    except RecipeError as error:
+        text = str(error).replace("recipe ", "task ", 1)
+        raise MotionError(text.replace("training/duffing.toml", EXAMPLE)) from error
+    if isinstance(task, PathTask):
+        beside = path.parent / task.path
+        return task.model_copy(update={"path": str(beside)}) if beside.is_file() else task
+    if (task.duration is None) == (task.kind == "quietest"):
+        raise MotionError(
+            f"{path}: kind = {task.kind!r} {'without' if task.duration is None else 'with'} "
+            "duration; expected one for 'quietest' alone: add it, or remove it"
+        )
+    if bool(task.via) != bool(task.via_tolerance):
+        raise MotionError(
+            f"{path}: {'via' if task.via else 'via_tolerance'} alone; expected both via and "
+            "via_tolerance, or neither: add the other one, or remove it"
+        )
+    unused = sorted({"minimise", "candidates", "longest"} & task.model_fields_set)
+    if unused and task.kind != "choose":
+        raise MotionError(
+            f"{path}: kind = {task.kind!r} with {unused}; expected these for 'choose' alone: "
+            "remove them"
+        )
+    return task
+
+
+def _without_kind(text: str) -> str:
+    """Leave out the choice of the union, which is not part of a key."""
+    for kind in ("earliest", "quietest", "choose", "compensate"):
+        text = text.replace(f": {kind}.", ": ")
+    return text.replace(": task.kind = ", ": kind = ")

@@ -1,0 +1,142 @@
+"""The way of a move in space: straight, or on a smooth curve past points between its ends.
+
+All coordinates share one number that goes from 0 at the start to 1 at the goal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import lsq_linear
+
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, fastest
+from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.core.signals import FloatArray
+
+ROUNDED = 0.8
+"""Curves round their points by this part of the tolerance: chords between samples cut them too."""
+
+FINE = 400
+"""Samples of a curve by which its bends and its fastest profile are found."""
+
+BETWEEN = 8
+"""Where inputs move between samples, so many points of each step may be near a point to pass."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A Way leads from the first of some points to the last one, past those between.
+
+    Past these it is a cubic spline, which bends as little as their tolerance admits.
+
+    Attributes:
+        points: coordinates, (n, n_coordinates), at least two.
+        near: how near each coordinate must come to those between, (n_coordinates,); infinite if
+            there are none.
+        pace: how far coordinates go in the same time, (n_coordinates,): between points a curve
+            takes shares as these need time.
+
+    Raises:
+        MotionError: two points in a row are the same.
+    """
+
+    points: FloatArray
+    near: FloatArray
+    pace: FloatArray
+
+    def __post_init__(self) -> None:
+        for index, (one, other) in enumerate(zip(self.points, self.points[1:], strict=False)):
+            if np.array_equal(one, other):
+                names = ["start", *(f"via {k}" for k in range(1, len(self.points) - 1)), "goal"]
+                raise MotionError(
+                    f"{names[index]} and {names[index + 1]} are both {one.tolist()}; expected two "
+                    "points: correct the task"
+                )
+
+    @property
+    def start(self) -> FloatArray:
+        """Coordinates at its start, (n_coordinates,)."""
+        return np.asarray(self.points[0])
+
+    @property
+    def goal(self) -> FloatArray:
+        """Coordinates at its end, (n_coordinates,)."""
+        return np.asarray(self.points[-1])
+
+    @property
+    def straight(self) -> bool:
+        """Tell whether it passes no points."""
+        return len(self.points) == 2
+
+    def at(self, share: FloatArray) -> FloatArray:
+        """Give coordinates, (..., n_coordinates), at shares of the way, (...)."""
+        if self.straight:
+            return np.asarray(self.start + share[..., None] * (self.goal - self.start))
+        return np.asarray(self._curve(share))
+
+    def slopes(self, share: FloatArray) -> FloatArray:
+        """Give the derivatives of the coordinates by the share, as for ``at``."""
+        if self.straight:
+            shape = (*share.shape, len(self.start))
+            return np.broadcast_to(self.goal - self.start, shape)
+        return np.asarray(self._curve(share, 1))
+
+    def binding(self, limit: FloatArray) -> list[int]:
+        """List the coordinates that may reach a limit, (n_coordinates,), before all others."""
+        if not self.straight:
+            return [int(one) for one in np.flatnonzero(np.isfinite(limit))]
+        used = np.abs(self.goal - self.start) / limit
+        return [int(np.argmax(used))] if used.max() > 0 else []
+
+    def missed(self, motion: FloatArray, moving: bool) -> float:
+        """Tell by which part of its tolerance a motion misses the point that it misses most.
+
+        Args:
+            motion: coordinates after the start, (count, n_coordinates).
+            moving: whether these move from sample to sample, instead of jumping.
+        """
+        if self.straight:
+            return 0.0
+        parts = np.arange(BETWEEN) / BETWEEN if moving else np.zeros(1)
+        passed = np.vstack([self.start, motion])  # a point may be as near to the start as it must
+        rows = passed[:-1, None] + parts[:, None] * np.diff(passed, axis=0)[:, None]
+        away = np.abs(rows.reshape(-1, 1, rows.shape[-1]) - self.points[1:-1]) / self.near
+        return float(away.max(axis=2).min(axis=0).max())
+
+    @cached_property
+    def _curve(self) -> CubicSpline:
+        steps = np.abs(np.diff(self.points, axis=0)) / self.pace
+        knots = np.concatenate([[0.0], np.cumsum(steps.max(axis=1))])
+        knots /= knots[-1]
+        unit = CubicSpline(knots, np.eye(len(knots)), bc_type="natural")
+        bends = unit(np.linspace(0, 1, FINE), 2)
+        passed = self.points.copy()
+        for index, near in enumerate(ROUNDED * self.near):
+            ends, middle = self.points[[0, -1], index], self.points[1:-1, index]
+            bounds = (middle - near, middle + near)
+            least = lsq_linear(bends[:, 1:-1], -bends[:, [0, -1]] @ ends, bounds)
+            passed[1:-1, index] = np.clip(least.x, *bounds)
+        return CubicSpline(knots, passed, bc_type="natural")
+
+
+def fastest_along(way: Way, limits: Limits) -> tuple[Profiles, float]:
+    """Give the fastest symmetric profile along a way within limits, and its time in s.
+
+    Along a curve it is about the fastest: the best of a coarse grid, by differences.
+    """
+    if way.straight:
+        return fastest(way.goal - way.start, limits)
+    ramp, rounded = np.meshgrid(np.geomspace(0.05, 0.5, 16), np.linspace(LEAST_JERK_SHARE, 1, 8))
+    grid = Profiles(ramp.ravel(), ramp.ravel(), rounded.ravel())
+    motions = way.at(grid.way(np.tile(np.linspace(0, 1, FINE), (ramp.size, 1))))
+    times = np.zeros(ramp.size)
+    for _, order, limit in limits.derivatives():
+        peaks = np.abs(np.diff(motions, n=order, axis=1)).max(axis=1) * (FINE - 1) ** order
+        times = np.maximum(times, (peaks / limit).max(axis=1) ** (1 / order))
+    best = int(np.argmin(times))
+    one = Profiles(*(getattr(grid, name)[best : best + 1] for name in Profiles.__annotations__))
+    return one, float(times[best])

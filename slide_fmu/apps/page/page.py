@@ -1,0 +1,146 @@
+"""The page of an FMU: one HTML file that needs nothing else, and no network."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import jinja2
+
+from slide_fmu.apps.page.drawing import checked_drawing, load_drawing
+from slide_fmu.apps.page.facts import facts_of, names_of
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.packing import packed, scripts, styles
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
+from slide_fmu.fmu.libraries.platforms import compiled
+from slide_fmu.pipeline.apps import service
+from slide_fmu.surrogate.surrogate import Surrogate
+
+WEB = Path(__file__).parent / "web"
+
+Look = Literal["page", "front"]
+
+EXAMPLE_RUN = "example run"
+"""Another app offers this service: it takes an FMU and returns None, or the physical parameters of
+a run that the FMU carries and its CSV files ``inputs``, ``results`` and ``reference`` by name."""
+
+
+def write_page(
+    fmu: Path,
+    path: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write the page of an FMU, with the trajectory that it carries, and return its path.
+
+    Args:
+        fmu: an FMU that slide-fmu wrote.
+        path: the HTML file; replaced as a whole when it is there.
+        title: heading; the name of the surrogate if None.
+        drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
+            (``slide_fmu/apps/page/drawing.py``); if None, the description that the FMU carries, if
+            there is one.
+        moves: two moves that it plays beside each other, as the service ``MOVES`` gives them
+            (``slide_fmu.apps.page.command``); physical parameters begin at the values of
+            theirs. None if None.
+
+    Raises:
+        DrawingError: the drawing is not usable.
+        LoadError: the module of the drawing cannot be imported.
+        CredentialError: the experiment that the FMU carries is damaged.
+        FileNotFoundError: the runtime has not been compiled.
+        FmuError: the file is no FMU of slide-fmu, or damaged.
+        OSError: a file cannot be read or written.
+        ValueError: the path does not end in ``.html``.
+    """
+    if path.suffix != ".html":
+        raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+    write_whole(path, page_of(fmu, title, drawing, moves).encode("utf-8"))
+    return path
+
+
+def page_of(
+    fmu: Path,
+    title: str | None = None,
+    drawing: str | None = None,
+    moves: Mapping[str, Any] | None = None,
+    look: Look = "page",
+) -> str:
+    """Return the page of an FMU as text; arguments and errors are those of ``write_page``.
+
+    With the look "front" it is made to stand inside another page, with the machine foremost.
+    """
+    surrogate, provenance = read_fmu(fmu)
+    carried = service(EXAMPLE_RUN)
+    run = None if carried is None else carried(fmu)
+    files: dict[str, bytes] = {}
+    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
+    if drawing is None:
+        described = carried_drawing(surrogate, provenance)
+    else:
+        described = load_drawing(drawing, names_of(surrogate))
+    facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
+    if moves is not None:  # their sliders begin where the moves were chosen
+        for parameter in facts["parameters"]:
+            parameter["start"] = moves["parameters"].get(parameter["name"], parameter["start"])
+    if run is not None:
+        parameters, files = run
+        facts["trajectory"] = {"parameters": dict(parameters)}
+    if described is not None:
+        files["drawing"] = json.dumps(described).encode("utf-8")
+    return page_html(surrogate, facts, files, look)
+
+
+def carried_drawing(
+    surrogate: Surrogate, provenance: Mapping[str, Any] | None
+) -> dict[str, Any] | None:
+    """Return the drawing that an FMU carries in its provenance; None where there is none.
+
+    Raises:
+        DrawingError: it is not usable.
+    """
+    carried = (provenance or {}).get("drawing")
+    if carried is None:
+        return None
+    return checked_drawing(carried, names_of(surrogate), f"in the provenance of {surrogate.name}")
+
+
+def page_html(
+    surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes], look: Look
+) -> str:
+    """Return the page; the same arguments give the same text.
+
+    Args:
+        surrogate: what runs in it.
+        facts: what it shows of it.
+        files: further files that it reads, by their names in the page.
+        look: how it is laid out.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
+    return environment.get_template("page.html").render(
+        facts=facts,
+        look=look,
+        summary=_summary(facts),
+        columns=", ".join(signal["name"] for signal in facts["inputs"]),
+        json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
+        blobs={name: packed(content) for name, content in blobs.items()},
+        style=styles(WEB / "style.css"),
+        **scripts(WEB / "main.js"),
+    )
+
+
+def _summary(facts: dict[str, Any]) -> str:
+    """Say in one line what the surrogate is."""
+    inputs, outputs = len(facts["inputs"]), len(facts["outputs"])
+    return (
+        f"surrogate {facts['name']}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
+        f"output{'s' * (outputs > 1)}, a step of {facts['step']:.4g} s, which remembers "
+        f"{facts['memory']:.3g} s"
+    )

@@ -1,0 +1,192 @@
+"""The apps that are installed, and what each of them adds to the way from a model to an FMU.
+
+An app is any package that registers an ``App`` under the entry-point group ``slide_fmu.apps``.
+Those of slide-fmu lie in ``slide_fmu/apps``; another package may register further ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.surrogate.surrogate import Surrogate
+
+GROUP = "slide_fmu.apps"
+"""Entry points of this group are apps; the name of each is that of its table ``[apps.NAME]``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Release:
+    """A Release is an FMU that is about to be written with all that people read about it.
+
+    Attributes:
+        surrogate: what the FMU carries.
+        recipe: what it was made from, with all values resolved.
+        provenance: what it says about its origin, with measured figures if it was measured.
+        members: documents of the FMU by their names in it; empty if it was not measured.
+        fmu: the FMU without documents, whose library may be run; None if nothing may be run.
+        former: an FMU of the same surrogate, whose results are kept where nothing may be run.
+        seed: seed of the unseen trajectories that it was measured on.
+    """
+
+    surrogate: Surrogate
+    recipe: Recipe
+    provenance: Mapping[str, Any]
+    members: Mapping[str, bytes] = field(default_factory=dict)
+    fmu: Path | None = None
+    former: Path | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """This says how something that an FMU carries went when it was repeated here.
+
+    Attributes:
+        title: one line about what was repeated.
+        rows: table of what differs, its heading first.
+        problems: one sentence each; empty if nothing differs.
+        figures: the same as plain values.
+    """
+
+    title: str
+    rows: Sequence[Sequence[str]]
+    problems: Sequence[str]
+    figures: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class App:
+    """An app says what it adds; what it leaves out it does not add.
+
+    Attributes:
+        subcommands: functions that become subcommands of ``slide-fmu``, by their names, each with
+            its module.
+        public: names that ``slide_fmu`` offers to Python, each with its module.
+        check_table: raises a RecipeError if the app's table of a recipe cannot be used.
+        origin: returns what the provenance of an FMU keeps for this app; it may have keys of
+            ``ORIGIN_KEYS`` only.
+        origin_keys: those keys.
+        check_origin: raises a ValueError if an FMU carries an origin that cannot be used.
+        members: returns further files of an FMU, or others in place of those that are there, by
+            their names in it.
+        problems: returns what is wrong with what an FMU carries; nothing of the FMU is run.
+        repeat: runs what an FMU carries to be repeated; None if there is nothing.
+        section: returns HTML that ends the report of an FMU.
+        services: functions that other apps may ask for by name.
+    """
+
+    subcommands: Mapping[str, str] = field(default_factory=dict)
+    public: Mapping[str, str] = field(default_factory=dict)
+    check_table: Callable[[Mapping[str, Any]], None] | None = None
+    origin: Callable[[Recipe, Surrogate], Mapping[str, Any]] | None = None
+    origin_keys: Sequence[str] = ()
+    check_origin: Callable[[Surrogate, Mapping[str, Any] | None], object] | None = None
+    members: Callable[[Release], Mapping[str, bytes]] | None = None
+    problems: Callable[[Path, Surrogate, Mapping[str, Any] | None], list[str]] | None = None
+    repeat: Callable[[Path, Surrogate], Repeated | None] | None = None
+    section: Callable[[Path], str] | None = None
+    services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+
+
+@cache
+def apps() -> Mapping[str, App]:
+    """Return all installed apps by their names, sorted."""
+    found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
+    return {entry.name: entry.load() for entry in found}
+
+
+def service(name: str) -> Callable[..., Any] | None:
+    """Return a function that some app offers to others; None if no installed app does."""
+    for app in apps().values():
+        if name in app.services:
+            return app.services[name]
+    return None
+
+
+def check_app_tables(recipe: Recipe) -> None:
+    """Refuse tables of apps that are not installed, or that an app cannot use.
+
+    Raises:
+        RecipeError: the message names the table.
+    """
+    for name, table in recipe.apps.items():
+        if name not in apps():
+            raise RecipeError(
+                f"[apps.{name}]: no installed app has this name; expected one of "
+                f"{sorted(apps())}: install the package that has it, or delete the table"
+            )
+        check = apps()[name].check_table
+        if check is not None:
+            check(table)
+        elif table:
+            raise RecipeError(f"[apps.{name}]: the app {name!r} reads no table; delete it")
+
+
+def with_origins(
+    provenance: Mapping[str, Any], recipe: Recipe, surrogate: Surrogate
+) -> dict[str, Any]:
+    """Return provenance with what each app keeps in it, in place of what was there of them.
+
+    Errors are those of the apps.
+    """
+    found = dict(provenance)
+    for app in apps().values():
+        for key in app.origin_keys:
+            found.pop(key, None)
+        if app.origin is not None:
+            found |= app.origin(recipe, surrogate)
+    return found
+
+
+def check_origins(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> None:
+    """Refuse an FMU that carries for some app what that cannot use.
+
+    Raises:
+        ValueError: the message says what is wrong.
+    """
+    for app in apps().values():
+        if app.check_origin is not None:
+            app.check_origin(surrogate, provenance)
+
+
+def all_members(release: Release) -> dict[str, bytes]:
+    """Return the files of a release, with those of all apps, by their names in the FMU."""
+    found = dict(release.members)
+    for app in apps().values():
+        if app.members is not None:
+            found |= app.members(release)
+    return found
+
+
+def app_problems(
+    fmu: Path, surrogate: Surrogate, provenance: Mapping[str, Any] | None
+) -> Iterator[str]:
+    """Say what is wrong with what apps have put into an FMU.
+
+    Raises:
+        FmuError: a member cannot be read.
+    """
+    for app in apps().values():
+        if app.problems is not None:
+            yield from app.problems(fmu, surrogate, provenance)
+
+
+def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, Repeated]:
+    """Repeat what an FMU carries to be repeated, by the names of the apps.
+
+    Raises:
+        CoSimulationError: the FMU cannot be run.
+    """
+    runs = {n: app.repeat(fmu, surrogate) for n, app in apps().items() if app.repeat is not None}
+    return {name: run for name, run in runs.items() if run is not None}
+
+
+def last_section(fmu: Path) -> str:
+    """Return the HTML that apps put at the end of the report of an FMU; empty if none does."""
+    return "".join(app.section(fmu) for app in apps().values() if app.section is not None)

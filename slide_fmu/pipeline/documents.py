@@ -1,0 +1,42 @@
+"""An FMU is written with what people read about it: report, model card, and what apps add."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.fmu.export import DOCUMENTATION, EXTRA, export_fmu
+from slide_fmu.pipeline.apps import Release, all_members
+from slide_fmu.report.model_card import without_pictures
+
+PAGE = f"{DOCUMENTATION}/index.html"
+CARD = f"{DOCUMENTATION}/model_card.md"
+
+
+def documents(page: bytes, card: str) -> dict[str, bytes]:
+    """Return a report (HTML) and a model card (Markdown) by their names in an FMU."""
+    return {PAGE: page, CARD: without_pictures(card).encode("utf-8")}
+
+
+def write_release(release: Release, path: Path, **options: Any) -> Path:
+    """Write an FMU with its documents and with what apps add, and return its path.
+
+    Options and errors are those of ``slide_fmu.fmu.export.export_fmu``.
+    """
+    found = all_members(release)
+    folders = {
+        folder: {
+            name.removeprefix(f"{folder}/"): content
+            for name, content in found.items()
+            if name.startswith(f"{folder}/")
+        }
+        for folder in (DOCUMENTATION, EXTRA)
+    }
+    return export_fmu(
+        release.surrogate,
+        path,
+        provenance=dict(release.provenance),
+        documentation=folders[DOCUMENTATION],
+        extra=folders[EXTRA],
+        **options,
+    )

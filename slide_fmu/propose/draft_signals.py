@@ -1,0 +1,254 @@
+"""The inputs and outputs of a first recipe, with their ranges and where these come from."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from slide_fmu.core.signals import LARGEST, Hold
+from slide_fmu.core.suggestions import or_meant
+from slide_fmu.propose.first_look import FirstLook
+from slide_fmu.recipe.recipe import NAME, RecipeError
+from slide_fmu.recipe.writing import DraftSignal, recipe_name
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.specification import SignalChoice
+
+MARGIN = 0.2
+"""Ranges of outputs are wider than what was seen, by this part of it at both ends."""
+MOVING = ("m", "mm", "rad", "deg")
+"""Inputs in these units are motions, which have no jumps: their hold is of first order."""
+FINE = ("function", "fmu")
+"""Models of these kinds step more finely than their surrogate, and let inputs move meanwhile."""
+
+Ranges = Mapping[str, tuple[float, float] | None]
+"""Ranges of inputs by name, in their units; None where the model shall say them."""
+
+
+def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
+    """Read inputs of the command line: ``NAME=LOW..HIGH``, or ``NAME`` for the model's range.
+
+    Raises:
+        RecipeError: a text is neither of them.
+    """
+    found: dict[str, tuple[float, float] | None] = {}
+    for text in texts:
+        name, given, limits = text.partition("=")
+        _require_once("input", name, found)
+        low, dots, high = limits.partition("..")
+        try:
+            found[name] = (float(low), float(high)) if given else None
+        except ValueError:
+            found[name] = (math.nan, math.nan)
+        ends = found[name]
+        if not name or (ends is not None and not (dots and ends[0] < ends[1])):
+            raise RecipeError(
+                f"--input {text}; expected NAME=LOW..HIGH with two numbers, the smaller one "
+                "first, as in --input road=-0.05..0.05"
+            )
+        if ends is not None and max(map(abs, ends)) > LARGEST:
+            raise RecipeError(
+                f"--input {text}; expected a range that is finite, and its width too, with ends "
+                f"between -{LARGEST:g} and {LARGEST:g}: narrow it"
+            )
+    return found
+
+
+def draft_inputs(found: Found, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
+    """Return the inputs that the surrogate shall have, with the user's ranges or the model's.
+
+    Inputs of which the model says no hold move between samples, where it steps more finely than
+    its surrogate; ``hold`` is what the user says instead.
+
+    They are those that the user names, in that order, where a recipe may leave out inputs of the
+    model, and all inputs of the model in its order elsewhere.
+
+    Raises:
+        RecipeError: a name is not one of the model, a range is not known, or the model declares
+            its signals itself.
+    """
+    if found.kind == "class":
+        _require_declared("input", found, {name: _ends(r) for name, r in given.items()})
+    chosen = _chosen("input", found, given)
+    if not found.inputs_may_be_left_out:
+        chosen = list(found.inputs)
+    if hold is not None and found.kind == "class":
+        raise RecipeError(
+            f"--hold {hold}; expected none: {found.model} declares how its inputs act, so "
+            "change it there"
+        )
+    if hold is not None:
+        chosen = [replace(choice, hold=hold) for choice in chosen]
+    return [_input(choice, given.get(choice.name), found.kind) for choice in chosen]
+
+
+def draft_outputs(found: Found, names: Sequence[str]) -> list[DraftSignal]:
+    """Return the outputs that the surrogate shall have, without what is to be seen of ranges.
+
+    Raises:
+        RecipeError: a name is not one of the model, or the model declares its signals itself.
+    """
+    if found.kind == "class":
+        _require_declared("output", found, dict.fromkeys(names, ""))
+    return [DraftSignal(choice, "") for choice in _chosen("output", found, names)]
+
+
+def ranged_outputs(
+    outputs: list[DraftSignal], seen: FirstLook, chosen: bool
+) -> tuple[list[DraftSignal], list[str]]:
+    """Return outputs with ranges that hold what was seen, and remarks on those that are left out.
+
+    Outputs that never moved are left out, unless the user has chosen them or nothing moved at all.
+    Nothing changes where ranges were not asked for (``seen.motions`` is 0).
+    """
+    if not seen.motions:
+        return outputs, []
+    kept, remarks = [], []
+    for index, draft in enumerate(outputs):
+        if seen.still[index] and not (chosen or seen.still.all()):
+            name = draft.choice.name
+            remarks.append(
+                f"output {name!r} never moves and is left out; --output {name} keeps it"
+            )
+        else:
+            ends = float(seen.low[index]), float(seen.high[index])
+            kept.append(_with_range(draft, ends, seen.motions))
+    return kept, remarks
+
+
+def require_name(name: str | None) -> None:
+    """Refuse a name that no recipe can have, before anything is simulated or read.
+
+    Raises:
+        RecipeError: the name is no C identifier.
+    """
+    if name is not None and not re.match(NAME, name):
+        raise RecipeError(
+            f"--name {name!r}; expected a letter, then letters, digits or underscores, 100 "
+            f"at most, as in --name {recipe_name(name)}"
+        )
+
+
+def names_of(signals: Iterable[DraftSignal]) -> str:
+    """Return the names of signals in one line of text."""
+    return ", ".join(signal.choice.name for signal in signals)
+
+
+def _require_declared(what: str, found: Found, wanted: Mapping[str, str]) -> None:
+    """Refuse to choose signals of a class; ``wanted`` are names with what was said of each."""
+    if not wanted:
+        return
+    declared = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    name, said = next(iter(wanted.items()))
+    own = ", ".join(f"{one} ({choice.low:g}..{choice.high:g})" for one, choice in declared.items())
+    raise RecipeError(
+        f"--{what} {name}{said and f'={said}'}: a class declares its signals itself, and "
+        f"{found.model!r} has the {what}s {own}; expected no --{what}: leave it out, or change "
+        f"self.{what}s in the class"
+    )
+
+
+def _ends(limits: tuple[float, float] | None) -> str:
+    return "" if limits is None else f"{limits[0]:g}..{limits[1]:g}"
+
+
+def proposed_name(model: str, name: str | None) -> str:
+    """Return the name that a recipe for a model or record has; the one given if there is one."""
+    return name or recipe_name(Path(model.replace(":", "_")).stem)
+
+
+def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]:
+    """Return the inputs or outputs that are named, in that order; all of the model if none are."""
+    offered = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    wanted: list[str] = []
+    for name in names:
+        _require_once(what, name, wanted)
+        wanted.append(name)
+    unknown = [name for name in wanted if name not in offered]
+    if unknown:
+        raise RecipeError(
+            f"--{what} {unknown[0]}: the model has no such {what}; expected some of "
+            f"{list(offered)}{or_meant(unknown[0], offered)}"
+        )
+    if not offered:
+        raise RecipeError(
+            f"{found.model}: the model declares no {what}s; expected at least one: a surrogate "
+            "takes inputs and gives outputs"
+        )
+    return [offered[name] for name in wanted or offered]
+
+
+def _require_once(what: str, name: str, before: Container[str]) -> None:
+    """Refuse a signal of the command line that was named before."""
+    if name in before:
+        raise RecipeError(
+            f"--{what} {name} is given twice; expected each {what} once: remove one of them"
+        )
+
+
+def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -> DraftSignal:
+    """Return an input with its range, from the user or from the model."""
+    origin = "The model declares the range."
+    if given is not None:
+        choice, origin = _with_given_range(choice, given)
+    if choice.low is None or choice.high is None:
+        raise RecipeError(
+            f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
+            f"expected one: give --input {choice.name}=LOW..HIGH"
+        )
+    if choice.hold is None and kind != "class":
+        moves = kind in FINE or choice.unit in MOVING
+        choice = replace(choice, hold="first_order" if moves else "zero_order")
+    if kind != "class":
+        origin += f" {_ACTS[choice.hold or 'zero_order']}"
+    return DraftSignal(choice, origin)
+
+
+_ACTS: dict[Hold, str] = {
+    "first_order": (
+        "The input moves linearly between samples. If it jumps and then stays over each step in "
+        'your use, as a controller\'s output does, write hold = "zero_order".'
+    ),
+    "zero_order": (
+        "The input is held over each step. If it is smooth in your use, it is late by half a "
+        'step: hold = "first_order" lets it move.'
+    ),
+}
+"""What a recipe says of each hold."""
+
+
+def _with_given_range(
+    choice: SignalChoice, given: tuple[float, float]
+) -> tuple[SignalChoice, str]:
+    """Return an input with the user's range, and what is said of it.
+
+    A model's start value is often 0, whatever its inputs may be: the nearest end takes its place.
+    """
+    choice, origin = replace(choice, low=given[0], high=given[1]), "The range was given."
+    if choice.start is None or given[0] <= choice.start <= given[1]:
+        return choice, origin
+    start = given[0] if choice.start < given[0] else given[1]
+    origin += f" The model's start value, {choice.start:g}, lies outside, so it starts at its end."
+    return replace(choice, start=start), origin
+
+
+def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:
+    """Return an output with a range: its own, or one that holds what was seen in motions."""
+    choice = draft.choice
+    if choice.low is not None and choice.high is not None:
+        return replace(draft, origin="The model declares the range.")
+    low, high = widened(*seen)
+    count = "one motion" if motions == 1 else f"{motions} motions"
+    origin = f"Seen in {count}, and widened by {100 * MARGIN:.0f} % at both ends."
+    return DraftSignal(replace(choice, low=low, high=high), origin)
+
+
+def widened(low: float, high: float) -> tuple[float, float]:
+    """Return a range a little wider, its ends with two digits that count."""
+    margin = MARGIN * (high - low) or max(1.0, abs(high))
+    digits = 1 - math.floor(math.log10(high - low + 2 * margin))
+    unit = 10.0**-digits
+    ends = math.floor((low - margin) / unit), math.ceil((high + margin) / unit)
+    return round(ends[0] * unit, max(0, digits)), round(ends[1] * unit, max(0, digits))

@@ -1,0 +1,135 @@
+"""The whole way from Python: a reference system in, a surrogate with its measured error out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.core.extras import require_training
+from slide_fmu.core.signals import Signal
+from slide_fmu.fmu.export import load
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.pipeline.display import messages, shown
+from slide_fmu.pipeline.python_calls import Learnt, simulating_processes
+from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import tables_text
+from slide_fmu.systems import given
+from slide_fmu.systems.base import Bending, System
+
+NO_SYSTEM = (
+    "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system "
+    "of a recipe as a dictionary: make one of functions by slide.FunctionSystem(f, g, inputs=..., "
+    "outputs=..., start=..., step=...), or by slide.RecordSystem(simulate, inputs=..., "
+    "outputs=..., step=...); of a class, take an object of it"
+)
+
+
+def learn(
+    system: System | Mapping[str, Any],
+    name: str,
+    *,
+    runs: str | Path = "runs",
+    workers: int | None = None,
+    threads: int = 1,
+    overwrite: bool = False,
+    **tables: Any,
+) -> Learnt:
+    """Learn a surrogate of a reference system and measure it, as ``slide-fmu run`` does.
+
+    What is there from an earlier call of the same values is not made again. Progress is shown on
+    standard error.
+
+    Args:
+        system: any reference system, with its signals and step; or the recipe's table ``system``
+            as a dictionary, for example ``{"kind": "fmu", "model": "pump.fmu"}``.
+        name: names the FMU and the folder of the run, a C identifier.
+        runs: folder that holds the folder of the run.
+        workers: processes that simulate; one per core if None where the system can go to others
+            and the call is not run again by them, else, or if 0, this process alone. In a script
+            the call stands under ``if __name__ == "__main__":`` for several.
+        threads: threads of the training.
+        overwrite: whether data that were made from other values are made again.
+        tables: the other tables of a recipe as dictionaries, such as ``data={"train": 40}`` and
+            ``window={"n_in": 300}``; what is not given has the recipe's default.
+
+    Returns:
+        The surrogate, with its FMU, report and measured error.
+
+    Raises:
+        RecipeError: the system is neither of both, or a table is no table of a recipe; there is
+            one line per mistake.
+        QualityError: an output errs by more than the recipe requires; FMU and report are there.
+        ValueError: there shall be workers, which would run the user's script again.
+        ModuleNotFoundError: the extra ``train`` is not installed.
+        LoadError: the system cannot be loaded. So are the other errors those of
+            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
+            TrainingError, UnstableSurrogateError.
+    """
+    require_training()
+    from slide_fmu.pipeline.importable import make_importable
+    from slide_fmu.pipeline.job import job_of_text
+    from slide_fmu.pipeline.quality import require_quality
+    from slide_fmu.pipeline.run import run_recipe
+
+    text = tables_text(_recipe_tables(system, name, tables))
+    make_importable(Path.cwd())
+    console = messages()
+    workers, remark = simulating_processes(system, workers)
+    if remark is not None:
+        console.print(f"remark: {remark}")
+    with shown(console) as bar:
+        job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
+        job = replace(job, command=f"slide.learn(system, {name!r})", tell=console.print)
+        finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
+    require_quality(job.recipe, finished.figures)
+    return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
+
+
+def _recipe_tables(
+    system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return all tables of the recipe; an object is given under the recipe's name.
+
+    Raises:
+        RecipeError: the system is neither a reference system nor a table.
+    """
+    if not isinstance(system, System | Mapping):
+        raise RecipeError(NO_SYSTEM.format(name=name, found=_told(system)))
+    found: dict[str, Any] = {"name": name, "description": f"{name}, learnt from Python", **tables}
+    found.setdefault("data", {})
+    if not isinstance(system, System):
+        return {**found, "system": dict(system)}
+    given.give(name, system)
+    window = {"step": system.step, **found.get("window", {})}
+    found["data"] = _with_excitation(found["data"], system, window["step"])
+    return {**found, "system": {"kind": "object", "model": name}, "window": window}
+
+
+def _with_excitation(data: Any, system: System, step: Any) -> Any:
+    """Return the table ``data`` with what the inputs of the system ask for, unless it says it.
+
+    No table of the recipe tells of an object whether its inputs move, or are angles.
+    """
+    from slide_fmu.propose.proposal import MOVING, SUBSTEPS, kind_of_inputs
+
+    if not isinstance(data, Mapping) or "excitation" in data:
+        return data
+    signals = getattr(system, "inputs", None)
+    sound = isinstance(signals, tuple) and all(isinstance(signal, Signal) for signal in signals)
+    number = isinstance(step, float | int) and 0 < step < math.inf
+    if not (sound and signals and number):
+        return data  # mistakes in signals and step are told by checks of their own
+    widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
+    bends = kind in MOVING and isinstance(system, Bending)
+    substeps = {"substeps": SUBSTEPS} if bends else {}
+    return {**substeps, **data, "excitation": default_excitation(step, kind, widths)}
+
+
+def _told(system: object) -> str:
+    """Say what somebody gave who has no system, in one short line."""
+    text = f"{type(system).__name__} {getattr(system, '__name__', None) or repr(system)}"
+    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,0 +1,316 @@
+"""A first recipe is proposed for a model: what it declares is found, the rest is assumed."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.signals import Hold, moves
+from slide_fmu.data.apart import guarded
+from slide_fmu.pipeline.importable import make_importable
+from slide_fmu.propose.draft_signals import (
+    Ranges,
+    draft_inputs,
+    draft_outputs,
+    names_of,
+    proposed_name,
+    ranged_outputs,
+    require_name,
+)
+from slide_fmu.propose.first_look import FirstLook, Looking, MakeTables, look
+from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
+from slide_fmu.propose.surrogate_model import as_surrogate
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.tables import MOST_SUBSTEPS
+from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
+from slide_fmu.systems.base import System, chain_of
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.model import FmuSystem
+from slide_fmu.systems.found import Found
+from slide_fmu.systems.loading import describe_model, load_system
+from slide_fmu.systems.specification import Specification
+
+FIRST_STEP = 0.01
+"""A model without a step is made with this one, in s, to see what it offers."""
+MOVING: tuple[InputKind, ...] = ("moving", "rates")
+"""What inputs are that may bend between samples."""
+SUBSTEPS, STAIRS = 4, 10
+"""Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth. An
+FMU that is stepped through a sample by so many stairs anyway (``fmu-substeps``) gets as many."""
+UNSEEN = (-1.0, 1.0)
+"""Outputs whose range is still to be found are made with this one, which nothing depends on."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A Wish is what the user said about the recipe to be.
+
+    Attributes:
+        model: path of an FMU or a Python file, or ``"package.module:Class"``.
+        inputs: ranges of inputs by name, None where the model shall say it. Of an FMU the
+            surrogate has these inputs in this order, if there are any here, else all.
+        outputs: names of the outputs that the surrogate has, in its order; all if empty.
+        kind: kind of the system; found out if None.
+        step: sample step in s; found out if None.
+        name: name of the recipe; that of the model if None.
+        folder: folder of the recipe to be, from which its model is found.
+        chain: URDF of the robot whose joints' set points the inputs are; the only one beside the
+            model if None, where it fits.
+        hold: how inputs act between samples; by what the model can take if None.
+        fmu_step: step in s by which the FMU is run for which the surrogate stands in, whose inputs
+            are held over it; None if they move smoothly.
+    """
+
+    model: str
+    inputs: Ranges = field(default_factory=dict)
+    outputs: tuple[str, ...] = ()
+    kind: str | None = None
+    step: float | None = None
+    name: str | None = None
+    folder: Path = Path()
+    chain: Path | None = None
+    hold: Hold | None = None
+    fmu_step: float | None = None
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A Proposal is a first recipe, and what was found and assumed on the way.
+
+    Attributes:
+        text: the recipe as TOML.
+        draft: what it says.
+        remarks: one sentence each on what was assumed.
+    """
+
+    text: str
+    draft: Draft
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Begun:
+    """This says what is known of a recipe before the model is simulated.
+
+    Attributes:
+        found: what the model declares.
+        inputs, outputs: signals that the surrogate shall have.
+        chain: the serial chain whose set points the inputs are, if there is one.
+        specification: what the system is made from; its step is None if it is to be proposed.
+        system: the system, with some step.
+        tables: makes the tables of the excitation.
+        kind: what the inputs are.
+    """
+
+    found: Found
+    inputs: list[DraftSignal]
+    outputs: list[DraftSignal]
+    chain: ProposedChain
+    specification: Specification
+    system: System
+    tables: MakeTables
+    kind: InputKind
+
+    @property
+    def own(self) -> bool:
+        """Tell whether the model declares its signals with their ranges itself."""
+        return self.found.kind == "class"
+
+
+def propose(wish: Wish, progress: Progress) -> Proposal:
+    """Propose a recipe for a model, which is simulated for some seconds.
+
+    Raises:
+        LoadError: the model cannot be made.
+        RecipeError: the range of an input is not known, a name is not one of the model, signals of
+            a class are chosen, the inputs are not the set points of the chain that is given, or a
+            recipe cannot have the name that is wished.
+        UrdfError: that chain cannot be read.
+        FmuError: an FMU of slide-fmu is damaged.
+        NotForgettingError: its outputs integrate, so that no window can hold it.
+        SimulationError: the model could not be simulated, or crashed.
+    """
+    require_name(wish.name)
+    _require_fmu_step(wish)
+    make_importable(Path(wish.model).parent)
+    begun = _begin(wish)
+    seen = _look(begun, wish, progress)
+    outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
+    draft = _draft(wish, begun, seen, outputs)
+    told = [] if begun.chain.remark is None else [begun.chain.remark]
+    remarks = (*begun.found.remarks, *_on_inputs(begun, draft), *told, *seen.remarks, *left_out)
+    return Proposal(recipe_text(draft), draft, remarks)
+
+
+def _require_fmu_step(wish: Wish) -> None:
+    """Refuse a step of an importer that fits neither the model nor the sample step."""
+    own = wish.fmu_step
+    if own is None:
+        return
+    if not (own > 0 and wish.model.endswith(".fmu")):
+        raise RecipeError(
+            f"--fmu-step {own:g} for {wish.model!r}; expected a positive number of seconds for an "
+            "FMU: leave it out for other models"
+        )
+    count = None if wish.step is None else max(1, round(wish.step / own))
+    if count is not None and not math.isclose(count * own, wish.step or 0.0, rel_tol=1e-6):
+        raise RecipeError(
+            f"--step {wish.step:g} with --fmu-step {own:g}; expected a whole number of these "
+            f"steps, for example --step {count * own:.6g}"
+        )
+
+
+def _as_it_runs(found: Found, wish: Wish) -> Found:
+    """Return what a model declares, with inputs that act as where an importer runs it by steps.
+
+    They are held where the surrogate has the same step, and move over longer ones. Inputs that the
+    model declares as held stay so.
+    """
+    if wish.fmu_step is not None:
+        found = replace(found, step=None, held_step=wish.fmu_step)
+    own, step = found.held_step, wish.step or found.step
+    if own is None or any(one.hold == "zero_order" for one in found.inputs):
+        return found
+    hold: Hold = "first_order"
+    if step is not None and math.isclose(step, own, rel_tol=1e-6):
+        hold = "zero_order"
+    return replace(found, inputs=tuple(replace(one, hold=hold) for one in found.inputs))
+
+
+def _on_inputs(begun: _Begun, draft: Draft) -> list[str]:
+    """Say how the inputs of an FMU act as the recipe has them."""
+    parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
+    made = replace(begun.specification, step=draft.step, parameters=parameters)
+    system = load_system(made) if begun.found.kind == "fmu" else None
+    return [system.input_remark] if isinstance(system, FmuSystem) else []
+
+
+def _begin(wish: Wish) -> _Begun:
+    """Find out what a model declares, and make a system of it."""
+    declared = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
+    found = _as_it_runs(declared, wish)
+    inputs, outputs = (
+        draft_inputs(found, wish.inputs, wish.hold),
+        draft_outputs(found, wish.outputs),
+    )
+    chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
+    specification = _specification(found, inputs, outputs, wish.step)
+    system = load_system(replace(specification, step=specification.step or FIRST_STEP))
+    kind: InputKind = "set_points" if chain.path is not None else kind_of_inputs(system)
+    widths = [signal.high - signal.low for signal in system.inputs]
+    tables = partial(default_excitation, inputs=kind, widths=widths)
+    return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
+
+
+def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
+    """Simulate the model for its step, and for ranges unless it declares them."""
+    found, system = begun.found, begun.system
+    looking = Looking(begun.specification, _origin(wish), None if begun.own else begun.tables)
+    # what shows progress cannot cross to another program
+    shown = quiet if system.may_crash else progress
+    return guarded(system, (found.model, found.kind), look, looking, shown)
+
+
+def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> Draft:
+    """Return what the recipe says."""
+    found, chain = begun.found, begun.chain.path
+    step, origin, fmu_step = _run_by_steps(begun, wish, seen)
+    name = proposed_name(found.model, wish.name)
+    return Draft(
+        name,
+        f"{name}: inputs {names_of(begun.inputs)}, outputs {names_of(outputs)}",
+        replace(found, model=_from_folder(found.model, wish.folder)),
+        tuple(begun.inputs),
+        tuple(outputs),
+        step,
+        origin,
+        begun.tables(step),
+        declares_signals=begun.own,
+        kind_of_inputs=begun.kind,
+        chain=None if chain is None else _from_folder(str(chain), wish.folder),
+        substeps=_substeps(begun, step, fmu_step),
+        fmu_step=fmu_step,
+    )
+
+
+def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, str, float | None]:
+    """Return sample step in s, its origin, and the step of an importer that recipe names.
+
+    A proposed step becomes a whole number of those, which can be divided where it is large.
+    """
+    own, step = begun.found.held_step, seen.step
+    if own is None:
+        return step, seen.origin, None
+    if wish.step is None and begun.found.step is None:
+        count = max(1, round(step / own))
+        count = count if count <= MOST_SUBSTEPS else SUBSTEPS * round(count / SUBSTEPS)
+        origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
+        return float(f"{count * own:.10g}"), origin, own
+    whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
+    named = wish.fmu_step is not None or (whole and begun.kind in MOVING)
+    return step, seen.origin, own if named else None
+
+
+def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
+    """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not."""
+    if begun.kind not in MOVING or begun.own:
+        return 1
+    if fmu_step is not None:
+        stairs = round(step / fmu_step)
+        whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
+        return next((n for n in whole if n >= SUBSTEPS), whole[-1])
+    climbs = isinstance(begun.system, FmuSystem) and begun.system.climbs
+    parts = STAIRS if climbs else SUBSTEPS
+    try:
+        finer = load_system(replace(begun.specification, step=step / parts))
+    except LoadError:  # the model has a step of its own
+        return 1
+    return parts if math.isclose(finer.step, step / parts) else 1
+
+
+def kind_of_inputs(system: System) -> InputKind:
+    """Return what the inputs of a system are.
+
+    They are set points of drives where they are those of its chain, or all are angles.
+    """
+    if chain_of(system) is not None or are_angles(system.inputs):
+        return "set_points"
+    if [signal.angle for signal in system.inputs] == ["cosine", "sine"]:
+        return "angle"
+    if not moves(system.inputs):
+        return "held"
+    return "rates" if system.follows_rates else "moving"
+
+
+def _from_folder(model: str, folder: Path) -> str:
+    """Return how a recipe in a folder names a model: a file by its path from there."""
+    file, colon, name = model.partition(":")
+    if not Path(file).is_file():
+        return model
+    return Path(os.path.relpath(file, folder)).as_posix() + colon + name
+
+
+def _specification(
+    found: Found, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
+) -> Specification:
+    """Return what the system is made from; its step is None where it is to be proposed."""
+    own, (low, high) = found.kind == "class", UNSEEN
+    return Specification(
+        found.model,
+        kind=found.kind,
+        step=found.step if step is None else step,
+        inputs=() if own else tuple(signal.choice for signal in inputs),
+        outputs=() if own else tuple(replace(s.choice, low=low, high=high) for s in outputs),
+    )
+
+
+def _origin(wish: Wish) -> str:
+    """Say where a step comes from that is not proposed."""
+    if wish.step is not None:
+        return "The sample step in s that was given."
+    return "The sample step in s that the model suggests."

@@ -1,0 +1,201 @@
+"""A first recipe is proposed for measured records: what they show is found, the rest assumed."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import Hold
+from slide_fmu.core.units import require_unit
+from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
+from slide_fmu.propose.record_columns import RecordWish, read_wished, wished_columns
+from slide_fmu.propose.record_division import proposed_division
+from slide_fmu.propose.record_lengths import held_against
+from slide_fmu.recipe.measured import KIND, PARTS
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
+from slide_fmu.records.clock import clock_of_record, neat_step
+from slide_fmu.records.examination import examine
+from slide_fmu.records.measured import Record, RecordError
+from slide_fmu.records.model import PAIRINGS, recognises
+from slide_fmu.records.pairing import answer_of
+from slide_fmu.records.preparation import Pairing, longest_stretch
+from slide_fmu.systems.specification import SignalChoice
+
+HELD = 0.5
+"""Inputs of which more than this part of the samples equals the one before are held."""
+ENOUGH = 20_000
+"""Records of at least so many samples have some to spare for an error estimator."""
+
+
+@dataclass(frozen=True)
+class RecordProposal:
+    """A RecordProposal is a first recipe, and what was found on the way.
+
+    Attributes:
+        text: the recipe as TOML.
+        draft: what it says.
+        remarks: one sentence each on what was found and assumed.
+    """
+
+    text: str
+    draft: RecordDraft
+    remarks: tuple[str, ...]
+
+
+def are_records(models: Sequence[str], kind: str | None) -> bool:
+    """Tell whether models are records, by the kind that the user names, or else by their names."""
+    return kind == KIND or (kind is None and all(recognises(model) for model in models))
+
+
+def propose_record(wish: RecordWish) -> RecordProposal:
+    """Propose a recipe for records, which are read and examined.
+
+    Raises:
+        LoadError: the records cannot be used as the recipe says.
+        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, a
+            recipe cannot have the name that is wished, or the records are too short for what the
+            machine remembers.
+    """
+    require_name(wish.name)
+    try:
+        return _proposed(wish)
+    except RecordError as error:
+        raise RecipeError(str(error)) from error
+
+
+def _proposed(wish: RecordWish) -> RecordProposal:
+    records, parameters = read_wished(wish)
+    names = wished_columns(wish, records[0])
+    findings = examine(records, *names)
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(refused))
+    step, step_origin = _step(wish, records[0])
+    acts = _acts(records, names)
+    if acts.pairing != PAIRINGS[acts.hold]:
+        parameters["pairing"] = acts.pairing
+    remarks = [finding.message for finding in findings]
+    inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
+    outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
+    division = proposed_division(records, names[0])
+    whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
+    enough = whole and sum(len(record.time) for record in records) >= ENOUGH
+    name = proposed_name(wish.paths[0], wish.name)
+    draft = RecordDraft(
+        name,
+        f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",
+        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
+        inputs,
+        outputs,
+        step,
+        step_origin,
+        division.by,
+        division.origin,
+        enough and division.groups >= len(PARTS),
+        parameters,
+    )
+    draft, more = held_against(draft, wish.paths)
+    return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
+
+
+def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
+    if wish.step is not None:
+        return wish.step, "The sample step in s that was given."
+    clock = clock_of_record(record)
+    return neat_step(
+        clock, clock.longest(len(record.time))
+    ), "The sample step in s of the first file."
+
+
+class _Acts(NamedTuple):
+    """This says how inputs act: between samples, on which output, and how that is known."""
+
+    hold: Hold
+    pairing: Pairing
+    origin: str
+
+
+def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
+    """Find out how inputs act, by a linear fit of the first record's longest stretch."""
+    inputs, outputs = longest_stretch(records[0], *names)
+    answer = answer_of(inputs, outputs)
+    pairing = None if answer is None else answer.pairing
+    still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
+    if pairing == "later" or (pairing is None and still):
+        return _Acts(
+            "zero_order",
+            "later",
+            "The input is held between samples, since outputs answer one sample later."
+            if pairing
+            else "The input is held between samples, since most of them equal the one before.",
+        )
+    return _Acts(
+        "first_order",
+        "same",
+        "The input moves between samples, as measured ones do"
+        + (", and outputs answer it at once." if pairing else "."),
+    )
+
+
+def _signal(
+    records: Sequence[Record],
+    column: str,
+    given: tuple[float, float] | None,
+    acts: _Acts | None,
+    remarks: list[str],
+) -> DraftSignal:
+    """Return a signal with its range: given, or what was measured, a little wider of outputs."""
+    low, high = _measured(records, column)
+    origin = "What was measured."
+    if given is not None:
+        (low, high), origin = given, "The range was given."
+    elif acts is None:
+        low, high = widened(low, high)
+        origin = "What was measured, and a little more at both ends."
+    name = re.sub(r"[^\w.\[\]]+", "_", column).strip("_") or "signal"
+    unit = records[0].units[column] or None
+    try:
+        require_unit(name, unit or "1")
+    except ValueError:
+        remarks.append(
+            f"column {column!r} has the unit {unit!r}, which FMI does not know: the recipe says "
+            '"1"; give another one there, such as "mm" or "kN"'
+        )
+        unit = "1"
+    start = min(max(_start(records[0], column), low), high)
+    choice = SignalChoice(
+        name,
+        unit,
+        low,
+        high,
+        start=start,
+        hold=None if acts is None else acts.hold,
+        column=None if name == column else column,
+    )
+    return DraftSignal(choice, origin if acts is None else f"{origin} {acts.origin}")
+
+
+def _start(record: Record, column: str) -> float:
+    """Return the value before anybody sets one: the middle one of all that were measured."""
+    return float(f"{np.nanmedian(record.columns[column]):.3g}")
+
+
+def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
+    """Return the least and largest value of a column, rounded outwards to three digits."""
+    values = [record.columns[column] for record in records]
+    low, high = min(map(np.nanmin, values)), max(map(np.nanmax, values))
+    unit = 10.0 ** (math.floor(math.log10(high - low)) - 2)
+    return _neat(math.floor(low / unit) * unit), _neat(math.ceil(high / unit) * unit)
+
+
+def _neat(value: float) -> float:
+    return float(f"{value:.12g}")

@@ -1,0 +1,218 @@
+"""A recipe is tried before it is run: whether everything fits, and what it will cost."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from slide_fmu.core.parameters import corners_of
+from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.data.division_remarks import remarks_on_division
+from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
+from slide_fmu.data.parameter_draws import system_at, with_values
+from slide_fmu.excitation.mix import Excitation, names_of
+from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.checks import guarded_recipe
+from slide_fmu.pipeline.job import Job, open_job
+from slide_fmu.pipeline.numbers import least_numbers
+from slide_fmu.pipeline.simulation_time import TIMED_SAMPLES, simulation_time
+from slide_fmu.pipeline.stages import remark_on_step, size_recipe
+from slide_fmu.recipe.reading import with_resolved
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.sampling_remarks import remarks_on_sampling
+from slide_fmu.recipe.systems import recipe_source, recipe_system
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.base import OFFERS, Source, System
+from slide_fmu.systems.errors import SimulationError
+from slide_fmu.validation.plain_call import cost_of_holding
+
+PATIENCE = 25.0
+"""The window is sized no longer than this time in s, so that a trial takes less than a minute."""
+MOST_TIME = 10.0
+"""Each kind that a run needs is simulated once, for about this time in s at most, together."""
+STEPS = 4
+"""A trial shows its progress in so many steps, the first of which ends with the lengths."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A Trial is what was found out about a recipe without data.
+
+    Attributes:
+        recipe: the recipe, with the lengths that it left to be found.
+        system: the system that makes its data, or the records of one.
+        sizing: how long the system remembers, and whether the window holds that.
+        seconds: wall time in s that a simulated second takes in one process; None of records.
+        remarks: what the user should know, one sentence each.
+    """
+
+    recipe: Recipe
+    system: Source
+    sizing: AnySizing
+    seconds: float | None
+    remarks: tuple[str, ...]
+
+    def figures(self) -> dict[str, Any]:
+        """Return the figures as plain values, as written to JSON."""
+        data = self.recipe.data
+        cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
+        least = least_numbers(self.recipe, cost)
+        recipe = with_resolved(self.recipe, least, f"recipe {self.recipe.name!r}")
+        counts = {split: recipe.count(split) for split in SPLITS}
+        simulated = sum(counts.values()) * (data.duration + data.burn_in)
+        workers = os.cpu_count() or 1
+        return {
+            "name": self.recipe.name,
+            "system": {
+                "kind": self.recipe.system.kind,
+                "model": self.recipe.system.model,
+                "inputs": [vars(signal) for signal in self.system.inputs],
+                "outputs": [vars(signal) for signal in self.system.outputs],
+                "offers": {name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
+            },
+            "window": self.sizing.figures(),
+            "data": {
+                "trajectories": counts,
+                "at_least": bool(least),
+                "duration_s": data.duration,
+                "burn_in_s": data.burn_in,
+                "simulated_time_s": simulated,
+                "wall_time_per_simulated_second_s": self.seconds,
+                "workers": workers,
+                "expected_wall_time_s": simulated * (self.seconds or 0.0) / workers,
+            },
+            "remarks": list(self.remarks),
+        }
+
+
+def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job:
+    """Read a recipe, and find its lengths, in a limited time, as the first step of a trial.
+
+    Raises:
+        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+    """
+    progress(0, STEPS)
+    job = open_job(recipe, runs, bar, patience=PATIENCE)
+    progress(1, STEPS)
+    return job
+
+
+def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
+    """Try a recipe: its system, its window, its step, and the cost of its data.
+
+    The seed is that of the motions by which the window is sized; the data's if None.
+
+    Raises:
+        LoadError, RecipeError: the system cannot be made, or breaks its word.
+        SimulationError: it cannot be simulated.
+        UnstableModeError, ValueError: it does not forget its initial state.
+    """
+    known = job.sizing if seed is None else None  # from finding what the recipe leaves open
+    sizing = known or size_recipe(job, seed, PATIENCE)
+    progress(2, STEPS)
+    system, seconds, failed = recipe_source(job.recipe), None, None
+    said: tuple[str | None, ...] = system.remarks
+    if isinstance(system, MeasuredRecords):
+        said = (*remarks_on_division(job.recipe, system), *said)
+    if isinstance(system, System):
+        seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
+        said = (*said, *guarded_recipe(job.recipe, system, _failures_of_kinds))
+        said = (*said, guarded_recipe(job.recipe, system, _failures_beyond_parameters))
+        said = (*said, guarded_recipe(job.recipe, system, _cost_of_holding))
+    progress(3, STEPS)
+    said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
+    remarks = sizing.problem, sizing.remark, failed, *said
+    progress(STEPS, STEPS)
+    told = tuple(remark for remark in remarks if remark is not None)
+    return Trial(job.recipe, system, sizing, seconds, told)
+
+
+def _cost_of_holding(recipe: Recipe) -> str | None:
+    """Say what a smooth input costs where inputs are held; nothing where the model fails."""
+    try:
+        return cost_of_holding(recipe)
+    except SimulationError:
+        return (
+            "what a smooth input costs was not measured: the model failed under one that fills "
+            "nine tenths of its range"
+        )
+
+
+def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
+    """Say which kinds of motions that a run needs could not be simulated, a short motion each.
+
+    Some trajectories are simulated late in a run, and drive a system further than the usual ones.
+    """
+    system, begin, said, untried = recipe_system(recipe), time.perf_counter(), list[str](), 0
+    short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
+    for table, kinds, factor in _needed_kinds(recipe):
+        stream, failed = Stream(PROBE, recipe.data.seed, (factor, factor), short), list[str]()
+        for name, kind in zip(names_of(kinds), kinds, strict=True):
+            if time.perf_counter() - begin > MOST_TIME:
+                untried += 1
+                continue
+            try:
+                simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
+            except SimulationError as error:
+                failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
+                failed[-1] += str(error)
+        if failed and stream.beyond:
+            failed = [
+                f"{len(failed)} of {len(kinds)} kinds of motions could not be simulated at "
+                f"{factor:g} times the amplitude, for which {table} asks; trajectories that fail "
+                f"beyond the range are left out. First {failed[0]}"
+            ]
+        said += failed
+    if untried:
+        said.append(
+            f"there was no time to simulate {untried} of the kinds of motions that the run needs"
+        )
+    return tuple(said)
+
+
+def _failures_beyond_parameters(recipe: Recipe) -> str | None:
+    """Say where beyond the ranges of its parameters, as far as data go, a model fails.
+
+    At the ends of the ranges themselves the window is sized.
+    """
+    shares = {name: table.beyond for name, table in recipe.parameters.items() if table.beyond}
+    if not shares:
+        return None
+    wider = []
+    for parameter in recipe.physical():
+        low, high = parameter.beyond(shares.get(parameter.name, 0.0))
+        wider.append(replace(parameter, low=low, high=high))
+    corners, failed = corners_of(tuple(wider)), list[str]()
+    system = recipe_system(recipe)
+    for corner in corners:
+        try:
+            probe(recipe, system_at(recipe, system, corner))
+        except SimulationError as error:
+            failed.append(with_values(str(error), corner))
+    if not failed:
+        return None
+    keys = " and ".join(f"parameters.{name}.beyond" for name in shares)
+    return (
+        f"at {len(failed)} of {len(corners)} ends beyond the ranges of the parameters, for which "
+        f"{keys} asks, the model fails; trajectories that fail beyond the range are left out. "
+        f"First: {failed[0]}"
+    )
+
+
+def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:
+    """Give the kinds of excitation that a run needs, with their table and amplitude factor.
+
+    Those that the networks learn from come last: motions of them were simulated already.
+    """
+    yield "bound.excitation", recipe.further_kinds(), 1.0
+    yield "validation.excitation", recipe.validation.excitation, 1.0
+    kinds, estimator = recipe.data.excitation, recipe.estimator
+    if recipe.data.beyond:
+        yield "data.beyond", kinds, recipe.data.beyond_factor[1]
+    if estimator is not None and estimator.beyond:
+        yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
+    yield "data.excitation", kinds, 1.0

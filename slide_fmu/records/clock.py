@@ -1,0 +1,153 @@
+"""The times of a record: their step, jitter, gaps, and where they fall back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.records.measured import GIVE_STEP, Record, RecordError
+
+GAP = 1.5
+"""Two samples that are more steps apart than this have a gap between them."""
+
+EVEN = 0.01
+"""Times that are off even ones by less than this part of the step count as even."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A Gap lies behind a sample.
+
+    Attributes:
+        sample: index of the last sample before it.
+        length: time between the samples around it, in s.
+    """
+
+    sample: int
+    length: float
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A Clock tells how even the times of a record are.
+
+    Attributes:
+        step: sample step in s: the slope of the times over their number, in all stretches
+            together; where times fall back, the mean of the differences near their median.
+        jitter: root mean square of what the times are off the even ones of their stretch, in
+            steps. A stretch lies between two gaps; its even times have the best offset.
+        gaps: where samples are missing.
+        falls: indices of samples whose time is before that of the sample before.
+        repeats: indices of samples whose time is that of the sample before.
+    """
+
+    step: float
+    jitter: float
+    gaps: tuple[Gap, ...]
+    falls: tuple[int, ...]
+    repeats: tuple[int, ...]
+
+    def stretches(self, length: int) -> list[tuple[int, int]]:
+        """Give begin and end (excluded) of the stretches between gaps, of ``length`` samples."""
+        cuts = [gap.sample + 1 for gap in self.gaps]
+        return list(zip([0, *cuts], [*cuts, length], strict=True))
+
+    def longest(self, length: int) -> int:
+        """Give the length of the longest stretch between gaps, of ``length`` samples."""
+        return max(end - begin for begin, end in self.stretches(length))
+
+
+def clock_of_record(record: Record) -> Clock:
+    """Find out how even the times of a record are.
+
+    Raises:
+        RecordError: a time is not finite, or none rises; the message names file and place.
+    """
+    return clock_of(record.time, lambda sample: f"{record.path}, {record.place(sample)}")
+
+
+def _numbered(sample: int) -> str:
+    return f"sample {sample + 1}"
+
+
+def clock_of(time: FloatArray, place: Callable[[int], str] = _numbered) -> Clock:
+    """Find out how even times are, shape (N,), in s, of at least two samples.
+
+    Messages name a sample as ``place`` does, with its file.
+
+    Raises:
+        RecordError: a time is not finite, or none rises.
+    """
+    _require_finite(time, place)
+    differences = np.diff(time)
+    rising = differences[differences > 0]
+    if not len(rising):
+        raise RecordError(
+            f"{place(0)}: none of {len(time)} times rises; expected times that rise: mend the "
+            f"time, or {GIVE_STEP}"
+        )
+    median = float(np.median(rising))
+    step = float(rising[np.abs(rising - median) <= 0.5 * median].mean())
+    behind = np.flatnonzero(differences > GAP * step)
+    gaps = tuple(Gap(int(sample), float(differences[sample])) for sample in behind)
+    falls = tuple(int(k) + 1 for k in np.flatnonzero(differences < 0))
+    repeats = tuple(int(k) + 1 for k in np.flatnonzero(differences == 0))
+    rough = Clock(step, 0.0, gaps, falls, repeats)
+    fine = replace(rough, step=step if falls else _slope(time, rough))
+    return replace(fine, jitter=_jitter(time, fine))
+
+
+def _require_finite(time: FloatArray, place: Callable[[int], str]) -> None:
+    """Refuse times that are missing, are texts, or are not finite."""
+    wrong = np.flatnonzero(~np.isfinite(time))
+    if len(wrong):
+        raise RecordError(
+            f"{place(int(wrong[0]))}: the time is no finite number, as {len(wrong)} of "
+            f"{len(time)} are; expected finite times that rise: mend the time, or {GIVE_STEP}"
+        )
+
+
+def _slope(time: FloatArray, clock: Clock) -> float:
+    """Fit one step to all stretches by least squares; each has its own offset."""
+    products = squares = 0.0
+    for begin, end in clock.stretches(len(time)):
+        number = np.arange(end - begin) - 0.5 * (end - begin - 1)
+        products += float(number @ (time[begin:end] - time[begin]))
+        squares += float(number @ number)
+    return products / squares if squares else clock.step
+
+
+def _jitter(time: FloatArray, clock: Clock) -> float:
+    """Compute how far times are off even ones, as root mean square, in steps."""
+    squares = 0.0
+    for begin, end in clock.stretches(len(time)):
+        off = time[begin:end] - time[begin] - clock.step * np.arange(end - begin)
+        squares += float(np.sum((off - off.mean()) ** 2))
+    return float(np.sqrt(squares / len(time))) / clock.step
+
+
+def drift(time: FloatArray, other: FloatArray) -> float:
+    """Compute how far another clock has moved off, in s, over the time from the first to the last.
+
+    It is the slope of the line through the differences of both, shape (N,) each, times the
+    duration; NaN where fewer than two samples have both times.
+    """
+    both = np.isfinite(time) & np.isfinite(other)
+    if np.count_nonzero(both) < 2:
+        return float("nan")
+    elapsed, apart = time[both] - time[both].mean(), other[both] - time[both]
+    power = float(elapsed @ elapsed)
+    slope = float(elapsed @ (apart - apart.mean())) / power if power else 0.0
+    return slope * float(time[both][-1] - time[both][0])
+
+
+def neat_step(clock: Clock, length: int) -> float:
+    """Give the step of a clock in s with as few digits as do no harm over so many samples."""
+    for digits in range(1, 13):
+        step = float(f"{clock.step:.{digits}g}")
+        if abs(step / clock.step - 1) * length < EVEN:
+            return step
+    return clock.step

@@ -1,0 +1,211 @@
+"""Reference systems of the kind "record": measured records of what nobody simulates here."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TypedDict, cast, get_args
+
+import numpy as np
+
+from slide_fmu.core.files import find_file
+from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
+from slide_fmu.records.examination import examine
+from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
+from slide_fmu.records.pairing import check_pairing
+from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
+from slide_fmu.records.reading import READERS, read_record, read_records
+from slide_fmu.systems.base import Source
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.specification import SignalChoice, Specification
+
+HOLD: Hold = "first_order"
+"""Measured inputs are samples of what moves, where nothing else is said."""
+PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
+"""Which output answers an input, by what the inputs do between samples, if nothing is said."""
+PARAMETERS = ("time", "sample_step", "pairing")
+"""What ``system.parameters`` may say about records: the column of times, or the step in s of files
+without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
+
+
+class _ClockChoice(TypedDict):
+    """The times of files, as readers are told of them."""
+
+    time: str | None
+    step: float | None
+
+
+class MeasuredRecords(Source):
+    """Measured records of one system, cut where samples are missing, with one even step. Final.
+
+    Attributes:
+        pieces: stretches without gaps, in the order of the files.
+        files: names of the files, by the number that pieces have of them.
+        digests: SHA-256 of each file, by the same number.
+        identity: SHA-256 of each file as numbers, shape (number of files, 32).
+        noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
+    """
+
+    def __init__(
+        self,
+        signals: tuple[tuple[Signal, ...], tuple[Signal, ...]],
+        pieces: tuple[Piece, ...],
+        records: tuple[Record, ...],
+        remarks: tuple[str, ...],
+        noise: Noise | None = None,
+    ) -> None:
+        self.inputs, self.outputs = signals
+        self.step = pieces[0].trajectory.step
+        self.pieces, self.remarks, self.noise = pieces, remarks, noise
+        self.files = tuple(Path(record.path).name for record in records)
+        self.digests = tuple(record.digest for record in records)
+        rows = [list(bytes.fromhex(digest)) for digest in self.digests]
+        self.identity: FloatArray = np.array(rows, dtype=np.float64)
+
+    @property
+    def lacks_outputs(self) -> bool:
+        """Tell whether an output is missing somewhere."""
+        return not all(np.isfinite(piece.trajectory.outputs).all() for piece in self.pieces)
+
+
+def make(specification: Specification) -> MeasuredRecords:
+    """Read, examine and prepare the records that a specification names.
+
+    The columns that are read are those of its signals; the step is its own.
+
+    Raises:
+        LoadError: a file cannot be read, signals, parameters or columns do not fit, or something
+            is found in a record that must be mended first.
+    """
+    _require_parameters(specification)
+    at_rest = [] if specification.noise_record is None else [specification.noise_record]
+    paths = (specification.model, *specification.further)
+    times = tuple(
+        _modified(what, path)
+        for what, group in (("record", paths), ("noise record", at_rest))
+        for path in group
+    )
+    return _made(specification.to_json(), times)
+
+
+@lru_cache(maxsize=2)
+def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
+    """Make what was made last only if the specification or a file has changed since."""
+    specification = Specification.from_json(text)
+    names = _columns(specification.inputs), _columns(specification.outputs)
+    try:
+        return _prepared(specification, _read(specification, (*names[0], *names[1])), names)
+    except MissingColumnsError as error:
+        given = {"inputs": specification.inputs, "outputs": specification.outputs}
+        keys = [
+            f'system.{what}.{choice.name}.column = "COLUMN"'
+            for what, choices in given.items()
+            for choice, column in zip(choices, _columns(choices), strict=True)
+            if column in error.missing
+        ]
+        raise LoadError("; in the recipe: ".join([str(error), *keys[:1]])) from error
+    except RecordError as error:
+        raise LoadError(str(error)) from error
+
+
+def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record, ...]:
+    paths = (specification.model, *specification.further)
+    return read_records(paths, names, **_clock(specification))
+
+
+def _clock(specification: Specification) -> _ClockChoice:
+    """Return the column of times and the step that readers are told."""
+    parameters = specification.parameters
+    time, step = parameters.get("time"), parameters.get("sample_step")
+    return {
+        "time": None if time is None else str(time),
+        "step": None if step is None else float(step),
+    }
+
+
+def _prepared(
+    specification: Specification,
+    records: tuple[Record, ...],
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+) -> MeasuredRecords:
+    inputs, outputs = (
+        tuple(_completed(what, choice, records[0]).signal(what) for choice in choices)
+        for what, choices in (("input", specification.inputs), ("output", specification.outputs))
+    )
+    hold = hold_of(inputs)
+    pairing = cast(Pairing, specification.parameters.get("pairing", PAIRINGS[hold]))
+    preparation = Preparation(*names, specification.sample_step(), hold, pairing)
+    findings = (*examine(records, *names), *check_pairing(records, preparation))
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(refused))
+    made = prepared(records, preparation)
+    remarks = (*(finding.message for finding in findings), *made.remarks)
+    noise = _noise(specification, records, names[1])
+    if noise is not None:
+        remarks = (*remarks, *remarks_on_noise(noise, records, names[1]))
+    return MeasuredRecords((inputs, outputs), made.pieces, records, remarks, noise)
+
+
+def _noise(
+    specification: Specification, records: tuple[Record, ...], outputs: tuple[str, ...]
+) -> Noise | None:
+    """Read the noise record, if the specification names one."""
+    if specification.noise_record is None:
+        return None
+    record = read_record(specification.noise_record, outputs, **_clock(specification))
+    return noise_at_rest(record, records, outputs, specification.sample_step())
+
+
+def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:
+    return tuple(choice.column or choice.name for choice in choices)
+
+
+def _completed(what: str, choice: SignalChoice, record: Record) -> SignalChoice:
+    """Give a choice the unit of its column, and an input the hold of measured ones, if need be.
+
+    Outputs have no hold.
+    """
+    unit = record.units[choice.column or choice.name] or None
+    hold = HOLD if what == "input" else None
+    return choice.over(SignalChoice(choice.name, unit=unit, hold=hold))
+
+
+def _require_parameters(specification: Specification) -> None:
+    model, parameters = specification.model, specification.parameters
+    unknown = sorted(set(parameters) - set(PARAMETERS))
+    if unknown:
+        raise LoadError(
+            f"record {model!r}: unknown parameters {unknown}; expected some of "
+            f"{list(PARAMETERS)}: correct or remove them"
+        )
+    step, pairing = parameters.get("sample_step"), parameters.get("pairing", "same")
+    if not (step is None or (isinstance(step, int | float) and not isinstance(step, bool))):
+        raise LoadError(
+            f"record {model!r}: system.parameters.sample_step = {step!r}; expected the sample "
+            "step in s of a file without times, a positive number"
+        )
+    if pairing not in get_args(Pairing):
+        raise LoadError(
+            f"record {model!r}: system.parameters.pairing = {pairing!r}; expected one of "
+            f"{list(get_args(Pairing))}"
+        )
+    for what in ("inputs", "outputs"):
+        if not getattr(specification, what):
+            raise LoadError(
+                f"record {model!r}: the recipe names no {what}; expected at least one column: add "
+                f"a table system.{what}.NAME with its range"
+            )
+
+
+def _modified(what: str, path: str) -> int:
+    try:
+        return find_file(path).stat().st_mtime_ns
+    except OSError as error:
+        raise LoadError(f"{what} {path!r}: {error}") from error
+
+
+def recognises(model: str) -> bool:
+    """Tell whether a model is a record, by its name."""
+    return Path(model).suffix.lower() in READERS

@@ -1,0 +1,196 @@
+"""Which output answers an input: told by a linear fit of the outputs at first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.records.finding import Finding
+from slide_fmu.records.measured import Record
+from slide_fmu.records.preparation import Pairing, Preparation, longest_stretch
+
+LAGS = 12
+"""So many outputs and inputs of the past enter the fit."""
+
+SURE = 8.0
+"""An input counts if its coefficient is so many times its standard deviation."""
+
+UNSURE = 4.0
+"""An input does not count if it is less than that; chance gives as much in one of many fits."""
+
+FAIR = 1e-3
+"""Evidence below this part of the largest is rounding, where records have hardly any noise."""
+
+MOST_SAMPLES = 100_000
+"""So many samples are enough."""
+
+SINGULAR = 1e-12
+"""Directions in which the data vary less than this part of the largest are left out."""
+
+
+MOVED = 2.0
+"""An output is moved by inputs if they explain, each, so many times what chance would explain."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An Answer has the evidence that an output depends on inputs around its own sample.
+
+    Each is a coefficient of the fit y[k] = sum a_i y[k-i] + sum b_j u[k-j], divided by its
+    standard deviation: the one of largest amount among all inputs and outputs.
+
+    Attributes:
+        ahead: of u[k+1], which cannot act yet.
+        now: of u[k].
+        before: of u[k-1].
+    """
+
+    ahead: float
+    now: float
+    before: float
+
+    @property
+    def pairing(self) -> Pairing | None:
+        """The pairing that the evidence is for; None where it does not tell."""
+        fair = self._fair
+        if self.now > max(SURE, fair):
+            return "same"
+        return "later" if self.before > SURE and self.now < max(UNSURE, fair) else None
+
+    @property
+    def foresees(self) -> bool:
+        """Tell whether an output depends on an input that comes later."""
+        return self.ahead > max(SURE, self._fair)
+
+    @property
+    def _fair(self) -> float:
+        return FAIR * max(self.ahead, self.now, self.before)
+
+
+def answer_of(inputs: FloatArray, outputs: FloatArray) -> Answer | None:
+    """Find out when outputs answer inputs that were measured with them.
+
+    A system whose inputs are held answers a sample later; one whose inputs move between samples
+    answers at once. Where the inputs hardly change from sample to sample, the evidence is weak.
+
+    Args:
+        inputs: shape (N, n_inputs), without gaps.
+        outputs: shape (N, n_outputs).
+
+    Returns:
+        None where there are too few samples for the fit.
+    """
+    inputs, outputs = inputs[:MOST_SAMPLES], outputs[:MOST_SAMPLES]
+    answers = [_evidence(inputs, column) for column in outputs.T]
+    known = [answer for answer in answers if answer is not None]
+    return Answer(*np.max(known, axis=0).tolist()) if known else None
+
+
+def _evidence(inputs: FloatArray, output: FloatArray) -> FloatArray | None:
+    """Give the largest evidence of u[k+1], u[k] and u[k-1] for one output, shape (3,)."""
+    table, target = _table(inputs, output)
+    if len(table) < 3 * table.shape[1]:
+        return None
+    left, sizes, right = np.linalg.svd(table, full_matrices=False)
+    kept = sizes > SINGULAR * sizes[0]
+    inverse = right[kept].T / sizes[kept]
+    coefficients = inverse @ (left[:, kept].T @ target)
+    off = target - table @ coefficients
+    noise = float(off @ off) / (len(table) - np.count_nonzero(kept))
+    deviations = np.sqrt(noise * np.sum(inverse**2, axis=1))
+    evidence = np.abs(coefficients) / np.maximum(deviations, 1e-300)
+    of_inputs = evidence[LAGS : LAGS + 3 * inputs.shape[1]]
+    return np.asarray(of_inputs.reshape(3, -1).max(axis=1))
+
+
+def _table(inputs: FloatArray, output: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of a fit, scaled: past outputs, inputs, 1; and the outputs to be met."""
+    rows = np.arange(LAGS, len(output) - 1)
+    past = [output[rows - lag] for lag in range(1, LAGS + 1)]
+    driven = [inputs[rows - lag, i] for lag in range(-1, LAGS + 1) for i in range(inputs.shape[1])]
+    table = np.stack([*past, *driven, np.ones(len(rows))], axis=1)
+    return table / np.maximum(np.linalg.norm(table, axis=0), 1e-300), output[rows]
+
+
+def is_moved(inputs: FloatArray, output: FloatArray) -> bool | None:
+    """Tell whether any input moves an output, linearly, by an F-test of the fit with and without.
+
+    Args:
+        inputs: shape (N, n_inputs), without gaps.
+        output: shape (N,).
+
+    Returns:
+        None where there are too few samples for the fit.
+    """
+    table, target = _table(inputs[:MOST_SAMPLES], output[:MOST_SAMPLES])
+    if len(table) < 3 * table.shape[1]:
+        return None
+    alone = np.concatenate([table[:, :LAGS], table[:, -1:]], axis=1)
+    with_inputs, without = (_left_over(columns, target) for columns in (table, alone))
+    explained = (without - with_inputs) / (table.shape[1] - alone.shape[1])
+    return bool(explained > MOVED * with_inputs / (len(table) - table.shape[1]))
+
+
+def _left_over(table: FloatArray, target: FloatArray) -> float:
+    """Return the sum of squares that a fit leaves."""
+    coefficients = np.linalg.lstsq(table, target, rcond=SINGULAR)[0]
+    return float(np.sum((target - table @ coefficients) ** 2))
+
+
+def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[Finding, ...]:
+    """Remark outputs that answer at another sample than the preparation says, or not at all.
+
+    The records are taken as they are measured, each at its longest stretch without gaps.
+
+    Raises:
+        RecordError: a record lacks a column, or its time does not rise.
+    """
+    found = []
+    for record in records:
+        stretch = longest_stretch(record, preparation.inputs, preparation.outputs)
+        answer = answer_of(*stretch)
+        if answer is not None:
+            found += _contradictions(record, preparation, answer)
+        found += _unmoved(record, preparation.outputs, *stretch)
+    return tuple(found)
+
+
+def _unmoved(
+    record: Record, names: Sequence[str], inputs: FloatArray, outputs: FloatArray
+) -> list[Finding]:
+    return [
+        Finding(
+            "unmoved",
+            "remarked",
+            record.path,
+            name,
+            "no input moves it, as far as a linear fit shows",
+            "an output that answers the inputs",
+            "check the columns, and whether their clocks are the same; what follows the square of "
+            "an input about 0 looks so too",
+        )
+        for name, output in zip(names, outputs.T, strict=True)
+        if is_moved(inputs, output) is False
+    ]
+
+
+def _contradictions(record: Record, preparation: Preparation, answer: Answer) -> list[Finding]:
+    evidence = (
+        f"a linear fit weighs u[k+1], u[k] and u[k-1] in y[k] by {answer.ahead:.1f}, "
+        f"{answer.now:.1f} and {answer.before:.1f} standard deviations"
+    )
+    if answer.foresees:
+        what = "outputs that no later input moves"
+        remedy = (
+            "the outputs are stamped too early, or were filtered: shift or record them anew; if "
+            "the input bends between samples, as a smooth one does, nothing is wrong"
+        )
+    elif answer.pairing not in (None, preparation.pairing):
+        what = f"what belongs to the pairing {preparation.pairing!r}"
+        remedy = f"use the pairing {answer.pairing!r}, unless the stamps are wrong"
+    else:
+        return []
+    return [Finding("pairing", "remarked", record.path, "", evidence, what, remedy)]

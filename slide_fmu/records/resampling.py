@@ -1,0 +1,140 @@
+"""Columns at other times: from times that jitter to even ones, and to another step, by scipy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, floor
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import resample_poly
+
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.records.clock import EVEN
+
+LARGEST = 64
+"""Largest denominator of a ratio of steps that counts as rational."""
+
+LONGER = 1.01
+"""A step is longer than another one if it is so many times as long."""
+
+EDGE = 10
+"""So many new samples at either end are left out, where the filter reaches beyond the stretch.
+
+The filter of ``scipy.signal.resample_poly`` has 20 times the longer one of both steps.
+"""
+
+Between = Literal["smooth"] | Hold
+"""What a column does between its samples: an output is smooth, an input has a hold."""
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """A Resampling says how the stretches of a record come to another step.
+
+    Attributes:
+        own: step of the record in s.
+        step: new step in s.
+        even: whether the times of the record are even.
+        up, down: ratio of the polyphase filter; both 1 where nothing is filtered.
+        base: step in s of the even samples that are filtered.
+    """
+
+    own: float
+    step: float
+    even: bool
+    up: int = 1
+    down: int = 1
+    base: float = 0.0
+
+    @property
+    def needed(self) -> bool:
+        """Tell whether values change at all."""
+        return not self.even or self.step != self.own
+
+    @property
+    def edge(self) -> int:
+        """Tell how many new samples are left out at either end."""
+        return EDGE if self.down > 1 else 0
+
+
+def plan_resampling(own: float, step: float, jitter: float, length: int) -> Resampling:
+    """Choose how to come from one step to another, both in s.
+
+    Where the new step is longer, a polyphase filter keeps out what the new samples cannot show.
+    It takes the samples as they are if they are even and the ratio is rational, else even ones
+    that are interpolated, an integer number of them in each new step.
+
+    Args:
+        jitter: what the times of the record are off even ones, in steps.
+        length: number of samples of the longest stretch.
+    """
+    if abs(step / own - 1) * length < EVEN and jitter <= EVEN:
+        return Resampling(step, step, even=True)
+    if step <= LONGER * own:
+        return Resampling(own, step, even=False)
+    ratio = Fraction(step / own).limit_denominator(LARGEST)
+    if jitter <= EVEN and abs(float(ratio) * own / step - 1) * length < EVEN:
+        return Resampling(own, step, True, ratio.denominator, ratio.numerator, own)
+    parts = ceil(step / own)
+    return Resampling(own, step, False, 1, parts, step / parts)
+
+
+def resampled(
+    time: FloatArray, values: FloatArray, plan: Resampling, between: Between
+) -> FloatArray:
+    """Give columns at the times ``time[0] + (edge + k) step``, of one stretch without gaps.
+
+    A smooth column is interpolated by cubic splines, an input with a first-order hold linearly.
+    An input with a zero-order hold gets the mean of what acts until the next new sample. The
+    number of new samples depends on the times alone.
+
+    Args:
+        time: times of the samples in s, shape (n,).
+        values: shape (n, n_columns).
+        plan: how the stretch is resampled.
+        between: what the columns do between their samples.
+
+    Returns:
+        Shape (n_new, n_columns), which has no rows where the stretch is too short.
+    """
+    if not plan.needed:
+        return values
+    count = _count(time, plan)
+    if between == "zero_order":
+        at = time[0] + plan.step * np.arange(count + 1)
+        found = _means(time, values, at)
+    elif plan.down == 1:
+        found = _interpolated(time, values, time[0] + plan.step * np.arange(count), between)
+    else:
+        at = np.arange(time[0], time[-1] + 1e-6 * plan.base, plan.base)
+        base = values if plan.even else _interpolated(time, values, at, between)
+        found = resample_poly(base, plan.up, plan.down, axis=0)[:count]
+    return np.asarray(found[plan.edge : max(plan.edge, count - plan.edge)])
+
+
+def _count(time: FloatArray, plan: Resampling) -> int:
+    """Count the new samples from the first time to the last, both included."""
+    duration = plan.own * (len(time) - 1) if plan.even else time[-1] - time[0]
+    return 1 + floor(duration / plan.step + 1e-6)
+
+
+def _interpolated(
+    time: FloatArray, values: FloatArray, at: FloatArray, between: Between
+) -> FloatArray:
+    if between == "smooth" and len(time) > 3:
+        return np.asarray(CubicSpline(time, values)(at))
+    return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
+
+
+def _means(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Compute the means of held values between times that follow each other, (n + 1,) to (n,)."""
+    end = max(at[-1], time[-1]) + 1.0  # the last value is held on
+    knots = np.append(time, end)
+    area = np.concatenate(
+        [np.zeros((1, values.shape[1])), np.cumsum(values * np.diff(knots)[:, None], axis=0)]
+    )
+    areas = np.stack([np.interp(at, knots, column) for column in area.T], axis=1)
+    return np.asarray(np.diff(areas, axis=0) / np.diff(at)[:, None])

@@ -1,0 +1,136 @@
+"""What the readers of all formats give, and what they are told: which columns, and how much."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.records.measured import MissingColumnsError, RecordError, Text
+from slide_fmu.records.time_column import may_be_time
+
+MOST_NUMBERS = 50_000_000
+"""A record of more numbers, samples times columns, is refused: these take 400 MB of memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A Table is the content of a file, before it is known which column is the time.
+
+    Attributes:
+        columns: values by name, each of shape (N,).
+        units: units by name; empty where the file has none.
+        texts: what was found in place of numbers, which are NaN in the columns.
+        first_line: line of the first sample in the file; 0 where the file has no lines.
+    """
+
+    columns: dict[str, FloatArray]
+    units: dict[str, str]
+    texts: tuple[Text, ...] = field(default=())
+    first_line: int = 0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A Choice says what is wanted of a file.
+
+    Attributes:
+        path: the file, as the user named it.
+        names: columns that are wanted; None for all.
+        others: whether all other columns are wanted too.
+        time: name of the column of times; None where it is to be found.
+        step: whether the step is given, so that no column of times is needed.
+        most: number of samples times columns that are read at most.
+    """
+
+    path: str
+    names: tuple[str, ...] | None = None
+    others: bool = False
+    time: str | None = None
+    step: bool = False
+    most: int = MOST_NUMBERS
+
+    @property
+    def all(self) -> bool:
+        """Tell whether all columns are wanted."""
+        return self.names is None or self.others
+
+    def kept(self, units: dict[str, str]) -> list[str]:
+        """Give the columns to read, in the order of the file, of all that it has.
+
+        Those are the wanted ones, and those that may be times.
+
+        Args:
+            units: units of all columns by their names.
+
+        Raises:
+            RecordError: a column that is wanted is not there.
+        """
+        wanted = [*(self.names or ()), *([self.time] if self.time else [])]
+        missing = [name for name in wanted if name not in units]
+        if missing:
+            raise MissingColumnsError(self.path, missing, units)
+        if self.all:
+            return list(units)
+        return [
+            name
+            for name, unit in units.items()
+            if name in wanted or (not self.step and may_be_time(name, unit))
+        ]
+
+    def require_room(self, samples: int, columns: int, at_least: bool = False) -> None:
+        """Refuse a record that is too large for the memory.
+
+        Raises:
+            RecordError: with the number of samples and columns, and how many may be read.
+        """
+        if samples * columns <= self.most:
+            return
+        more = "at least " if at_least else ""
+        raise RecordError(
+            f"{self.path} has {more}{samples} samples of {columns} columns to read; expected at "
+            f"most {self.most // columns} samples of as many ({self.most} numbers): name only "
+            "the columns that are needed, record with a longer step, or cut the file"
+        )
+
+
+UNIT = re.compile(r"(.*?\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\))")
+"""A name and its unit behind it, in brackets or parentheses."""
+
+
+def named(header: Iterable[str], path: str) -> dict[str, str]:
+    """Split ``name [unit]`` and ``name (unit)`` into units by names, in order.
+
+    Raises:
+        RecordError: a name is missing, or there twice.
+    """
+    units: dict[str, str] = {}
+    for number, text in enumerate(header, 1):
+        match = UNIT.fullmatch(text.strip())
+        name = match[1] if match else text.strip()
+        if not name or name in units:
+            what = f"twice the name {name!r}" if name else f"no name for column {number}"
+            raise RecordError(
+                f"{path} has {what}; expected one name for each column, each another: correct "
+                "the header"
+            )
+        units[name] = ((match[2] or match[3] or "") if match else "").strip()
+    return units
+
+
+def library(module: str, path: str) -> Any:
+    """Import a library that a format needs.
+
+    Raises:
+        RecordError: it is not installed; the message names the extra.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise RecordError(
+            f"{path}: no package {module.partition('.')[0]!r} is installed, which reads files of "
+            "this format; expected the extra 'records': pip install 'slide-fmu[records]'"
+        ) from error

@@ -1,0 +1,98 @@
+"""What a surrogate must not be used for, as sentences, for its card and its credentials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import meaning_of
+
+UNUSABLE = 0.2
+"""Relative RMSE beyond the range from which on is warned."""
+
+Figures = dict[str, Any]
+
+
+def ordered(measured: Figures) -> dict[str, Figures]:
+    """Return the validations of a report's figures by name, those of small amplitudes first.
+
+    An FMU keeps its figures with sorted keys, in which "beyond the range" comes first.
+    """
+    validations = measured["validation"].items()
+    return dict(sorted(validations, key=lambda item: item[1]["amplitude"][1]))
+
+
+def useless_beyond(measured: Figures) -> list[str]:
+    """Say at which amplitudes beyond the range the surrogate errs too much."""
+    found = []
+    for validation in ordered(measured).values():
+        low, high = validation["amplitude"]
+        error = max(output["relative_rmse"] for output in validation["outputs"])
+        if high > 1.0 and error > UNUSABLE:
+            found.append(
+                f"at {low} to {high} times the amplitude its relative RMSE is up to "
+                f"{100 * error:.3g} %"
+            )
+    return found
+
+
+def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> list[str]:
+    """Return all that is known about where the surrogate must not be trusted, one sentence each.
+
+    Args:
+        surrogate: what the FMU runs.
+        recipe: what it was made from.
+        measured: the figures of its report; None where it was not measured.
+    """
+    kinds = "measured records" if recipe.system.is_record else "excitations"
+    window = surrogate.network.memory_length * surrogate.window.step
+    measured_kinds = () if measured is None else measured["validation"].values()
+    held_out = any(figures.get("held_out", False) for figures in measured_kinds)
+    found = [
+        f"How it answers to inputs of other kinds than the {kinds} that it was trained on is "
+        + ("known of those alone that were held out and measured." if held_out else "not known."),
+        "Outside the ranges of its inputs nothing is known but what was measured beyond the "
+        "range; the output inputs_in_range is false there.",
+        f"Its outputs count from {window:.6g} s after the start on, when the output window_filled "
+        "is 1; before, the inputs before the start are assumed.",
+    ]
+    if surrogate.hold == "first_order":
+        found.append(
+            "Of inputs that an importer sets to what they are at the start of a step, "
+            f"{meaning_of(surrogate)}."
+        )
+    if surrogate.parameters:
+        found.append("Values of physical parameters outside their ranges are refused.")
+    if surrogate.estimator is not None:
+        found.append(
+            "An error estimate never exceeds the largest error that its training knew; read one "
+            "beyond the range as a lower bound."
+        )
+    if surrogate.bound is not None and surrogate.bound.span is not None:
+        found.append(
+            "An error estimate is made of what the bound's head expects: outside of the domain, "
+            "read one as a lower bound."
+        )
+    if surrogate.bound is not None:
+        in_range = None if measured is None else next(iter(ordered(measured).values()))
+        found += bound_sentences(recipe, surrogate.hold == "first_order", in_range)
+    if measured is None:
+        return [*found, "The error of this surrogate has not been measured."]
+    return [*found, *_measured_limits(measured)]
+
+
+def _measured_limits(measured: Figures) -> list[str]:
+    found = [f"Do not use the surrogate there: {text}." for text in useless_beyond(measured)]
+    tests = measured.get("stability", [])
+    if tests:
+        largest = max(test["amplitude"] for test in tests)
+        found.append(
+            "Whether it forgets its past and stays bounded was not tested at more than "
+            f"{largest:g} times the trained amplitude."
+        )
+    if "adversarial" in measured:
+        found.append(search_sentence(measured["adversarial"]))
+    remarks = [*measured.get("record_remarks", []), *filter(None, [measured.get("remark")])]
+    return found + [f"{remark[0].upper()}{remark[1:]}." for remark in remarks]

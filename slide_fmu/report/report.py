@@ -1,0 +1,112 @@
+"""The report of a surrogate has its figures as JSON, charts and tables as one HTML file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.web.charts import Bar, Chart, Columns, described
+from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
+from slide_fmu.report.pictures import in_page
+
+WEB = Path(__file__).parent / "web"
+
+LONGEST_BAR = 70.0
+"""The longest bar takes so many per cent of the width; its text stands behind it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A section is one part of a report.
+
+    Attributes:
+        title: heading.
+        text: what is seen here and how to read it.
+        rows: table, whose first row is the heading; it may be empty.
+        pictures: PNG bytes.
+        charts: what the page draws itself.
+        bars: sizes beside each other.
+    """
+
+    title: str
+    text: str
+    rows: Sequence[Sequence[str]] = ()
+    pictures: Sequence[bytes] = ()
+    charts: Sequence[Chart] = ()
+    bars: Sequence[Bar] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A report says what the FMU is, with its figures, and the sections that show them.
+
+    Attributes:
+        title, summary: heading, and what stands below it.
+        data: the figures, as written to JSON.
+        sections: what is shown, in this order.
+        inside: a whole page of HTML, shown behind the sections; none if None.
+        verdict: what a reader must know, in a few sentences; it stands above all else.
+    """
+
+    title: str
+    summary: str
+    data: dict[str, Any]
+    sections: list[Section] = field(default_factory=list)
+    inside: str | None = None
+    verdict: tuple[str, ...] = ()
+
+    def html(self) -> str:
+        """Return the whole report as one self-contained page."""
+        environment = jinja2.Environment(
+            loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
+        )
+        columns, sections = Columns(), []
+        charts: list[dict[str, Any]] = []
+        for section in self.sections:
+            first = len(charts)
+            charts += [described(chart, columns) for chart in section.charts]
+            sections.append({**_shown(section), "charts": range(first, len(charts))})
+        drawn = json.dumps({"columns": columns.values, "charts": charts}, separators=(",", ":"))
+        return environment.get_template("report.html").render(
+            report=self,
+            sections=sections,
+            charts=packed(drawn.encode("utf-8")),
+            style=styles(MODULES / "charts.css", WEB / "report.css"),
+            **scripts(WEB / "report.js"),
+        )
+
+    def write(self, folder: Path) -> Path:
+        """Write ``report.html`` and ``report.json``, and return the path of the page.
+
+        The folder is made where there is none.
+        """
+        text = json.dumps(self.data, indent=2)
+        write_whole(folder / "report.json", (text + "\n").encode("utf-8"))
+        path = folder / "report.html"
+        write_whole(path, self.html().encode("utf-8"))
+        return path
+
+
+def _shown(section: Section) -> dict[str, Any]:
+    """Return what the template shows of a section; the longest bar is as long as it may be."""
+    largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
+    return {
+        **vars(section),
+        "pictures": [in_page(picture) for picture in section.pictures],
+        "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
+    }
+
+
+def remark_sections(remarks: Sequence[str]) -> list[Section]:
+    """Show remarks in a section of their own, if there are any."""
+    if not remarks:
+        return []
+    return [
+        Section("Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+    ]

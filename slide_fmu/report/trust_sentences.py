@@ -1,0 +1,110 @@
+"""Where error bounds count, and what it means that inputs lie outside of the domain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slide_fmu.core.measures import percent
+from slide_fmu.recipe.recipe import FURTHER, Recipe
+from slide_fmu.surrogate.error_bound import calibrated
+from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
+
+COLUMNS = (
+    "A sample is covered if its error stays below the bound. The width is the mean bound over the "
+    "95 % quantile of the errors: a constant that knows all of them has 1. The skill is the part "
+    "of the pinball loss that the bound saves beside the best constant: with 100 % it would be "
+    "the error itself, with 0 % it says no more than the constant. The rank correlation is that "
+    f"of bound and error. A trajectory is outside of the domain if more than {percent(OFTEN)} of "
+    "its samples are."
+)
+"""What stands in the columns of ``slide_fmu.report.trust_tables.bound_rows``."""
+
+
+HARM = (
+    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
+    "range are below. What matters is the last column: harmful errors of which the FMU says "
+    "nothing."
+)
+"""What stands in the columns of ``slide_fmu.report.trust_tables.harm_rows``."""
+
+
+def search_sentence(figures: dict[str, Any]) -> str:
+    """Say what the search for unnoticed errors found (``validation.adversarial``)."""
+    usual, highest = (f"{100 * value:g} %" for value in figures["confidences"])
+    ratios = (max(figures[name]) for name in ("before", "after", "after_highest"))
+    before, after, above = (f"{ratio:.3g}" for ratio in ratios)
+    starts = figures["starts"]
+    at_first = sum(ratio > BROKEN for ratio in figures["before"])
+    return (
+        f"A search within the ranges of the inputs, from {starts} unseen trajectories, "
+        f"found an error in the domain of {after} times its bound of {usual} (before the search: "
+        f"{before}), and of {above} times its bound of {highest}. Errors of more than {BROKEN:g} "
+        f"times the bound of {usual} were found from {figures['broken']} of {starts} starts "
+        f"(before the search: {at_first}), of {highest} from {figures['broken_at_highest']}."
+    )
+
+
+def covered_sentence(bound: dict[str, Any]) -> str:
+    """Say which share of the samples bounds cover in both calls of an FMU whose inputs move."""
+    plain, known = (
+        ", ".join(percent(share) for share in bound[key]["coverage"])
+        for key in ("plain", "known_to_step_end")
+    )
+    return (
+        f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
+        f"to what they reach by the step's end: {known}."
+    )
+
+
+def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | None) -> list[str]:
+    """Say where bounds count, and what the FMU says where they do not.
+
+    Args:
+        recipe: what the FMU was made from; it has the table ``bound``.
+        moving: whether inputs move within a step, as those with a first-order hold do.
+        measured: the figures in range of the FMU's validation; None where it was not measured.
+    """
+    assert recipe.bound is not None
+    low, *_, high = (f"{100 * c:g}" for c in calibrated(recipe.count("calibration")))
+    found = [
+        "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
+        f"calibrated by {recipe.count('calibration')} trajectories of the same mix.",
+        "There, the share of the samples whose error stays below the bound is on average at least "
+        f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
+        "with the largest errors may be covered less.",
+        "Where in_domain is false, inputs have left their ranges, or the surrogate and its "
+        "companion are further apart, or move more, than is usual on the calibration: a bound is "
+        "not calibrated there, and the error may be many times larger.",
+        "That in_domain is true proves nothing of inputs of other kinds.",
+    ]
+    if recipe.further_kinds():
+        found.append(
+            f"Bounds have also learnt from {recipe.count(FURTHER)} trajectories of further kinds "
+            "of inputs; nothing was calibrated by them."
+        )
+    if recipe.system.reference:
+        found.append(
+            "Error bounds were calibrated beside the model that made the data: what that errs "
+            "beside the finer reference is not in them."
+        )
+    if moving and recipe.window.planned:
+        found.append(
+            "Error bounds were calibrated on inputs that are known to the end of each step: the "
+            "error of the FMU where it is given only what they are at its start is not in them."
+        )
+    elif moving:
+        found.append(
+            "Error bounds were calibrated for an importer that sets inputs to what they are at "
+            "the start of each step: the error of forecasting them to its end is in them."
+        )
+    wanted = percent(recipe.bound.false_alarms)
+    if measured is None:
+        return [*found, f"False alarms were {wanted} of the samples of the calibration."]
+    flagged = percent(measured["error_bound"]["flagged"])
+    if "plain" in measured["error_bound"]:
+        found.append(covered_sentence(measured["error_bound"]))
+    return [
+        *found,
+        f"False alarms: of the samples in range, in_domain is false for {flagged}; of those of "
+        f"the calibration it was for {wanted}.",
+    ]

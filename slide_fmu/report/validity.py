@@ -1,0 +1,154 @@
+"""In words where a surrogate is valid: for which kinds of inputs, by what was measured of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from slide_fmu.core.measures import percent
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.words import between
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.trust_tables import Figures
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.trust import HARMFUL
+
+MOST_HARMFUL = 0.02
+"""A kind of inputs is valid if no larger part of its samples is harmful, ..."""
+
+MOST_UNNOTICED = 0.01
+"""... and no larger part harmful with neither a flag nor a bound that says so."""
+
+MOSTLY = 0.5
+"""Bounds do not count for a kind of which a larger part of the harmless samples is flagged."""
+
+VALID = "valid"
+FLAGGED = "valid, but outside of the domain"
+NOTICED = "not valid, and the FMU says so"
+SILENT = "not valid, and the FMU does not always say so"
+TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
+"""So kinds are called of which no harmful errors are known."""
+
+RULE = (
+    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
+    "range are below; it is flagged if in_domain is false, and unnoticed if it is harmful, not "
+    "flagged, and its bound does not cover it. A kind of inputs is called valid if at most "
+    f"{percent(MOST_HARMFUL)} of its measured samples are harmful and at most "
+    f"{percent(MOST_UNNOTICED)} unnoticed; if the latter alone holds, it is not valid, and the "
+    f"FMU says so. Where more than {percent(MOSTLY)} of the harmless samples are flagged, a valid "
+    "kind is outside of the domain, and its bounds are not calibrated."
+)
+"""What the verdicts mean."""
+
+
+class Judgement(NamedTuple):
+    """A Judgement is about one kind of inputs: verdict, what they do, and what was measured."""
+
+    verdict: str
+    inputs: str
+    measured: str
+
+
+def judgements(
+    surrogate: Surrogate, recipe: Recipe, validations: Mapping[str, Figures]
+) -> list[Judgement]:
+    """Judge all kinds of inputs that were trained on, or measured.
+
+    Args:
+        surrogate: what the FMU runs.
+        recipe: what it was made from.
+        validations: figures by name; there may be none.
+    """
+    found: list[Judgement] = []
+    learnt = _described(surrogate, recipe, held_out=False)
+    for figures in validations.values():
+        if figures["amplitude"] != [1.0, 1.0]:
+            found.append(_beyond(figures))
+        elif figures.get("held_out", False):
+            found += _of_kinds(_described(surrogate, recipe, held_out=True), figures, HELD_OUT)
+        else:
+            found += _of_kinds(learnt, figures, TRAINED)
+    named = {judgement.inputs for judgement in found}
+    rest = [text for text in learnt.values() if text not in named]
+    return found + [Judgement(TRAINED, text, "not measured") for text in rest]
+
+
+def judgement_rows(found: Sequence[Judgement]) -> list[Sequence[str]]:
+    """Return judgements as a table, its heading first."""
+    return [("", "inputs", "measured"), *found]
+
+
+def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
+    """Return judgements as sentences; the rule comes last, where a verdict follows from it."""
+    sentences = [f"{_upper(j.verdict)}: {j.inputs} ({j.measured})." for j in found]
+    return [*sentences, RULE] if is_ruled(found) else sentences
+
+
+def is_ruled(found: Sequence[Judgement]) -> bool:
+    """Tell whether some verdicts follow from the rule."""
+    return any(j.verdict in (VALID, FLAGGED, NOTICED, SILENT) for j in found)
+
+
+def _described(surrogate: Surrogate, recipe: Recipe, held_out: bool) -> dict[str, str]:
+    """Say of each kind of excitation, or file of records, by name, what the inputs do."""
+    if recipe.system.is_record:
+        return {m.name: f"inputs like those of the file {m.name}" for m in motions_of(recipe)}
+    kinds = recipe.validation.excitation if held_out else recipe.data.excitation
+    signals, step = surrogate.inputs, surrogate.window.step
+    return {
+        name: kind.described(signals, step)
+        for name, kind in zip(names_of(kinds), kinds, strict=True)
+    }
+
+
+def _of_kinds(kinds: Mapping[str, str], figures: Figures, unknown: str) -> Iterator[Judgement]:
+    """Judge the kinds that were measured; others have no trajectories."""
+    bounds = figures.get("error_bound", {"excitations": []})["excitations"]
+    harms = {kind["name"]: kind.get("harm") for kind in bounds}
+    for kind in figures["excitations"]:
+        name = kind.get("name", kind["kind"])  # FMUs of former versions keep no names ...
+        if name not in kinds:  # ... and do not tell several of one kind apart
+            continue
+        harm, error = harms.get(name), max(kind["relative_rmse"])
+        verdict = unknown if harm is None else _verdict(harm)
+        seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "
+        yield Judgement(verdict, kinds[name], seen + _measured(error, harm))
+
+
+def _beyond(figures: Figures) -> Judgement:
+    """Judge all kinds together, at larger amplitudes."""
+    low, high = figures["amplitude"]
+    harm = figures.get("error_bound", {}).get("harm")
+    error = max(output["relative_rmse"] for output in figures["outputs"])
+    kinds = "kinds that were held out" if figures.get("held_out", False) else "same kinds"
+    text = f"inputs of the {kinds} at {between((low, high))} times the amplitude"
+    return Judgement(BEYOND if harm is None else _verdict(harm), text, _measured(error, harm))
+
+
+def is_valid(harm: Figures) -> bool:
+    """Tell whether a kind of inputs is valid, by its harmful samples."""
+    unnoticed = harm["harmful_unnoticed"]
+    return bool(harm["harmful"] <= MOST_HARMFUL and unnoticed <= MOST_UNNOTICED)
+
+
+def _verdict(harm: Figures) -> str:
+    if not is_valid(harm):
+        return NOTICED if harm["harmful_unnoticed"] <= MOST_UNNOTICED else SILENT
+    return FLAGGED if (harm["harmless_flagged"] or 0.0) > MOSTLY else VALID
+
+
+def _measured(error: float, harm: Figures | None) -> str:
+    found = [f"relative RMSE {percent(error)}"]
+    if harm is not None:
+        found.append(f"{percent(harm['harmful'])} of the samples harmful")
+        if harm["harmful"]:
+            found.append(f"{percent(harm['harmful_flagged'])} of these flagged")
+            found.append(f"{percent(harm['harmful_unnoticed'])} of all unnoticed")
+        if harm["harmless_flagged"]:
+            found.append(f"{percent(harm['harmless_flagged'])} of the harmless ones flagged")
+    return ", ".join(found)
+
+
+def _upper(text: str) -> str:
+    return text[0].upper() + text[1:]

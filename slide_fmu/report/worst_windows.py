@@ -1,0 +1,84 @@
+"""The windows in which the surrogate errs most, with the inputs that led there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.web.charts import Chart
+from slide_fmu.report.report import Section
+from slide_fmu.report.trajectory_charts import (
+    error_panel,
+    inputs_panel,
+    outputs_panel,
+    outside_parts,
+)
+from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.motions import motions_of
+from slide_fmu.validation.trust import TINY
+from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
+
+WINDOWS = 10
+"""So many of the worst windows are drawn."""
+
+MOST_BEFORE = 400
+"""A window is drawn with no more samples than these before its worst one."""
+
+FEWEST_BEFORE = 20
+
+
+def worst_section(validation: Validation) -> Section | None:
+    """Return the section on the worst windows; None where no sample counts."""
+    bounded = bool(validation.trusted)
+    beside = "their bounds" if bounded else "the RMS of the reference about its mean"
+    found = _worst(validation)
+    if not found:
+        return None
+    text = (
+        f"These are the samples whose errors are largest beside {beside}, one of each trajectory "
+        "at most where there are enough of them, with the inputs that the surrogate saw before. "
+    )
+    shaded = "What is shaded lies outside of the domain." if bounded else ""
+    charts = [_chart(validation, step, bounded) for step in found]
+    return Section("The worst windows", text + shaded, charts=charts)
+
+
+def _worst(validation: Validation) -> list[WorstStep]:
+    before = _before(validation)
+    if validation.trusted:
+        return worst_steps(validation.trusted, WINDOWS, before, error_over_bound)
+    scale = rms(np.concatenate([c.reference - validation.mean for c in validation.comparisons]))
+
+    def ratio(comparison: Comparison) -> FloatArray:
+        return np.asarray(np.abs(comparison.error) / np.maximum(scale, TINY))
+
+    return worst_steps(validation.comparisons, WINDOWS, before, ratio)
+
+
+def _before(validation: Validation) -> int:
+    """Return how many samples lead to a worst one: those that the surrogate remembers."""
+    memory = validation.surrogate.network.memory_length
+    return min(max(memory, FEWEST_BEFORE), MOST_BEFORE)
+
+
+def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
+    comparison, before = step.comparison, _before(validation)
+    first = max(0, step.sample - before)
+    part = slice(first, step.sample + before // 4 + 1)
+    signal = validation.surrogate.outputs[step.output]
+    kind = motions_of(validation.recipe)[comparison.kind].name
+    size = (
+        f"{step.ratio:.3g} times its bound" if bounded else f"{100 * step.ratio:.3g} % of the RMS"
+    )
+    return Chart(
+        f"{signal.name} errs by {size}",
+        [
+            inputs_panel(validation, comparison.time[part], comparison.inputs[part]),
+            outputs_panel(validation, comparison, part, step.output),
+            error_panel(validation, comparison, part, step.output),
+        ],
+        text=f"{kind}, at {comparison.time[step.sample]:.6g} s",
+        parts=outside_parts(comparison, part),
+        marks=[float(comparison.time[step.sample])],
+    )

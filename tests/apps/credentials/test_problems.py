@@ -1,0 +1,90 @@
+"""What is found to be wrong with credentials, without running anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.apps.credentials import members
+from slide_fmu.apps.credentials.problems import credential_problems
+from slide_fmu.cosim.ssv import parameters_of
+from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu, read_member
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.apps.credentials.conftest import LINEAR, Changed
+
+
+def member(name: str) -> bytes:
+    content = read_member(LINEAR, name)
+    assert content is not None
+    return content
+
+
+def test_credentials_of_a_released_fmu_have_no_problem(surrogate: Surrogate) -> None:
+    assert credential_problems(LINEAR, surrogate) == []
+
+
+def test_fmu_without_credentials_has_no_problem(surrogate: Surrogate, tmp_path: Path) -> None:
+    path = export_fmu(surrogate, tmp_path / "plain.fmu")
+    assert credential_problems(path, surrogate) == []
+
+
+def test_credentials_of_another_surrogate_are_found_out(
+    surrogate: Surrogate, changed: Changed
+) -> None:
+    other = surrogate.to_bytes()[:-1] + b"x"
+    (problem,) = credential_problems(changed(SURROGATE, other), surrogate)
+    assert "describes another resources/surrogate.slide: its SHA3-256 checksum is" in problem
+
+
+@pytest.mark.parametrize("name", ["CARD", "PAGE", "RESULTS"])
+def test_missing_file_that_the_manifest_names_is_a_problem(
+    surrogate: Surrogate, changed: Changed, name: str
+) -> None:
+    place = getattr(members, name)
+    problems = credential_problems(changed(place, None), surrogate)
+    assert any(f"fmi-ls-manifest.xml names {place} (" in problem for problem in problems)
+
+
+@pytest.mark.parametrize("name", ["METADATA", "MANIFEST", "EXPERIMENTS"])
+@pytest.mark.parametrize("content", [b"", b"<a", b"<a/>", b"\xff"])
+def test_document_that_is_none_is_a_problem(
+    surrogate: Surrogate, changed: Changed, name: str, content: bytes
+) -> None:
+    place = getattr(members, name)
+    (problem,) = credential_problems(changed(place, content), surrogate)
+    assert problem.startswith(place)
+
+
+def test_column_that_is_no_variable_is_a_problem(surrogate: Surrogate, changed: Changed) -> None:
+    inputs = member(members.INPUTS).replace(b"time,force", b"time,farce")
+    (problem,) = credential_problems(changed(members.INPUTS, inputs), surrogate)
+    assert problem == (
+        "the experiment has a column 'farce', which is no input of the FMU; expected one of "
+        "['force']"
+    )
+
+
+def test_identity_of_an_fmu_does_not_depend_on_its_credentials(
+    surrogate: Surrogate, tmp_path: Path
+) -> None:
+    plain = export_fmu(surrogate, tmp_path / "plain.fmu")
+    description = read_member(plain, "modelDescription.xml")
+    assert description == read_member(LINEAR, "modelDescription.xml")
+    assert read_fmu(plain)[0].to_bytes() == read_fmu(LINEAR)[0].to_bytes()
+
+
+@pytest.mark.parametrize("name", ["INPUTS", "RESULTS", "REFERENCE_MODEL"])
+def test_table_of_times_alone_is_a_problem(
+    surrogate: Surrogate, changed: Changed, name: str
+) -> None:
+    place = getattr(members, name)
+    times = b"\n".join(line.split(b",")[0] for line in member(place).splitlines())
+    (problem,) = credential_problems(changed(place, times), surrogate)
+    assert problem.startswith(f"{place} begins with [['time']]")
+
+
+def test_parameters_in_an_unknown_encoding_are_a_problem() -> None:
+    content = b'<?xml version="1.0" encoding="nonsense"?><a/>'
+    with pytest.raises(ValueError, match=r"x.ssv is no XML document \(unknown encoding"):
+        parameters_of(content, "x.ssv")

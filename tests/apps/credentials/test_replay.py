@@ -1,0 +1,139 @@
+"""The experiment of an FMU is repeated, here and by a plain importer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.util import read_csv
+
+from slide_fmu.apps.credentials import members
+from slide_fmu.apps.credentials.experiment import Experiment, experiment_members, read_experiment
+from slide_fmu.apps.credentials.replay import Replay, replay
+from slide_fmu.apps.credentials.tables import rounded
+from slide_fmu.cosim.bound_check import BOUND_TOLERANCE, NOVELTY_TOLERANCE
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.fmu.export import export_fmu, read_member
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.apps.credentials.conftest import LINEAR, Changed
+from tests.bounds import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape
+
+FMUS = LINEAR.parents[1]
+OF_BOUND = ["y0_error_bound", "y1_error_bound", "novelty", "in_domain"]
+
+
+def test_replay_of_a_released_fmu_differs_by_rounding_alone(surrogate: Surrogate) -> None:
+    found = replay(LINEAR, surrogate)
+    assert found is not None
+    assert found.problems() == []
+    assert found.differences["position"] < found.allowed["position"]
+    assert found.steps == 557
+    assert 0 < found.errors["position"] < 1e-5
+
+
+def test_replay_of_an_fmu_without_experiment_is_none(surrogate: Surrogate, tmp_path: Path) -> None:
+    assert replay(export_fmu(surrogate, tmp_path / "plain.fmu"), surrogate) is None
+
+
+def test_other_results_are_a_problem_of_the_replay(surrogate: Surrogate, changed: Changed) -> None:
+    content = read_member(LINEAR, members.RESULTS)
+    assert content is not None
+    lines = content.splitlines()
+    time, position, filled = lines[300].split(b",")
+    lines[300] = b",".join([time, repr(float(position) + 0.01).encode(), filled])
+    found = replay(changed(members.RESULTS, b"\n".join(lines)), surrogate)
+    assert found is not None
+    (problem,) = found.problems()
+    assert problem.startswith("position: the replayed experiment differs by 0.01 from the stored")
+
+
+@pytest.fixture
+def bounded(tmp_path: Path) -> tuple[Surrogate, Experiment]:
+    """A surrogate with an error bound, and a run in which it leaves and enters its domain."""
+    surrogate = bounded_surrogate(Shape(n_in=6, n_out=2, n_outputs=2, cell=CellShape()))
+    assert surrogate.bound is not None
+    inputs = rounded(np.random.default_rng(3).uniform(-1, 2, (60, 1)))
+    middle = np.median(surrogate.trust(inputs).novelty) ** 2
+    bound = replace(surrogate.bound, limits=middle * surrogate.bound.limits)
+    surrogate = replace(surrogate, bound=bound)
+    names = [*OF_BOUND, "window_filled", "error_bound_filled", "y0", "y1"]
+    columns, step = {surrogate.inputs[0].name: inputs[:, 0]}, surrogate.window.step
+    with unpacked(export_fmu(surrogate, tmp_path / "bounded.fmu")) as files:
+        values = run_fmu(files, columns, names, step=step).values
+    results = dict(zip(names, values.T, strict=True))
+    reference = {"y0": results["y0"][-9:], "y1": results["y1"][-9:]}
+    return surrogate, Experiment(step, columns, results, reference)
+
+
+def replayed(surrogate: Surrogate, experiment: Experiment, path: Path) -> Replay:
+    extra = {
+        name.removeprefix("extra/"): content
+        for name, content in experiment_members(experiment).items()
+    }
+    found = replay(export_fmu(surrogate, path, extra=extra), surrogate)
+    assert found is not None
+    return found
+
+
+def test_replay_repeats_bounds_novelty_and_domain(
+    bounded: tuple[Surrogate, Experiment], tmp_path: Path
+) -> None:
+    surrogate, experiment = bounded
+    assert 0 < experiment.results["in_domain"].sum() < experiment.steps
+    found = replayed(surrogate, experiment, tmp_path / "m.fmu")
+    assert found.problems() == []
+    assert found.differences.keys() == experiment.results.keys()
+    assert {name: found.allowed[name] for name in OF_BOUND} == {
+        **{"y0_error_bound": BOUND_TOLERANCE, "y1_error_bound": BOUND_TOLERANCE},
+        **{"novelty": NOVELTY_TOLERANCE, "in_domain": 0.0},
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("y1_error_bound", 1.02), ("novelty", 1.02), ("in_domain", 0.0)]
+)
+def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
+    bounded: tuple[Surrogate, Experiment], name: str, factor: float, tmp_path: Path
+) -> None:
+    surrogate, experiment = bounded
+    results = {**experiment.results, name: factor * experiment.results[name]}
+    found = replayed(surrogate, replace(experiment, results=results), tmp_path / "m.fmu")
+    (problem,) = found.problems()
+    assert problem.startswith(f"{name}: the replayed experiment differs by")
+
+
+def test_experiment_of_a_former_version_without_bounds_is_repeated(
+    bounded: tuple[Surrogate, Experiment], tmp_path: Path
+) -> None:
+    surrogate, experiment = bounded
+    results = {name: experiment.results[name] for name in ("y0", "y1", "window_filled")}
+    found = replayed(surrogate, replace(experiment, results=results), tmp_path / "m.fmu")
+    assert (found.problems(), list(found.differences)) == ([], ["y0", "y1", "window_filled"])
+
+
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in FMUS.glob("*/*.fmu")))
+def test_plain_importer_repeats_the_experiment_of_a_released_fmu(
+    name: str, tmp_path: Path
+) -> None:
+    """FMPy takes the tables as they are, and holds nothing of this project."""
+    path = FMUS / name / f"{name}.fmu"
+    experiment = read_experiment(path)
+    content = read_member(path, members.INPUTS)
+    assert experiment is not None
+    assert content is not None
+    (tmp_path / "inputs.csv").write_bytes(content)
+    found = fmpy.simulate_fmu(
+        str(path),
+        stop_time=experiment.step * experiment.steps,
+        output_interval=experiment.step,
+        input=read_csv(str(tmp_path / "inputs.csv")),
+        output=list(experiment.results),
+        start_values=dict(experiment.parameters),
+    )
+    for variable, values in experiment.results.items():
+        allowed = 1e-5 * np.abs(values).max()
+        np.testing.assert_allclose(found[variable], values, rtol=0, atol=allowed)

@@ -1,0 +1,150 @@
+"""What credentials say about a surrogate, by what was measured of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from slide_fmu.apps.credentials.metadata import OWN, Entry
+from slide_fmu.apps.credentials.statements import statements
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.report.limits import limits
+from slide_fmu.validation.comparison import Validation
+from tests.own_records import RECIPE
+from tests.recipes import tiny_state_space_recipe
+from tests.validation.measured import FINER, PLAIN, figures_of
+
+
+def told(found: Validation, provenance: dict[str, Any]) -> dict[str, Any]:
+    """Values by keyword."""
+    return {e.keyword: e.value for e in statements(found.surrogate, FINER, provenance)}
+
+
+def test_statements_have_the_measured_error_of_every_output(finer: Validation) -> None:
+    figures = figures_of(finer)
+    accuracy = told(finer, {"measured": figures})["accuracy"]
+    (output,) = accuracy.iter(f"{{{OWN}}}Output")
+    expected = figures["validation"]["in range"]["outputs"][0]
+    for key in ("name", "unit"):
+        assert output.get(key) == expected[key]
+    for key in ("rmse", "relative_rmse", "max_error"):
+        assert float(output.get(key)) == expected[key]
+
+
+def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
+    finer: Validation,
+) -> None:
+    figures = figures_of(finer)
+    (error,) = told(finer, {"measured": figures})["reference.error"]
+    known = figures["validation"]["in range"]["outputs"][0]["model_relative_rmse"]
+    assert float(error.get("relative_rmse_of_data_model")) == known
+    unknown = {e.keyword: e.value for e in statements(finer.surrogate, PLAIN, {})}
+    assert unknown["reference.error"] == [
+        "The reference is the model that made the data; its own error is not known here."
+    ]
+
+
+def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
+    found = told(finer, {"seeds": {"data": 3, "training": None}, "versions": {"numpy": "2.0"}})
+    (row,) = found["validity.inputs"]
+    (signal,) = finer.surrogate.inputs
+    assert (row.get("name"), row.get("unit")) == (signal.name, signal.unit)
+    assert (float(row.get("low")), float(row.get("high"))) == (signal.low, signal.high)
+    assert len(found["validity.excitations"]) == len(FINER.data.excitation)
+    parts = {part.get("name"): part.get("trajectories") for part in found["data.trajectories"]}
+    assert parts["train"] == str(FINER.data.train)
+    assert [dict(row.attrib) for row in found["training"]] == [{"of": "data", "value": "3"}]
+    assert [dict(r.attrib) for r in found["versions"]] == [{"package": "numpy", "version": "2.0"}]
+
+
+def test_seeds_of_an_error_bound_are_told(finer: Validation) -> None:
+    recipe = tiny_state_space_recipe(bound={"seed": 7}, data={"duration": 4.0})
+    entries = statements(finer.surrogate, recipe, {"seeds": {"training": 3}})
+    (found,) = (entry.value for entry in entries if entry.keyword == "training")
+    seeds = {row.get("of"): row.get("value") for row in found}
+    assert seeds == {"training": "3", "error_bound": "7"}
+
+
+def test_order_of_kept_figures_does_not_matter(finer: Validation) -> None:
+    """An FMU keeps its provenance with sorted keys."""
+    one = {"seeds": {"training": 1, "data": 3}, "start": {"sha256": "x", "file": "y"}}
+    other = {"start": {"file": "y", "sha256": "x"}, "seeds": {"data": 3, "training": 1}}
+    assert texts(finer, one) == texts(finer, other)
+
+
+def texts(found: Validation, provenance: dict[str, Any]) -> list[Any]:
+    entries: list[Entry] = statements(found.surrogate, FINER, provenance)
+    return [
+        list(map(str, e.value)) if isinstance(e.value, list) else [r.items() for r in e.value]
+        for e in entries
+    ]
+
+
+def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation) -> None:
+    sentence = "The error of this surrogate has not been measured."
+    assert sentence in limits(finer.surrogate, FINER, None)
+    assert sentence not in limits(finer.surrogate, FINER, figures_of(finer))
+
+
+def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) -> None:
+    found = figures_of(finer)
+    assert limits(finer.surrogate, FINER, found)[0].endswith("trained on is not known.")
+    found["validation"]["others"] = {**found["validation"]["in range"], "held_out": True}
+    first = limits(finer.surrogate, FINER, found)[0]
+    assert first.endswith("is known of those alone that were held out and measured.")
+
+
+@pytest.mark.parametrize(("error", "warned"), [(0.3, True), (0.1, False)])
+def test_limits_warn_of_amplitudes_as_the_card_does(
+    finer: Validation, error: float, warned: bool
+) -> None:
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    output = {**main["outputs"][0], "relative_rmse": error}
+    found["validation"]["beyond"] = {**main, "outputs": [output], "amplitude": [1.0, 2.0]}
+    sentence = (
+        "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its relative RMSE is "
+        "up to 30 %."
+    )
+    assert (sentence in limits(finer.surrogate, FINER, found)) == warned
+
+
+def test_statements_have_the_error_of_the_plain_call(finer: Validation) -> None:
+    output = {"name": "y", "unit": "m", "smooth": None, "rough": 0.25, "smooth_if_held": 0.5}
+    plain = {"hold": "zero_order", "outputs": [output], "sentence": "late: 50 % at 1 Hz"}
+    figures = {**figures_of(finer), "plain_call": plain}
+    found = told(finer, {"measured": figures})["accuracy.plain_call"]
+    assert found.get("sentence") == "late: 50 % at 1 Hz"
+    (row,) = found.iter(f"{{{OWN}}}Output")
+    assert row.attrib == {"name": "y", "unit": "m", "rough": "0.25", "smooth_if_held": "0.5"}
+
+
+def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
+    finer: Validation,
+) -> None:
+    found = {
+        **figures_of(finer),
+        "stability": [{"amplitude": 1.0}, {"amplitude": 1.5}],
+        "record_remarks": ["few records"],
+        "remark": "more units may help",
+    }
+    sentences = limits(finer.surrogate, FINER, found)
+    assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
+    assert sentences[-2:] == ["Few records.", "More units may help."]
+
+
+def test_statements_of_records_name_their_files_and_hashes(finer: Validation) -> None:
+    origin: dict[str, Any] = {
+        "records": [{"file": "bench.csv", "sha256": "1a"}],
+        "noise_record": {"file": "rest.csv", "sha256": "2b"},
+    }
+    recipe = parse_recipe(RECIPE, "bench.toml")
+    found = {e.keyword: e.value for e in statements(finer.surrogate, recipe, origin)}
+    for keyword, row in (
+        ("data.records", origin["records"][0]),
+        ("data.noise_record", origin["noise_record"]),
+    ):
+        assert [dict(element.attrib) for element in found[keyword]] == [row]
+    assert found["reference.model"] == ["The reference is what was measured."]
+    assert "data.trajectories" not in found

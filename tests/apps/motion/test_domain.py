@@ -1,0 +1,154 @@
+"""Moves stay in the surrogate's domain: slower ones are taken, or the task is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slide_fmu as slide
+from slide_fmu.apps.motion import (
+    Family,
+    Limits,
+    MotionError,
+    MoveTask,
+    Problem,
+    choose,
+    coordinates_of,
+    earliest,
+    inputs_of,
+    largest,
+    quietest,
+    settled,
+)
+from slide_fmu.apps.motion.earliest import baselines
+from slide_fmu.apps.motion.motion_report import motion_report, remark_on_moves
+from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.solve import solve
+from slide_fmu.network.state_space.network import StateSpace
+from tests.bounds import random_bound
+
+ROOT = Path(__file__).parents[2]
+FREE = np.array([np.inf])
+
+
+def crank_problem(tolerance: float = 2e-3) -> Problem:
+    released = slide.load(ROOT / "fmus" / "slider_crank" / "slider_crank.fmu")
+    crank = replace(released, bound=None)  # the tests have domains of their own
+    limits = Limits(-FREE, FREE, np.array([8.0]), np.array([20.0]), FREE)
+    return Problem(crank, np.zeros(1), np.full(1, 2.0), limits, tolerance)
+
+
+def with_domain(problem: Problem, slower: float = 1.4) -> Problem:
+    """The same problem for a surrogate that knows moves so many times slower than limits admit."""
+    surrogate = problem.surrogate
+    network = surrogate.network
+    assert isinstance(network, StateSpace)
+    response, _, known = baselines(replace(problem, slower=slower))
+    scaled = surrogate.input_scaling.apply(response.record(known[0].motion))[None]
+    bound = random_bound(network, 0)
+    _, watched, _ = bound.statistics(scaled, network.stream(scaled).astype(np.float64))
+    limits = 1.02 * watched[0].max(axis=0) + 1e-9
+    small = replace(bound, factors=np.full_like(bound.factors, 1e-6), limits=limits)
+    return replace(problem, surrogate=replace(surrogate, bound=small))
+
+
+def require_in_domain(problem: Problem, move: Move) -> None:
+    coordinates, surrogate = coordinates_of(problem.surrogate.inputs), problem.surrogate
+    lead = np.tile(problem.start, (surrogate.window.n_in, 1))
+    inputs = inputs_of(coordinates, np.concatenate([lead, move.motion[: move.end]]))
+    assert surrogate.in_domain(inputs)[len(lead) :].all()
+    assert problem.limits.kept(problem.start, move.motion, surrogate.window.step)
+
+
+def test_earliest_move_is_one_in_the_domain() -> None:
+    problem = crank_problem()
+    free, bounded = earliest(problem), earliest(with_domain(problem))
+    require_in_domain(with_domain(problem), bounded.move)
+    assert bounded.move.end > free.move.end
+    # the domain is why: the free one leaves it
+    surrogate = with_domain(problem).surrogate
+    coordinates = coordinates_of(surrogate.inputs)
+    inputs = inputs_of(coordinates, np.concatenate([np.zeros((128, 1)), free.move.motion]))
+    assert not surrogate.in_domain(inputs)[128:].all()
+    assert bounded.baselines[0].known < 1
+
+
+def test_moves_get_slower_where_all_that_are_as_fast_as_their_limits_leave_the_domain() -> None:
+    problem = with_domain(crank_problem(), slower=2.4)
+    found = earliest(problem)
+    assert found.slower > 1
+    require_in_domain(problem, found.move)
+    assert found.move.trusted(settled, found.response, problem.tolerance) < np.inf
+
+
+def test_an_answer_tells_that_faster_moves_leave_the_domain(tmp_path: Path) -> None:
+    told = {}
+    for slower in (1.4, 2.4):
+        problem = with_domain(crank_problem(), slower)
+        fmu = slide.export_fmu(problem.surrogate, tmp_path / "crank.fmu")
+        limits = {"speed": (8.0,), "acceleration": (20.0,)}
+        table = {"kind": "earliest", "start": (0.0,), "goal": (2.0,), "tolerance": 2e-3}
+        solved = solve(fmu, MoveTask.model_validate({**table, "limits": limits}))
+        told[slower] = str(remark_on_moves(solved))
+        assert told[slower] in motion_report(solved).summary
+    assert "leave the domain of the surrogate, so they are no answer: not shaped" in told[1.4]
+    assert "all of them begin with" in told[2.4]
+
+
+def test_an_answer_that_is_a_baseline_is_said_to_be_one(tmp_path: Path) -> None:
+    fmu = slide.export_fmu(crank_problem().surrogate, tmp_path / "crank.fmu")
+    limits = {"speed": (8.0,), "acceleration": (20.0,)}
+    table = {"kind": "earliest", "start": (0.0,), "goal": (2.0,), "tolerance": 2e-3}
+    solved = solve(fmu, MoveTask.model_validate({**table, "limits": limits}))
+    assert "No other move" not in str(remark_on_moves(solved))
+    found = replace(solved.found, move=solved.found.baselines[0])
+    assert "the answer is 'not shaped'" in str(remark_on_moves(replace(solved, found=found)))
+
+
+def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:
+    problem = with_domain(crank_problem())
+    with pytest.raises(
+        MotionError, match=r"all moves of 0\.6\S* s .* leave the domain .* more ti"
+    ):
+        quietest(problem, 0.7)
+    require_in_domain(problem, quietest(problem, 1.5).move)
+
+
+def test_best_candidate_is_one_in_the_domain() -> None:
+    problem = with_domain(crank_problem())
+    require_in_domain(problem, choose(problem, largest, Family(300, 3.0, 0)).move)
+
+
+def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
+    hard = with_domain(crank_problem(), slower=6.0)
+    with pytest.raises(MotionError, match=r"stays in the domain .* even 3 times slower"):
+        earliest(hard)
+    with pytest.raises(MotionError, match=r"best of 40 candidates leave the domain"):
+        choose(hard, settled, Family(40, 1.0, 0))
+
+
+@pytest.mark.parametrize("kind", ["earliest", "quietest", "choose"])
+def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -> None:
+    """It rests far out, and the limits are those of the range alone."""
+    duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
+    limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
+    problem = Problem(duffing, np.array([-1000.0]), np.array([600.0]), limits, 2e-3)
+    searches = {
+        "earliest": lambda: earliest(problem),
+        "quietest": lambda: quietest(problem, 0.6),
+        "choose": lambda: choose(problem, settled, Family(10, 1.5, 0)),
+    }
+    with pytest.raises(MotionError, match=r"rest at the start \[-1000\.0\] is outside of the dom"):
+        searches[kind]()
+
+
+def test_a_move_of_the_released_duffing_without_limits_ends_in_its_domain() -> None:
+    duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
+    limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
+    problem = Problem(duffing, np.array([-300.0]), np.array([900.0]), limits, 5e-3)
+    found = earliest(problem)
+    require_in_domain(problem, found.move)
+    assert found.move.known == 1

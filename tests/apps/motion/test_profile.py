@@ -1,0 +1,93 @@
+"""Profiles go from 0 to 1 and have the peaks that they tell; limits are kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.profile import Profiles, fastest, least_times
+from slide_fmu.core.signals import FloatArray
+
+FINE = 20001
+
+
+def profiles(speeding: float, slowing: float, rounded: float) -> Profiles:
+    return Profiles(np.array([speeding]), np.array([slowing]), np.array([rounded]))
+
+
+def limits(speed: object, acceleration: object, jerk: object = np.inf, count: int = 2) -> Limits:
+    ends = np.full(count, 10.0)
+    every = (np.broadcast_to(np.asarray(v, float), count) for v in (speed, acceleration, jerk))
+    return Limits(-ends, ends, *every)
+
+
+phases = st.floats(0.1, 0.5)
+
+
+@given(speeding=phases, slowing=phases, rounded=st.floats(0.05, 1.0))
+@settings(deadline=None, max_examples=30)
+def test_profile_has_the_peaks_that_it_tells(
+    speeding: float, slowing: float, rounded: float
+) -> None:
+    one = profiles(speeding, slowing, rounded)
+    done = np.linspace(0, 1, FINE)
+    way = one.way(done[None])[0]
+    assert abs(way[0]) < 1e-12
+    assert abs(way[-1] - 1) < 1e-9
+    step = done[1]
+    for order, peak in enumerate(one.peaks(), start=1):
+        way = np.diff(way) / step
+        # differences of third order are those of rounding too: 1e-16 / step^3
+        assert np.abs(way).max() == pytest.approx(peak[0], rel=2e-3 if order < 3 else 0.05)
+
+
+def test_profile_rests_before_and_after_its_time() -> None:
+    way = profiles(0.3, 0.2, 0.5).way(np.array([[0.0, 1.0, 1.7]]))
+    np.testing.assert_allclose(way, [[0.0, 1.0, 1.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("jerk", [np.inf, 60.0])
+def test_fastest_profile_uses_a_limit_and_breaks_none(jerk: float) -> None:
+    way, bounds = np.array([1.5, -0.4]), limits([1.4, 3.0], [5.0, 2.0], jerk)
+    profile, time = fastest(way, bounds)
+    step = 1e-3
+    count = int(np.ceil(time / step)) + 5
+    motion = profile.way(step * np.arange(1, count)[None] / time)[0][:, None] * way
+    used = bounds.used(np.zeros(2), motion, step)
+    assert bounds.kept(np.zeros(2), motion, step)
+    assert max(part for name, part in used.items() if name != "range") > 0.97
+
+
+def test_fastest_trapezoid_takes_the_time_of_the_textbook() -> None:
+    """A way w with speed v and acceleration a takes w / v + v / a, or 2 (w / a)^0.5."""
+    one = np.array([1.0])
+    _, long = fastest(2.0 * one, limits(1.0, 4.0, count=1))
+    assert long == pytest.approx(2.0 + 0.25, rel=0.02)
+    _, short = fastest(0.1 * one, limits(10.0, 4.0, count=1))
+    assert short == pytest.approx(2 * np.sqrt(0.1 / 4.0), rel=0.02)
+
+
+def test_twice_the_way_takes_longer_and_no_limit_no_time() -> None:
+    one, way = profiles(0.3, 0.3, 0.5), np.array([1.0, 0.5])
+    bounds = limits(1.0, 4.0)
+    once, twice = (least_times(one, f * way, bounds)[0] for f in (1.0, 2.0))
+    assert once < twice <= 2 * once
+    assert least_times(one, way, limits(np.inf, np.inf))[0] == 0
+
+
+def test_limits_name_what_a_motion_uses_of_each() -> None:
+    bounds, step = limits(2.0, 8.0, 100.0, count=1), 0.1
+    motion: FloatArray = np.array([[0.1], [0.2], [0.3]])
+    used = bounds.used(np.zeros(1), motion, step)
+    assert used["speed"] == pytest.approx(0.5)  # 1 per s of 2
+    assert used["acceleration"] == pytest.approx(1.25)  # from 0 to 1 per s within a step
+    assert used["range"] == pytest.approx(0.03)
+    assert not bounds.kept(np.zeros(1), motion, step)
+    angle = Limits(np.array([-np.inf]), np.array([np.inf]), *(np.array([1e3]),) * 3)
+    assert set(angle.used(np.zeros(1), motion, step)) == {"speed", "acceleration", "jerk"}
+    free = Limits(np.array([-np.inf]), np.array([np.inf]), *(np.array([np.inf]),) * 3)
+    assert free.used(np.zeros(1), motion, step) == {}
+    assert free.kept(np.zeros(1), motion, step)

@@ -1,0 +1,157 @@
+"""Moves pass points on their way: near enough, within all limits, without resting there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slide_fmu as slide
+from slide_fmu.apps.motion import (
+    Family,
+    Limits,
+    MotionError,
+    Past,
+    Problem,
+    choose,
+    coordinates_of,
+    earliest,
+    largest,
+    quietest,
+    read_task,
+    settled,
+)
+from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.task import MoveTask, limits_of
+from slide_fmu.apps.motion.way import Way, fastest_along
+from slide_fmu.core.signals import FloatArray
+
+ROOT = Path(__file__).parents[2]
+
+
+def robot_problem() -> Problem:
+    surrogate = slide.load(ROOT / "fmus" / "robot_6r" / "robot_6r.fmu")
+    task = read_task(ROOT / "docs" / "tutorials" / "past_a_point.toml")
+    assert isinstance(task, MoveTask)
+    joints = coordinates_of(surrogate.inputs)
+    limits = limits_of(task.limits, joints)
+    return Problem(surrogate, *task.points(joints), limits, task.tolerance, task.past(joints))
+
+
+def duffing_problem(*via: float, near: float = 60.0) -> Problem:
+    """A force that may change by 4000 N/s, and whose outputs are those of held samples."""
+    surrogate = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
+    one = np.ones(1)
+    limits = Limits(-1000 * one, 1000 * one, 4000 * one, np.inf * one, np.inf * one)
+    past = Past(np.array(via)[:, None], near * one)
+    return Problem(surrogate, 0 * one, 600 * one, limits, 5e-3, past)
+
+
+def nearest(motion: FloatArray, point: FloatArray, near: FloatArray, parts: int) -> float:
+    """The distance of lines between samples from a point, in tolerances, by brute force."""
+    share = np.linspace(0, 1, parts, endpoint=False)[:, None, None]
+    rows = motion[:-1] + share * (motion[1:] - motion[:-1])
+    return float((np.abs(rows - point) / near).max(axis=-1).min())
+
+
+def require_passed(problem: Problem, move: Move, parts: int = 50) -> None:
+    assert problem.past is not None
+    step = problem.surrogate.window.step
+    assert problem.limits.kept(problem.start, move.motion, step)
+    for point in problem.past.points:
+        assert nearest(move.motion, point, problem.past.near, parts) <= 1
+    np.testing.assert_allclose(move.motion[move.end :] - problem.goal, 0, atol=1e-12)
+
+
+def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shaper() -> None:
+    problem = robot_problem()
+    found = earliest(problem)
+    for move in (found.move, *found.baselines):
+        require_passed(problem, move)
+    assert found.move.name == "optimised"
+    mine, *others = (
+        move.trusted(settled, found.response, problem.tolerance)
+        for move in (found.move, *found.baselines)
+    )
+    assert mine < min(others)
+    # straight, it would miss the point by far; it does not rest there either
+    straight = earliest(replace(problem, past=None)).move
+    assert problem.past is not None
+    point, near = problem.past.points[0], problem.past.near
+    assert nearest(straight.motion, point, near, 50) > 3
+    closest = int(np.argmin(np.abs(found.move.motion - point).max(axis=1)))
+    speed = np.abs(np.diff(found.move.motion, axis=0))[closest - 2 : closest + 2].max()
+    assert speed / problem.surrogate.window.step > 0.5
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_point_near_the_start_is_passed_at_the_start(moving: bool) -> None:
+    one = np.ones(1)
+    way = Way(np.array([[0.0], [1.0], [600.0]]), 2 * one, 600 * one)
+    assert way.missed(np.array([[200.0], [400.0], [600.0]]), moving) <= 0.5
+
+
+def test_a_point_between_the_start_and_the_first_sample_is_passed_by_inputs_that_move() -> None:
+    way = Way(np.array([[0.0], [100.0], [600.0]]), np.ones(1), 600 * np.ones(1))
+    motion = np.array([[200.0], [400.0], [600.0]])
+    assert way.missed(motion, moving=True) == 0
+    assert way.missed(motion, moving=False) == 100
+
+
+def test_quietest_move_passes_two_points_in_their_order() -> None:
+    problem = duffing_problem(-200.0, 300.0)
+    found = quietest(problem, 0.75)
+    require_passed(problem, found.move, parts=1)
+    force = found.move.motion[:, 0]
+    assert np.argmin(np.abs(force + 200)) < np.argmin(np.abs(force - 300))
+    left = [np.abs(move.outputs[move.end :]).max() for move in (found.move, *found.baselines)]
+    assert left[0] == min(left)
+
+
+def test_a_wider_tolerance_bends_the_way_less_and_saves_time() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
+    free, one = np.full(2, np.inf), np.ones(2)
+    limits = Limits(-9 * one, 9 * one, one, 4 * one, free)
+    times = []
+    for near in (1e-3, 0.3):
+        way = Way(points, near * one, one)
+        times.append(fastest_along(way, limits)[1])
+        share = np.linspace(0, 1, 2001)
+        assert np.min(np.abs(way.at(share) - points[1]).max(axis=1)) <= near
+        np.testing.assert_allclose(way.at(np.array([0.0, 1.0])), points[[0, 2]], atol=1e-12)
+        slopes = np.gradient(way.at(share), share, axis=0)
+        np.testing.assert_allclose(way.slopes(share)[2:-2], slopes[2:-2], atol=1e-3)
+    assert times[1] < 0.95 * times[0]
+
+
+def test_fastest_profile_along_a_curve_keeps_its_limits_and_uses_one() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
+    one, step = np.ones(2), 1e-3
+    limits = Limits(-9 * one, 9 * one, one, 4 * one, 60 * one)
+    way = Way(points, 0.1 * one, one)
+    profile, time = fastest_along(way, limits)
+    done = step * np.arange(1, int(np.ceil(time / step)) + 2) / time
+    used = limits.used(points[0], way.at(profile.way(done[None])[0]), step)
+    assert max(used.values()) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("problem", "message"),
+    [
+        (lambda: duffing_problem(0.0), r"start and via 1 are both \[0\.0\]; expected two points"),
+        (
+            lambda: duffing_problem(990.0, -990.0, 990.0, near=1.0),
+            r"leaves the range of force by .*: move",
+        ),
+    ],
+)
+def test_ways_that_cannot_be_are_refused(problem: object, message: str) -> None:
+    with pytest.raises(MotionError, match=message):
+        problem()  # type: ignore[operator]
+
+
+def test_candidates_that_should_pass_points_are_refused() -> None:
+    with pytest.raises(MotionError, match="expected no points to pass: remove via"):
+        choose(duffing_problem(300.0), largest, Family(10, 1.5, 0))

@@ -1,0 +1,88 @@
+"""The runtime as WebAssembly gives what the native library gives, in Node."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.apps.credentials.experiment import read_experiment
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
+from tests.apps.page.node import node, run_task, task_of_fmu
+
+FMUS = sorted((Path(__file__).parents[2] / "fmus").glob("*/*.fmu"))
+PARAMETRIC = next(path for path in FMUS if path.stem == "slider_crank_payload")
+
+TOLERANCE = 2e-6
+"""Of an output's range, or of the largest value: both are of single precision."""
+
+LOOSER = {"error_bound": 0.01, "novelty": 1e-4}
+"""Of an error bound and of the novelty, which follow from how far two networks are apart: the
+rounding of both is a part of that difference."""
+
+OF_BOUND = {"error_estimate": 1e-3}
+"""The same of an error estimate that is made of an error bound."""
+
+
+@pytest.mark.parametrize("fmu", FMUS, ids=lambda path: path.stem)
+def test_page_library_gives_the_answers_of_the_native_library(fmu: Path, tmp_path: Path) -> None:
+    surrogate, experiment = read_fmu(fmu)[0], read_experiment(fmu)
+    assert experiment is not None
+    result = run_task(task_of_fmu(fmu, tmp_path), tmp_path)
+    assert result.returncode == 0, result.stderr
+    columns = json.loads(result.stdout)["columns"]
+    with unpacked(fmu) as files:
+        run = run_fmu(files, experiment.inputs, list(columns), experiment.parameters)
+    ranges = {signal.name: signal.high - signal.low for signal in surrogate.outputs}
+    assert set(ranges) <= set(columns)
+    for name, expected in zip(columns, run.values.T, strict=True):
+        scale = ranges.get(name, np.abs(expected).max())
+        difference = float(np.abs(np.array(columns[name]) - expected).max())
+        print(f"{name}: {difference / scale:.2g} of {scale:.3g}")
+        assert np.ptp(expected) > 0 or name.endswith(("filled", "in_range", "in_domain"))
+        kinds = LOOSER if surrogate.estimator is not None else LOOSER | OF_BOUND
+        looser = [value for kind, value in kinds.items() if name.endswith(kind)]
+        tolerance = looser[0] if looser else TOLERANCE
+        assert difference <= tolerance * scale, name
+
+
+def test_page_library_asks_nothing_of_its_host() -> None:
+    code = (
+        "const module = new WebAssembly.Module(require('fs').readFileSync(process.argv[1]));"
+        "console.log(WebAssembly.Module.imports(module).length)"
+    )
+    command = [node(), "-e", code, str(BINARIES / PAGE_LIBRARY)]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "0"
+
+
+def test_page_library_refuses_a_damaged_surrogate_with_a_reason(tmp_path: Path) -> None:
+    task = task_of_fmu(PARAMETRIC, tmp_path)
+    path = Path(task["surrogate"])
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    result = run_task(task, tmp_path)
+    assert result.returncode != 0
+    assert "Refused" in result.stderr
+    assert "checksum" in result.stderr
+
+
+def test_page_library_refuses_parameters_outside_their_range(tmp_path: Path) -> None:
+    task = {**task_of_fmu(PARAMETRIC, tmp_path), "parameters": [99.0]}
+    result = run_task(task, tmp_path)
+    assert result.returncode != 0
+    assert "99; expected 0.5 to 1.5" in result.stderr
+
+
+def test_page_library_refuses_a_step_of_no_length(tmp_path: Path) -> None:
+    task = task_of_fmu(PARAMETRIC, tmp_path)
+    task["time"][3] = task["time"][2]
+    result = run_task(task, tmp_path)
+    assert result.returncode != 0
+    assert "expected a positive, finite step" in result.stderr

@@ -1,0 +1,81 @@
+"""Drawings that recipes name go into FMUs, and from there into pages and reports."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from slide_fmu.apps.page.touching import touched, with_drawing
+
+from mbs_models.pictures import page_drawings
+from slide_fmu.apps.page.drawing import DrawingError
+from slide_fmu.apps.page.page import page_of
+from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.report.report import Report
+from slide_fmu.systems.errors import LoadError
+from tests.apps.page.conftest import FMUS
+from tests.recipes import tiny_recipe
+
+LINEAR = FMUS / "linear" / "linear.fmu"
+NAME = "mbs_models.pictures.page_drawings:oscillator"
+
+
+def _drawing(page: str) -> dict[str, Any] | None:
+    found = re.findall(r'<script type="text/plain" id="blob-drawing">(.*?)</script>', page)
+    return json.loads(gzip.decompress(base64.b64decode(found[0]))) if found else None
+
+
+def _fmu(folder: Path, drawing: str | None) -> Path:
+    surrogate, _ = read_fmu(LINEAR)
+    recipe = tiny_recipe(system={"drawing": drawing})
+    provenance = with_drawing({"recipe": "", "drawing": {"old": 1}}, recipe, surrogate)
+    return export_fmu(surrogate, folder / "drawn.fmu", provenance=provenance)
+
+
+def test_drawing_of_a_recipe_is_drawn_in_the_page_without_its_module(tmp_path: Path) -> None:
+    fmu = _fmu(tmp_path, NAME)
+    drawing = _drawing(page_of(fmu))
+    assert drawing is not None
+    assert drawing["text"] == page_drawings.oscillator()["text"]
+    inside = touched(Report("title", "summary", {}), fmu).inside
+    assert inside is not None
+    assert _drawing(inside) == drawing
+
+
+def test_drawing_of_an_older_fmu_is_dropped_where_the_recipe_names_none(tmp_path: Path) -> None:
+    fmu = _fmu(tmp_path, None)
+    _, provenance = read_fmu(fmu)
+    assert provenance is not None
+    assert "drawing" not in provenance
+    assert _drawing(page_of(fmu)) is None
+
+
+def test_drawing_that_is_asked_for_goes_before_that_of_the_fmu(tmp_path: Path) -> None:
+    surrogate, _ = read_fmu(LINEAR)
+    carried = {"text": "", "view": [0, 1, 0, 1], "points": {}, "shapes": []}
+    fmu = export_fmu(surrogate, tmp_path / "f.fmu", provenance={"drawing": carried})
+    drawing = _drawing(page_of(fmu, drawing=NAME))
+    assert drawing is not None
+    assert drawing["shapes"]
+
+
+def test_damaged_drawing_in_an_fmu_is_refused(tmp_path: Path) -> None:
+    surrogate, _ = read_fmu(LINEAR)
+    fmu = export_fmu(surrogate, tmp_path / "f.fmu", provenance={"drawing": {"sound": "loud"}})
+    with pytest.raises(DrawingError, match="in the provenance of linear': text = "):
+        page_of(fmu)
+
+
+@pytest.mark.parametrize(
+    ("name", "error"), [("nowhere:car", LoadError), (NAME.replace("osc", ""), DrawingError)]
+)
+def test_drawing_that_cannot_be_found_is_told(
+    tmp_path: Path, name: str, error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        _fmu(tmp_path, name)

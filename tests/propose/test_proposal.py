@@ -1,0 +1,397 @@
+"""A first recipe is proposed for a model of the user, and is tried."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from slide_fmu.cli.app import app
+from slide_fmu.fmu.export import export_fmu
+from slide_fmu.memory import motions
+from slide_fmu.pipeline import simulation_time
+from slide_fmu.propose import first_look
+from slide_fmu.propose.draft_signals import parse_range
+from slide_fmu.propose.proposal import Wish, propose
+from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.errors import LoadError
+from tests.fmu.samples import sum_surrogate
+from tests.libraries import build_libraries
+from tests.own_models.quarter_car import build_in_c, build_in_python
+from tests.progress import silent
+
+LAG = '''
+"""A lag of first order: the output follows the input with the time constant of 0.5 s."""
+
+inputs = {"force": "N", "spare": {"unit": "N", "range": [0.0, 1.0]}}
+outputs = {"position": "m", "double": {"unit": "m", "range": [-9.0, 9.0]}}
+parameters = {"time_constant": 0.5}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [(u[0] + 0.1 * u[1] - x[0]) / p.time_constant]
+
+
+def g(x, u, p):
+    return [x[0], 2 * x[0]]
+'''
+
+
+@pytest.fixture
+def lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    path = tmp_path / "slow_lag.py"
+    path.write_text(LAG)
+    return path
+
+
+def invoke(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
+    found = propose(Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
+    recipe = parse_recipe(found.text, "proposal")
+    assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
+    assert recipe.system.model == "slow_lag.py"
+    # a function takes all its inputs: the one that was not named has the range of the model
+    assert list(recipe.system.inputs) == ["force", "spare"]
+    assert recipe.system.inputs["force"].range == (-2.0, 2.0)
+    assert recipe.system.inputs["spare"].range == (0.0, 1.0)
+    assert recipe.system.inputs["force"].hold == "first_order"
+    low, high = recipe.system.outputs["position"].range or (0.0, 0.0)
+    assert -3.5 < low < -0.5
+    assert 0.5 < high < 3.5
+    assert recipe.data.substeps == 4  # its inputs move, and bend between samples
+    assert "# time_constant = 0.5" in found.text
+    assert "# The range was given." in found.text
+
+
+def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
+    assert parse_recipe(propose(wish, silent).text, "proposal").data.substeps == 1
+
+
+@pytest.mark.parametrize(
+    ("step", "found", "substeps"), [(None, 0.005, 5), (0.02, 0.02, 4), (0.007, 0.007, 7)]
+)
+def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    step: float | None,
+    found: float,
+    substeps: int,
+) -> None:
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    car = str(build_in_python(tmp_path / "car.fmu"))
+    road = {"road": (-0.1, 0.1)}
+    proposal = propose(Wish(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent)
+    recipe = parse_recipe(proposal.text, "proposal")
+    assert recipe.window.step == pytest.approx(found)
+    assert recipe.system.parameters == {"fmu-step": 1e-3}
+    assert recipe.data.substeps == substeps
+
+
+@pytest.mark.parametrize(
+    ("step", "hold", "parameters", "substeps"),
+    [(None, "zero_order", {}, 1), (0.02, "first_order", {"fmu-step": 0.005}, 4)],
+)
+def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    step: float | None,
+    hold: str,
+    parameters: dict[str, float],
+    substeps: int,
+) -> None:
+    """Over its own step its inputs are held; over a longer one they move by such steps."""
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    car = build_in_c(tmp_path / "car.fmu", co_simulation=True)
+    wish = Wish(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
+    found = propose(wish, silent)
+    recipe = parse_recipe(found.text, "proposal")
+    assert recipe.window.step == (step or 0.005)
+    assert recipe.system.inputs["road"].hold == hold
+    assert recipe.system.parameters == parameters
+    assert recipe.data.substeps == substeps
+    assert sum("its inputs" in remark for remark in found.remarks) == 1
+    assert any("are held over each" in remark for remark in found.remarks)
+
+
+def test_step_that_is_no_whole_number_of_an_importers_is_refused(tmp_path: Path) -> None:
+    car = str(build_in_python(tmp_path / "car.fmu"))
+    wish = Wish(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
+    with pytest.raises(RecipeError, match=r"--step 0\.05 with --fmu-step 0\.003; .*--step 0\.051"):
+        propose(wish, silent)
+
+
+def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--fmu-step 0\.001 for .*; expected a positive number"):
+        propose(Wish(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
+
+
+def test_input_that_changes_no_output_is_named(lag: Path) -> None:
+    assert not any("changes no output" in r for r in remarks_of(lag))
+    # an even system answers the same to an input of the opposite sign
+    even = lag.with_name("even.py")
+    even.write_text(LAG.replace("u[0] + 0.1 * u[1]", "u[0] ** 2"))
+    assert [r for r in remarks_of(even) if "changes no output" in r] == [
+        "input 'spare' changes no output: the surrogate does not need it"
+    ]
+
+
+def remarks_of(model: Path) -> tuple[str, ...]:
+    return propose(Wish(str(model), {"force": (-2.0, 2.0)}, step=0.1), silent).remarks
+
+
+def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
+    found = parse_recipe(propose(wish, silent).text, "proposal")
+    assert list(found.system.inputs) == ["force", "spare"]
+    assert list(found.system.outputs) == ["position", "double"]
+    assert found.system.outputs["double"].range == (-9.0, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({}, r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH"),
+        (
+            {"inputs": {"spare": (0.0, 2.0)}},
+            r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH",
+        ),
+        ({"inputs": {"power": None}}, r"--input power: .* expected some of \['force', 'spare'\]"),
+        (
+            {"inputs": {"force": (-1.0, 1.0)}, "outputs": ("speed",)},
+            r"--output speed: .* expected some of \['position', 'double'\]",
+        ),
+    ],
+)
+def test_proposal_without_what_it_needs_is_refused(
+    lag: Path, wish: dict[str, object], message: str
+) -> None:
+    with pytest.raises(RecipeError, match=message):
+        propose(Wish(str(lag), **wish), silent)  # type: ignore[arg-type]
+
+
+CLASS = '''
+"""A lag that declares its signals itself."""
+
+import numpy as np
+
+import slide_fmu as slide
+
+
+class Lag(slide.System):
+    def __init__(self, *, step):
+        self.step = step
+        self.inputs = (slide.Signal("u", "1", -1.0, 1.0),)
+        self.outputs = (slide.Signal("y", "1", -1.5, 1.5), slide.Signal("z", "1", -1.0, 2.5))
+
+    def simulate(self, inputs):
+        kept, values = np.exp(-self.step), [inputs[0, 0]]
+        for u in inputs[:, 0]:
+            values.append(kept * values[-1] + (1 - kept) * u)
+        return np.array([values, values]).T
+'''
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        (
+            {"inputs": {"u": (-3.0, 3.0)}},
+            r"--input u=-3\.\.3: a class declares .* has the inputs u \(-1\.\.1\); expected no "
+            r"--input: leave it out, or change self\.inputs in the class",
+        ),
+        (
+            {"outputs": ("z",)},
+            r"--output z: a class .* outputs y \(-1\.5\.\.1\.5\), z \(-1\.\.2\.5\); expected no",
+        ),
+    ],
+)
+def test_choice_among_the_signals_of_a_class_is_refused(
+    tmp_path: Path, wish: dict[str, object], message: str
+) -> None:
+    path = tmp_path / "lag.py"
+    path.write_text(CLASS)
+    with pytest.raises(RecipeError, match=message):
+        propose(Wish(str(path), step=0.1, **wish), silent)  # type: ignore[arg-type]
+    found = parse_recipe(propose(Wish(str(path), step=0.1), silent).text, "proposal")
+    assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
+
+
+def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(first_look, "SAMPLES", 50)
+    build_libraries()
+    fmu = export_fmu(sum_surrogate(16), tmp_path / "window_sum.fmu")
+    proposal = propose(Wish(str(fmu)), silent)
+    found = parse_recipe(proposal.text, "proposal")
+    assert list(found.system.outputs) == ["y"]
+    assert found.system.outputs["y"].range == (-1.0, 9.0)
+    assert found.system.inputs["u"].hold == "zero_order"  # though the FMU can interpolate it
+    assert found.window.step == sum_surrogate(16).window.step
+    assert any("slide-fmu wrote this FMU" in remark for remark in proposal.remarks)
+    wish = Wish(str(fmu), outputs=("window_filled",))
+    other = parse_recipe(propose(wish, silent).text, "proposal")
+    assert list(other.system.outputs) == ["window_filled"]
+    step = sum_surrogate(16).window.step
+    by_steps = parse_recipe(propose(Wish(str(fmu), fmu_step=step / 4), silent).text, "proposal")
+    assert by_steps.system.inputs["u"].hold == "zero_order"  # it stays what the model declares
+    assert by_steps.system.parameters == {"fmu-step": step / 4}
+    assert by_steps.data.substeps == 1
+
+
+def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "nothing.py"
+    path.write_text("x = 1\n")
+    with pytest.raises(LoadError, match=r"is of no known kind; expected an FMU"):
+        propose(Wish(str(path)), silent)
+
+
+def test_model_that_cannot_be_run_is_named_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "broken.py"
+    path.write_text("import numpy\n\nvalue = 1 / 0\n")
+    with pytest.raises(LoadError, match=r"ZeroDivisionError: .*broken\.py, line 3"):
+        propose(Wish(str(path)), silent)
+
+
+@pytest.mark.parametrize("text", ["force=1", "force=2..1", "force=a..b", "=1..2", "force=1..1"])
+def test_range_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(RecipeError, match=r"expected NAME=LOW\.\.HIGH"):
+        parse_range([text])
+
+
+def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--name 'a b'; expected a letter.* --name a_b$"):
+        propose(Wish(str(lag), name="a b"), silent)
+
+
+def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
+    with pytest.raises(RecipeError, match=r"--input force is given twice"):
+        parse_range(["force=0..1", "force=0..2"])
+    with pytest.raises(RecipeError, match=r"--output position is given twice"):
+        propose(Wish(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
+
+
+def test_ranges_are_read_in_their_order() -> None:
+    assert parse_range(["b=-1..2.5", "a"]) == {"b": (-1.0, 2.5), "a": None}
+
+
+def test_recipe_that_is_there_is_refused_before_the_model_is_run(tmp_path: Path) -> None:
+    (tmp_path / "model.toml").write_text("")
+    result = invoke("init", str(tmp_path / "absent.py"), "-o", str(tmp_path / "model.toml"))
+    assert result.exit_code == 1
+    assert "is there already" in result.output
+
+
+def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> None:
+    command = ("init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml")
+    done = invoke(*command)
+    assert done.exit_code == 0, done.output
+    assert "next    slide-fmu try recipes/lag.toml" in done.output
+    recipe = load_recipe("recipes/lag.toml")
+    assert recipe.system.model == "../slow_lag.py"
+    again = invoke(*command)
+    assert again.exit_code == 1
+    assert "recipes/lag.toml is there already" in again.output
+    tried = invoke("try", "recipes/lag.toml", "--json", "figures.json")
+    assert tried.exit_code == 0, tried.output
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["window"]["sufficient"]
+    # to a thousandth the lag forgets in 0.5 s ln(1000)
+    assert figures["window"]["decay_time_s"]["worst"] == pytest.approx(3.45, rel=0.05)
+    assert figures["system"]["offers"]["linearization"]
+    assert figures["data"]["expected_wall_time_s"] > 0
+    assert "trial: 0 of 4\n" in tried.output
+    assert "trial: 4 of 4, took " in tried.output
+    assert "next    slide-fmu run recipes/lag.toml" in tried.output
+
+
+@pytest.mark.parametrize("kind", ["function", "exudyn"])
+def test_init_writes_a_small_model_that_runs(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(first_look, "SAMPLES", 100)
+    name = f"first_{kind}_model"  # the folder of one case can still be imported from in the other
+    done = invoke("init", "--kind", kind, name, "--step", "0.02")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / f"{name}.py").exists()
+    recipe = load_recipe(f"{name}.toml")
+    assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
+
+
+@pytest.mark.parametrize("name", ["my-model", "2nd_model", "models/my-model.py"])
+def test_new_model_of_a_name_that_python_cannot_import_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("init", "--kind", "function", name)
+    assert done.exit_code == 1
+    assert f"a new one cannot be called {Path(name).stem!r}; expected letters" in done.output
+    assert "choose a name such as m" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_new_model_does_not_hide_an_installed_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = invoke("init", "--kind", "function", "numpy")
+    assert done.exit_code == 1
+    assert "error: system 'numpy' defines neither f nor simulate" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+SHORT = """
+name = "lag"
+description = "a lag"
+
+[system]
+kind = "function"
+model = "slow_lag.py"
+
+[system.inputs.force]
+range = [-2.0, 2.0]
+
+[system.inputs.spare]
+range = [0.0, 1.0]
+
+[system.outputs.position]
+range = [-2.0, 2.0]
+
+[window]
+step = 0.1
+n_in = 12
+n_out = 2
+
+[data]
+duration = 4.0
+burn_in = 1.0
+train = 2
+validation = 1
+"""
+
+
+def test_window_that_is_too_short_is_told_once(
+    lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulation_time, "TIMED", 0.1)
+    monkeypatch.setattr(motions, "MOTIONS", 12)
+    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
+    (tmp_path / "lag.toml").write_text(SHORT)
+    done = invoke("try", "lag.toml")
+    assert done.exit_code == 1
+    assert done.output.count("are truncated, but initial effects need") == 1
+    (tmp_path / "lag.toml").write_text(SHORT.replace("n_out = 2", "n_out = 2\nallow_short = true"))
+    allowed = invoke("try", "lag.toml")
+    assert allowed.exit_code == 0
+    assert allowed.output.count("are truncated, but initial effects need") == 1

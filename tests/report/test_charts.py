@@ -1,0 +1,222 @@
+"""Charts of a report: which lines they have, and that they show what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import Signal
+from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.frequency_charts import frequency_sections
+from slide_fmu.report.learning_charts import curve_chart, stability_charts, training_charts
+from slide_fmu.report.learning_sections import training_section
+from slide_fmu.report.trajectory_charts import (
+    MOST_SAMPLES,
+    inputs_panel,
+    phase_charts,
+    trajectory_charts,
+)
+from slide_fmu.report.trust_charts import bound_charts, estimate_charts, novelty_charts
+from slide_fmu.report.worst_windows import worst_section
+from slide_fmu.validation.comparison import Comparison, Validation
+from tests.charts import line_of, panel_of
+from tests.recipes import tiny_recipe
+from tests.validation.handmade import bounded, comparison, told, validation
+
+BAD = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
+GOOD = comparison([[0.0, 2.0], [0.0, 2.0]], kind=1)
+BEST = comparison([[0.0, 0.0]] * 3, kind=1)
+
+
+def _along(errors: list[float], kind: int = 0, outside: tuple[int, ...] = ()) -> Comparison:
+    """A trajectory of two outputs with a bound of 2; the second output makes no error."""
+    novelty = [3.0 if index in outside else 0.5 for index in range(len(errors))]
+    bounds = told([[2.0, 2.0]] * len(errors), novelty)
+    return comparison([[error, 0.0] for error in errors], kind, told=bounds)
+
+
+def test_worst_and_median_trajectory_of_every_output_are_drawn() -> None:
+    charts = trajectory_charts(validation(BAD, GOOD, BEST))
+    assert [chart.title for chart in charts] == [
+        *("y0: worst trajectory", "y0: median trajectory"),
+        *("y1: worst trajectory", "y1: median trajectory"),
+    ]
+    worst = panel_of(charts[0], "y0")
+    np.testing.assert_array_equal(line_of(worst.lines, "reference").y, BAD.reference[:, 0])
+    np.testing.assert_array_equal(line_of(worst.lines, "surrogate").y, BAD.surrogate[:, 0])
+    error = panel_of(charts[0], "error")
+    np.testing.assert_array_equal(line_of(error.lines, "|error|").y, [1, 1, 1, 7])
+    assert charts[0].text.startswith("held_random, relative RMSE 10")
+    assert charts[2].text.startswith("sweep")
+
+
+def test_only_trajectory_is_drawn_once() -> None:
+    assert [chart.title for chart in trajectory_charts(validation(BAD))] == [
+        "y0: the only trajectory",
+        "y1: the only trajectory",
+    ]
+
+
+def test_long_trajectory_is_drawn_around_its_largest_error() -> None:
+    errors = np.zeros((2 * MOST_SAMPLES, 2))
+    errors[-5, 0] = 9.0
+    (chart, _) = trajectory_charts(validation(comparison(errors.tolist())))
+    line = line_of(panel_of(chart, "error").lines, "|error|")
+    assert len(line.x) == MOST_SAMPLES
+    assert line.y.max() == 9.0
+
+
+def test_error_has_its_bound_and_what_is_outside_of_the_domain_is_shaded() -> None:
+    chart, _ = trajectory_charts(bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,))))
+    (band,) = panel_of(chart, "error").bands
+    assert band.high.tolist() == [2.0] * 4
+    assert list(chart.parts) == [(1.0, 2.0)]
+
+
+def test_several_inputs_are_drawn_over_their_ranges() -> None:
+    signals = (Signal("a", "N", -2.0, 2.0), Signal("b", "m", 0.0, 4.0))
+    found = replace(validation(GOOD), surrogate=SimpleNamespace(inputs=signals))
+    panel = inputs_panel(found, np.arange(3.0), np.array([[-2.0, 0.0], [0.0, 1.0], [1.0, 4.0]]))
+    assert (panel.title, panel.unit) == ("inputs over half their ranges", "1")
+    assert line_of(panel.lines, "a").y.tolist() == [-1.0, 0.0, 0.5]
+    assert line_of(panel.lines, "b").y.tolist() == [-1.0, -0.5, 1.0]
+    assert {line.style for line in panel.lines} == {"steps"}
+
+
+def test_one_input_is_drawn_in_its_unit(finer: Validation) -> None:
+    panel = panel_of(trajectory_charts(finer)[0], "input")
+    assert (panel.unit, [line.name for line in panel.lines]) == ("N", ["force"])
+
+
+def test_phase_plot_goes_through_the_samples_with_their_speeds() -> None:
+    time = 0.05 * np.arange(80)
+    course = np.repeat(np.sin(3 * time)[:, None], 2, axis=1)
+    found = replace(comparison([[0.0, 0.0]] * 80), time=time, reference=course, surrogate=course)
+    chart, _ = phase_charts(validation(found))
+    line = line_of(chart.panels[0].lines, "reference")
+    np.testing.assert_allclose(line.x[::8], course[:, 0], atol=1e-12)
+    np.testing.assert_allclose(line.x**2 + (line.y / 3) ** 2, 1.0, atol=0.02)
+
+
+def test_trajectories_of_a_few_samples_have_no_phase_plot() -> None:
+    assert phase_charts(validation(GOOD)) == []
+
+
+def test_report_has_responses_and_spectra_of_every_output(finer: Validation) -> None:
+    response, spectrum = frequency_sections(finer)
+    assert [chart.title for chart in response.charts] == ["force to position"]
+    assert [chart.title for chart in spectrum.charts] == ["position"]
+    names = [line.name for line in spectrum.charts[0].panels[0].lines]
+    assert names == ["reference", "surrogate", "error"]
+
+
+def test_short_trajectories_have_no_sections_on_frequencies() -> None:
+    assert frequency_sections(validation(BAD, GOOD)) == []
+
+
+def test_worst_windows_are_those_beside_the_bound_where_there_is_one() -> None:
+    section = worst_section(bounded(_along([0.5] * 9 + [6.0] + [0.5] * 9), _along([1.0] * 19, 1)))
+    assert section is not None
+    assert section.charts[0].title == "y0 errs by 3 times its bound"
+    assert section.charts[0].text == "held_random, at 9 s"
+    assert list(section.charts[0].marks) == [9.0]
+    assert len(section.charts) <= 10
+    assert "beside their bounds" in section.text
+
+
+def test_worst_windows_without_a_bound_are_those_beside_the_reference() -> None:
+    section = worst_section(validation(BAD, GOOD))
+    assert section is not None
+    assert section.charts[0].title == "y0 errs by 200 % of the RMS"
+    assert section.charts[1].title == "y1 errs by 57.1 % of the RMS"
+    panels = [panel.title for panel in section.charts[0].panels]
+    assert panels == ["input", "y0", "error"]
+
+
+def test_bars_of_excitations_of_one_kind_lie_beside_each_other(finer: Validation) -> None:
+    """With the same name one would hide the other."""
+    kinds = [{"kind": "held_random", "weight": 1.0}] * 3
+    recipe = tiny_recipe(data={"excitation": kinds})
+    chosen = zip(finer.comparisons, (0, 2, 2), strict=True)
+    comparisons = tuple(replace(c, kind=kind) for c, kind in chosen)
+    sections = validation_sections({"": replace(finer, recipe=recipe, comparisons=comparisons)})
+    (section,) = [one for one in sections if one.title == "By kind of excitation"]
+    assert [bar.name for bar in section.bars] == ["held_random 1", "held_random 3"]
+    assert [bar.text.split(", ")[1] for bar in section.bars] == ["1 trajectory", "2 trajectories"]
+    assert section.bars[1].text == f"{100 * section.bars[1].size:.3g} %, 2 trajectories"
+
+
+def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour() -> None:
+    found = {"in range": bounded(_along([1.0, 3.0, 1.0], outside=(2,)))}
+    (bound,), (novelty,) = bound_charts(found), novelty_charts(found)
+    for chart in (bound, novelty):
+        names = [line.name for line in chart.panels[0].lines]
+        assert names[:2] == ["in the domain", "outside of the domain"]
+    lines = novelty.panels[0].lines
+    assert np.allclose(line_of(lines, "in the domain").x, 0.5)
+    assert np.allclose(line_of(lines, "outside of the domain").y, [0.5])
+    assert "33.3 % not covered, in the domain" in novelty.title
+
+
+def test_estimates_are_drawn_over_true_errors() -> None:
+    (chart,) = estimate_charts({"in range": validation(BAD)})
+    points = chart.panels[0].lines[0]
+    assert set(points.x) == {0.25}
+    assert set(points.y) == {0.5}
+    nothing = replace(BAD, true_error=np.zeros_like(BAD.true_error))
+    assert estimate_charts({"in range": validation(nothing)}) == []
+
+
+def test_training_of_one_step_is_not_drawn() -> None:
+    long = {"step": [1, 2], "training_error": [2.0, 1.0], "validation_error": [3.0, 2.0]}
+    short = {key: values[:1] for key, values in long.items()}
+    (chart,) = training_charts({"surrogate": long, "estimator": short})
+    assert chart.title == "surrogate"
+    assert line_of(chart.panels[0].lines, "validation").y.tolist() == [3.0, 2.0]
+
+
+def test_training_is_drawn_as_relative_rmse_without_a_start_far_off() -> None:
+    history = {
+        "step": [1, 2, 3, 4],
+        "training_error": [1e34, 0.5, 0.02, 0.004],
+        "validation_error": [1e30, 0.4, 0.02, 0.00287],
+        "relative": True,
+    }
+    (chart,) = training_charts({"surrogate": history})
+    (panel,) = chart.panels
+    assert (panel.title, panel.unit, panel.log) == ("relative RMSE", "%", True)
+    training, validation = panel.lines
+    np.testing.assert_allclose(training.y, [np.nan, 50.0, 2.0, 0.4])
+    np.testing.assert_allclose(validation.y, [np.nan, 40.0, 2.0, 0.287])
+    section = training_section({"surrogate": history, "x": {**history, "relative": False}})
+    assert section.rows[1] == ("surrogate", "4", "0.287 %")
+    assert section.rows[2] == ("x", "4", "0.00287, scaled")
+
+
+def test_training_whose_loss_may_be_negative_has_an_even_axis() -> None:
+    loss = {"step": [1, 2], "training_error": [3.0, -0.2], "validation_error": [2.0, -0.3]}
+    (panel,) = training_charts({"error bound": loss})[0].panels
+    assert (panel.title, panel.log) == ("error, scaled", False)
+    assert panel.lines[1].y.tolist() == [2.0, -0.3]
+
+
+def test_run_that_grows_without_bound_is_drawn_up_to_a_limit() -> None:
+    pair = np.array([[[1.0], [np.inf]], [[1.0], [-1e30]]])
+    test = AmplitudeTest(2.0, 9.0, np.array([0.1]), pair, "it grows")
+    (chart,) = stability_charts([test], 0.1)
+    assert chart.title == "2 times the trained amplitude: FAILED"
+    assert [line.y[-1] for line in chart.panels[0].lines] == [1e6, -1e6]
+
+
+@pytest.mark.parametrize(("name", "key"), [("validation", 0), ("training", 1)])
+def test_learning_curve_has_both_errors(name: str, key: int) -> None:
+    points = [
+        {"trajectories": n, "validation_error": 1 / n, "training_error": 0.5 / n} for n in (4, 8)
+    ]
+    line = line_of(curve_chart(points).panels[0].lines, name)
+    assert line.x.tolist() == [4.0, 8.0]
+    assert line.y.tolist() == [[0.25, 0.125], [0.125, 0.0625]][key]

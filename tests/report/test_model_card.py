@@ -1,0 +1,150 @@
+"""What the model card, the report and their bars show of a validation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.model_card import model_card
+from slide_fmu.validation.comparison import Validation
+from tests.recipes import tiny_recipe
+from tests.validation.measured import FINER, PLAIN, figures_of
+
+
+def test_report_and_card_show_the_error_of_the_model(finer: Validation) -> None:
+    percent = f"{100 * finer.figures()['outputs'][0]['model_relative_rmse']:.3g} %"
+    section = validation_sections({"in range": finer, "beyond": finer})[0]
+    assert "finer model" in section.text
+    assert [row[-1] for row in section.rows] == [
+        "relative RMSE of the data's model",
+        *[percent] * 2,
+    ]
+    assert len({len(row) for row in section.rows}) == 1
+    assert table_of(finer, FINER)[-1].endswith(f" | {percent} |")
+    assert len({row.count("|") for row in table_of(finer, FINER)}) == 1
+    plain = table_of(finer, PLAIN)
+    assert {row.count("|") for row in plain} == {8}
+
+
+def table_of(found: Validation, recipe: Recipe) -> list[str]:
+    """Lines of the card's table of measured errors."""
+    text = model_card(found.surrogate, recipe, figures_of(found), "picture.png")
+    assert ("The reference is a finer model (substeps 24)" in text) == bool(
+        recipe.system.reference
+    )
+    lines = text.split("## Measured error")[1].split("By excitation")[0].splitlines()
+    return [line for line in lines if line.startswith("|")]
+
+
+def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
+    kinds = [
+        {"kind": "moving_average_random", "weight": 1.0, "coefficients": [0.1, 0.9]},
+        {"kind": "speed_ramps", "weight": 1.0, "speed": 8.0, "acceleration": 20.0},
+        {"kind": "point_to_point", "weight": 1.0, "speed": [1.5, 2.0]},
+    ]
+    recipe = tiny_recipe(data={"excitation": kinds})
+    average, ramps, points = (kind.settings() for kind in recipe.data.excitation)
+    assert average == {"amplitude": "1.0 .. 1.0", "coefficients": "0.1, 0.9"}
+    assert ramps["speed"] == "8.0"
+    assert ramps["samples"] == "20 .. 60"
+    assert (points["speed"], points["acceleration"]) == ("1.5, 2.0", "none")
+    assert points["random_start"] == "yes"
+    text = model_card(finer.surrogate, recipe, figures_of(finer), "picture.png")
+    assert "| moving_average_random | 1.0 | amplitude 1.0 .. 1.0; coefficients 0.1, 0.9 |" in text
+    assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text
+
+
+def test_card_says_why_there_is_no_error_estimate(finer: Validation) -> None:
+    figures = figures_of(finer)
+    text = "the FMU has no error estimate, since it would say no more than a constant: on 9 | 8"
+    said = "The FMU has no error estimate, since it would say no more than a constant: on 9"
+    shown, plain = (
+        model_card(finer.surrogate, PLAIN, {**figures, **more}, "picture.png")
+        for more in ({"no_error_estimate": text}, {})
+    )
+    assert said in shown.split("## Measured error")[1]
+    assert said not in plain
+
+
+TWO_OF_A_KIND: list[dict[str, Any]] = [
+    {"kind": "held_random", "weight": 1.0, "amplitude": [0.1, 0.2]},
+    {"kind": "sweep", "weight": 1.0, "angular_frequency": [1.0, 9.0]},
+    {"kind": "held_random", "weight": 2.0},
+]
+
+
+def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> None:
+    recipe = tiny_recipe(data={"excitation": TWO_OF_A_KIND})
+    assert names_of(recipe.data.excitation) == ["held_random 1", "sweep", "held_random 3"]
+    found = figures_of(finer)
+    text = model_card(finer.surrogate, recipe, found, "picture.png")
+    assert "| held_random 1 | 1.0 | amplitude 0.1 .. 0.2" in text
+    assert "| sweep | 1.0 |" in text
+    assert "| held_random 3 | 2.0 | " in text
+    row = found["validation"]["in range"]["excitations"][0]
+    names = names_of(recipe.data.excitation)
+    rows = [{**row, "name": names[i], "relative_rmse": [(i + 1) / 100]} for i in range(3)]
+    found["validation"]["in range"]["excitations"] = rows
+    text = model_card(finer.surrogate, recipe, found, "picture.png")
+    assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
+
+
+def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
+    strange = FINER.model_copy(
+        update={
+            "description": "a <script>alert(1)</script> | b",
+            "equations": "x = 1\n```\n# y <img src=x onerror=alert(1)></pre>",
+        }
+    )
+    text = model_card(finer.surrogate, strange, figures_of(finer), "picture.png")
+    assert "a &lt;script&gt;alert(1)&lt;/script&gt; \\| b." in text
+    assert "# y &lt;img src=x onerror=alert(1)&gt;&lt;/pre&gt;\n</pre>" in text
+    assert "<img" not in text
+
+
+@pytest.mark.parametrize(("error", "factor", "warned"), [(0.3, 2, 1), (0.1, 2, 0), (0.3, 1, 0)])
+def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
+    finer: Validation, error: float, factor: float, warned: int
+) -> None:
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    output = {**main["outputs"][0], "relative_rmse": error}
+    beyond = {**main, "outputs": [output], "amplitude": [1.0, float(factor)]}
+    found["validation"]["beyond the range"] = beyond
+    text = model_card(finer.surrogate, FINER, found, "picture.png")
+    sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its"
+    assert text.count("Do not use") == warned
+    assert text.count(f"{sentence} relative RMSE is up to 30 %.") == warned
+
+
+def test_card_begins_with_the_range_whatever_the_order_of_the_figures(finer: Validation) -> None:
+    """An FMU keeps its figures with sorted keys, where "beyond the range" is the first one."""
+    found = figures_of(finer)
+    main = found["validation"]["in range"]
+    excitations = [{**row, "relative_rmse": [0.5]} for row in main["excitations"]]
+    beyond = {**main, "excitations": excitations, "amplitude": [1.0, 3.0]}
+    cards = []
+    for order in ({"in range": main, "beyond the range": beyond}, {"beyond the range": beyond}):
+        found["validation"] = {**order, "in range": main}
+        cards.append(model_card(finer.surrogate, FINER, found, "picture.png"))
+    assert cards[0] == cards[1]
+    rows = [line for line in cards[1].splitlines() if line.startswith(("| in r", "| beyond"))]
+    assert [row.split(" | ")[0] for row in rows[:2]] == [
+        "| in range",
+        "| beyond the range (1.0 to 3.0 times the amplitude)",
+    ]
+    (by_kind,) = [line for line in cards[1].splitlines() if line.startswith("By excitation")]
+    assert "50 %" not in by_kind
+
+
+def test_card_shows_the_system_under_its_name_if_there_is_a_picture(finer: Validation) -> None:
+    plain = model_card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
+    drawn = model_card(finer.surrogate, PLAIN, figures_of(finer), "picture.png", "mechanism.png")
+    shown = "![tiny: the system in motion](mechanism.png)\n\n"
+    assert drawn.count(shown) == 1
+    assert drawn.replace(shown, "") == plain
+    assert drawn.index("# tiny.fmu") < drawn.index(shown) < drawn.index("| variable |")

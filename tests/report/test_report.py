@@ -1,0 +1,69 @@
+"""The report is one page that needs nothing else."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from slide_fmu.core.web.charts import Bar, Chart, Line, Panel
+from slide_fmu.report.report import LONGEST_BAR, Report, Section
+from tests.charts import charts_of
+
+X = np.arange(5.0)
+
+
+def _chart(title: str) -> Chart:
+    return Chart(title, [Panel("size", "m", [Line("x", X, X)])])
+
+
+def _picture() -> bytes:
+    buffer = io.BytesIO()
+    Image.new("RGB", (8, 8), "white").save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
+    section = Section("a", "b", [("x",), ("1",)], [_picture()], [_chart("c")], [Bar("d", 1, "e")])
+    page = Report("title", "summary", {}, [section]).html()
+    addresses = re.findall(r"""(?:src|href)="([^"]*)"|@import|url\(|https?:""", page)
+    assert addresses
+    assert all(address.startswith(("data:image/webp;base64,", "#part-")) for address in addresses)
+
+
+def test_charts_stand_in_the_sections_that_they_belong_to() -> None:
+    sections = [
+        Section("one", "", charts=[_chart("first"), _chart("second")]),
+        Section("two", "", charts=[_chart("third")]),
+    ]
+    page = Report("title", "summary", {}, sections).html()
+    assert [chart["title"] for chart in charts_of(page)["charts"]] == ["first", "second", "third"]
+    parts = re.findall(r"<section.*?</section>", page, re.DOTALL)
+    assert [re.findall(r'data-chart="(\d)"', part) for part in parts] == [["0", "1"], ["2"]]
+
+
+def test_texts_of_users_do_not_become_html() -> None:
+    section = Section("<b>a</b>", "<i>b</i>", [("<u>",), ("<s>",)], (), [_chart("</script>")])
+    page = Report("<h1>", "<em>", {}, [section]).html()
+    assert not re.findall(r"<(?:b|i|u|s|em)>", page)
+    assert page.count("</script>") == 3
+
+
+def test_longest_bar_has_the_whole_length_and_others_their_part() -> None:
+    bars = [Bar("a", 4.0, "4"), Bar("b", 1.0, "1"), Bar("c", 0.0, "0")]
+    page = Report("title", "summary", {}, [Section("s", "", bars=bars)]).html()
+    widths = [float(text) for text in re.findall(r"width: ([\d.]+)%", page) if text != "100"]
+    assert widths[-3:] == [LONGEST_BAR, LONGEST_BAR / 4, 0.0]
+
+
+def test_page_inside_is_the_last_section(tmp_path: Path) -> None:
+    report = Report("title", "summary", {"a": 1}, [Section("s", "")], inside='<p class="x">&</p>')
+    page = report.write(tmp_path).read_text(encoding="utf-8")
+    assert 'srcdoc="&lt;p class=&#34;x&#34;&gt;&amp;&lt;/p&gt;"' in page
+    assert page.index("<h2>s</h2>") < page.index("<h2>Touch it</h2>")
+    assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == {"a": 1}
+    assert "Touch it" not in Report("title", "summary", {}).html()

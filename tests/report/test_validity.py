@@ -1,0 +1,169 @@
+"""In words where a surrogate is valid, on card, report and credentials."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from slide_fmu.apps.credentials.statements import statements
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.model_card import model_card
+from slide_fmu.report.validity import (
+    RULE,
+    Judgement,
+    judgement_rows,
+    judgement_sentences,
+    judgements,
+)
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import Validation
+from tests.own_records import RECIPE as RECORDS
+from tests.recipes import tiny_state_space_recipe
+from tests.validation.handmade import KINDS, surrogate_of
+from tests.validation.measured import FINER, figures_of
+
+RANDOM = "u takes random values of up to 1 N, each for 0.015625 s"
+SWEEP = "u is a sine that sweeps from 1 to 9 rad/s, or back, with an amplitude of 1 N"
+BINARY = "u switches between plus and minus 1 N, each for 0.1 to 0.5 s"
+MEASURED = {"amplitude": [1.0, 1.0], "outputs": [{"relative_rmse": 0.02}]}
+HARMLESS = {
+    **{"harmful": 0.0, "harmful_flagged": None},
+    **{"harmless_flagged": 0.0, "harmful_unnoticed": 0.0},
+}
+
+
+def surrogate() -> Surrogate:
+    own = surrogate_of()
+    (signal,) = own.inputs
+    named = replace(signal, name="u", unit="N", low=-1.0, high=1.0, start=None)
+    return replace(own, inputs=(named,), window=replace(own.window, step=0.015625))
+
+
+def recipe() -> Recipe:
+    held_out = [{"kind": "binary", "weight": 1.0, "duration": [0.1, 0.5]}]
+    return tiny_state_space_recipe(data={"excitation": KINDS}, validation={"excitation": held_out})
+
+
+def of_kind(name: str, harm: dict[str, Any] | None = None, **more: Any) -> dict[str, Any]:
+    """Figures of a validation with one kind of excitation, of which perhaps harm is known."""
+    row = {"name": name, "kind": name, "relative_rmse": [0.01, 0.03]}
+    found = {**MEASURED, "excitations": [row], **more}
+    if harm is not None:
+        kind = {"name": name, "harm": {**HARMLESS, **harm}}
+        found["error_bound"] = {"excitations": [kind], "harm": kind["harm"]}
+    return found
+
+
+def judged(**validations: dict[str, Any]) -> list[Judgement]:
+    return judgements(surrogate(), recipe(), validations)
+
+
+@pytest.mark.parametrize(
+    ("harm", "verdict"),
+    [
+        ({"harmful": 0.02, "harmful_unnoticed": 0.01}, "valid"),
+        ({"harmful": 0.0201}, "not valid, and the FMU says so"),
+        (
+            {"harmful": 0.011, "harmful_unnoticed": 0.0101},
+            "not valid, and the FMU does not always say so",
+        ),
+        (
+            {"harmful": 0.2, "harmful_unnoticed": 0.0101},
+            "not valid, and the FMU does not always say so",
+        ),
+        ({"harmless_flagged": 0.5}, "valid"),
+        ({"harmless_flagged": 0.51}, "valid, but outside of the domain"),
+        ({"harmless_flagged": None, "harmful": 1.0}, "not valid, and the FMU says so"),
+    ],
+)
+def test_verdict_follows_from_harmful_and_unnoticed_shares(
+    harm: dict[str, Any], verdict: str
+) -> None:
+    known = {"harmful_flagged": 0.5, **harm}
+    found = judged(a=of_kind("binary", known, held_out=True))[0]
+    assert (found.verdict, found.inputs) == (verdict, BINARY)
+
+
+def test_judgement_of_a_kind_that_was_held_out_has_what_was_measured() -> None:
+    harm = {
+        **{"harmful": 0.12, "harmful_flagged": 0.97},
+        **{"harmless_flagged": 0.3, "harmful_unnoticed": 0.004},
+    }
+    sentences = judgement_sentences(judged(a=of_kind("binary", harm, held_out=True)))
+    assert sentences[0] == (
+        f"Not valid, and the FMU says so: {BINARY} (not trained on, relative RMSE 3 %, 12 % of "
+        "the samples harmful, 97 % of these flagged, 0.4 % of all unnoticed, 30 % of the harmless "
+        "ones flagged)."
+    )
+    assert sentences[-1] == RULE
+
+
+def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_named() -> None:
+    first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})))
+    assert first == f"Valid: {RANDOM} (relative RMSE 3 %, 0 % of the samples harmful)."
+    assert second == f"Trained on: {SWEEP} (not measured)."
+
+
+def test_inputs_beyond_the_range_are_judged_together() -> None:
+    harm = {"harmful": 0.3, "harmful_flagged": 1.0}
+    beyond = of_kind("sweep", harm, amplitude=[1.0, 3.0])
+    found = judged(a=beyond)[0]
+    assert found.verdict == "not valid, and the FMU says so"
+    assert found.inputs == "inputs of the same kinds at 1 to 3 times the amplitude"
+    assert found.measured.startswith("relative RMSE 2 %, 30 % of the samples harmful, 100 %")
+    held_out = judged(a={**beyond, "held_out": True})[0]
+    assert held_out.inputs.startswith("inputs of the kinds that were held out at 1 to 3 times")
+
+
+def test_without_harm_there_is_no_verdict_and_no_rule() -> None:
+    found = judged(
+        a=of_kind("sweep"),
+        b=of_kind("binary", held_out=True),
+        c=of_kind("sweep", amplitude=[2.0, 2.0]),
+    )
+    assert judgement_sentences(found) == [
+        f"Trained on: {SWEEP} (relative RMSE 3 %).",
+        f"Not trained on: {BINARY} (relative RMSE 3 %).",
+        "Beyond the range: inputs of the same kinds at 2 times the amplitude (relative RMSE 2 %).",
+        f"Trained on: {RANDOM} (not measured).",
+    ]
+
+
+def test_figures_without_names_are_those_of_the_only_one_of_a_kind() -> None:
+    """FMUs of former versions keep such ones."""
+    old = {**MEASURED, "excitations": [{"kind": "sweep", "relative_rmse": [0.01]}]}
+    assert judged(a=old)[0] == Judgement("trained on", SWEEP, "relative RMSE 1 %")
+    twice = recipe().model_copy(update={"data": FINER.data})
+    both = judgements(surrogate(), twice, {"a": old})
+    assert [one.measured for one in both] == ["not measured"] * len(FINER.data.excitation)
+
+
+def test_records_are_named_by_their_files() -> None:
+    of_records = parse_recipe(RECORDS, "bench.toml")
+    (found,) = judgements(surrogate(), of_records, {})
+    assert found == Judgement(
+        "trained on", "inputs like those of the file bench.csv", "not measured"
+    )
+
+
+def test_card_report_and_credentials_say_where_the_surrogate_is_valid(finer: Validation) -> None:
+    measured = figures_of(finer)
+    found = judgements(finer.surrogate, FINER, measured["validation"])
+    sentences = judgement_sentences(found)
+    assert len(sentences) == len(FINER.data.excitation)
+    assert sentences[0].startswith("Trained on: force takes random values of up to ")
+    card = model_card(finer.surrogate, FINER, measured, "picture.png")
+    part = card.split("## Where it is valid\n\n")[1].split("\n\n## Measured error")[0]
+    assert part == "\n".join(f"- {sentence}" for sentence in sentences)
+    (section,) = [
+        s for s in validation_sections({"in range": finer}) if s.title == "Where it is valid"
+    ]
+    assert list(section.rows) == judgement_rows(found)
+    assert section.text == ""
+    entries = statements(finer.surrogate, FINER, {"measured": measured})
+    (entry,) = [entry for entry in entries if entry.keyword == "validity.in_words"]
+    assert entry.value == sentences

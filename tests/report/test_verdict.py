@@ -1,0 +1,158 @@
+"""A verdict says in a few lines what a user must know of an FMU."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from slide_fmu.report.verdict import Subject, verdict
+
+SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 0.02)
+
+
+def in_range(**more: Any) -> dict[str, Any]:
+    outputs = [{"name": "a", "relative_rmse": 0.002}, {"name": "b", "relative_rmse": 0.004}]
+    return {"amplitude": [1.0, 1.0], "outputs": outputs, **more}
+
+
+PLAIN = {
+    "hold": "first_order",
+    "late_s": None,
+    "smooth_hz": [0.1, 1.0],
+    "outputs": [
+        {"rough": 0.03, "smooth": 0.014, "known_to_step_end": 0.003, "smooth_if_held": None},
+        {"rough": 0.02, "smooth": 0.01, "known_to_step_end": 0.004, "smooth_if_held": None},
+    ],
+}
+
+
+def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
+    measured = {"validation": {"in range": in_range()}, "plain_call": PLAIN}
+    lines = verdict(measured, SUBJECT)
+    assert lines[0] == (
+        "Relative RMSE of the plain call, fmpy.simulate_fmu with output_interval = 0.02: up to "
+        "1.4 % under smooth inputs, up to 3 % under inputs as in the training."
+    )
+    assert lines[1] == (
+        "With inputs known to the step's end: up to 0.4 %. An input that jumps acts like a ramp "
+        "over one step, half of one late or early."
+    )
+    planned = verdict(measured, replace(SUBJECT, planned=True))
+    assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
+    assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
+    assert "15 s" in lines[-1]
+
+
+def test_verdict_names_the_error_of_the_worst_smooth_motion() -> None:
+    outputs = [
+        {**o, "smooth_worst": w} for o, w in zip(PLAIN["outputs"], (0.02, 0.03), strict=True)
+    ]
+    measured = {
+        "validation": {"in range": in_range()},
+        "plain_call": {**PLAIN, "outputs": outputs},
+    }
+    first = verdict(measured, SUBJECT)[0]
+    assert "up to 1.4 % under smooth inputs (3 % in the worst motion), up to 3 % under" in first
+
+
+def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
+    held = {"rough": 0.01, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
+    plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
+    measured = {"validation": {"in range": in_range()}, "plain_call": plain}
+    assert "late by 0.0625 s: 18 %" in verdict(measured, SUBJECT)[1]
+
+
+def test_own_error_that_counts_is_not_told_as_lateness() -> None:
+    held = {"rough": 0.1, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
+    plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
+    measured = {"validation": {"in range": in_range()}, "plain_call": plain}
+    assert verdict(measured, SUBJECT)[1] == (
+        "Inputs are held over each step. A smooth input is late by 0.0625 s; the FMU errs by 18 % "
+        "under it, its own error included."
+    )
+
+
+def test_bound_says_what_it_covers_where_users_drive() -> None:
+    bound = {"confidence": 0.95, "outputs": [{"coverage": 0.95, "width": 0.5}]}
+    smooth = [{**output, "smooth_covered": 0.84} for output in PLAIN["outputs"]]
+    measured = {
+        "validation": {"in range": in_range(error_bound=bound)},
+        "plain_call": {**PLAIN, "outputs": smooth},
+        "box": {"corners": {"outputs": [{"relative_rmse": 0.01, "covered": 0.75},
+                                        {"relative_rmse": 0.01, "covered": 1.0}]}},
+    }  # fmt: skip
+    line = next(line for line in verdict(measured, SUBJECT) if "bound" in line)
+    assert line == (
+        "Its error bound of 95 % covers 95 % of the samples, 84 % under smooth inputs, 75 % to "
+        "100 % at the corners, and is 0.5 times as wide as the best constant one."
+    )
+
+
+def test_bound_that_says_less_than_a_constant_is_told() -> None:
+    outputs = [{"name": "speed", "coverage": 0.95, "width": 0.7, "skill": 0.2},
+               {"name": "current", "coverage": 0.95, "width": 1.4, "skill": -0.13}]  # fmt: skip
+    bound = {"confidence": 0.95, "outputs": outputs}
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    line = next(line for line in lines if "bound" in line)
+    assert line.endswith("best constant one; of current the constant one says more.")
+
+
+def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
+    harms = {"sweep": (0.0, 0.0), "held_random": (0.06, 0.06), "steps": (0.01, 0.02)}
+    kinds = [{"name": name, "harm": {"harmful": h, "harmful_unnoticed": u}}
+             for name, (h, u) in harms.items()]  # fmt: skip
+    bound = {"confidence": 0.95, "excitations": kinds,
+             "outputs": [{"name": "y", "coverage": 0.95, "width": 0.7}]}  # fmt: skip
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    valid = next(line for line in lines if line.startswith("Valid"))
+    assert "Not for held_random, steps: more of their errors than usual are large." in valid
+
+
+def test_error_of_records_is_that_of_both_calls() -> None:
+    outputs = [{"relative_rmse": 0.00544, "plain_relative_rmse": 0.00792}]
+    lines = verdict({"validation": {"in range": in_range(outputs=outputs)}}, SUBJECT)
+    assert lines[0] == (
+        "Relative RMSE on inputs that no training saw: 0.792 % in the plain call, "
+        "fmpy.simulate_fmu, and 0.544 % with inputs known to the step's end (slide_fmu.simulate)."
+    )
+
+
+def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
+    bound = {"confidence": 0.95, "outputs": [{"coverage": 0.956, "width": 0.61},
+                                             {"coverage": 0.941, "width": None}]}  # fmt: skip
+    estimate = {"without_floor": [{"mean": 0.4, "constant_mean": 0.6}]}
+    timing = {"fmu_step_us": 5.0, "speedup": 240.0}
+    outputs = [{"relative_rmse": 0.01}]
+    measured = {
+        "validation": {
+            "beyond the range": {**in_range(), "amplitude": [1.0, 3.0]},
+            "in range": in_range(error_bound=bound, error_estimate=estimate, timing=timing),
+            "kinds that were held out": in_range(held_out=True),
+        },
+        "box": {"corners": {"points": 4, "outputs": outputs}},
+    }
+    lines = verdict(measured, SUBJECT)
+    text = " ".join(lines)
+    assert len(lines) <= 7
+    assert lines[0].startswith("Relative RMSE: up to 0.4 %")
+    assert "1 % at the corners of the inputs' ranges" in text
+    assert "of 95 % covers 94.1 % to 95.6 % of the samples, and is 0.61 times as wide" in text
+    assert "off by 40 % on average, the best constant by 60 %" in text
+    assert "240 times as long" in text
+    assert "1 to 3 times the amplitude: 0.4 %" in text
+    assert "Other kinds of input that were measured: 0.4 %" in text
+
+
+def test_bound_that_covers_less_in_the_plain_call_says_so() -> None:
+    bound = {
+        "confidence": 0.95,
+        "outputs": [{"coverage": 0.96, "width": 0.6}],
+        "plain": {"coverage": [0.65]},
+    }
+    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    text = "96 % of the samples where inputs are known to the step's end, 65 % in the plain call"
+    assert any(text in line for line in lines)
+
+
+def test_nothing_measured_gives_no_verdict() -> None:
+    assert verdict({}, SUBJECT) == ()

@@ -87,8 +87,9 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     seed = measured["validation"][IN_RANGE]["seed"]
     release = Release(surrogate, recipe, provenance, documents(page, text), seed=seed)
     with tempfile.TemporaryDirectory() as folder:
-        run = export_fmu(surrogate, Path(folder) / fmu.name) if new_experiment else None
-        write_release(dataclasses.replace(release, fmu=run, former=fmu), fmu)
+        run = export_fmu(surrogate, Path(folder) / fmu.name)
+        former = None if new_experiment else fmu
+        write_release(dataclasses.replace(release, fmu=run, former=former), fmu)
     write_whole(fmu.with_name(CARD), text.encode("utf-8"))
     return fmu
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import pytest
 from _pytest.mark import ParameterSet
+
+APPS = Path(__file__).parents[1] / "slide_fmu" / "apps"
 
 
 def essential(names: Iterable[str], *kept: str) -> list[str | ParameterSet]:
@@ -24,3 +27,9 @@ def essential(names: Iterable[str], *kept: str) -> list[str | ParameterSet]:
     return [
         name if name in kept else pytest.param(name, marks=pytest.mark.extended) for name in listed
     ]
+
+
+def needs_app(name: str) -> pytest.MarkDecorator:
+    """Return the mark of a test that holds only where an app of slide-fmu is installed."""
+    there = (APPS / name / "__init__.py").exists()
+    return pytest.mark.skipif(not there, reason=f"the app {name} was removed")

@@ -30,7 +30,7 @@ class Release:
         provenance: what it says about its origin, with measured figures if it was measured.
         members: documents of the FMU by their names in it; empty if it was not measured.
         fmu: the FMU without documents, whose library may be run; None if nothing may be run.
-        former: an FMU of the same surrogate, whose results are kept where nothing may be run.
+        former: an FMU of the same surrogate, whose results are kept if it carries any.
         seed: seed of the unseen trajectories that it was measured on.
     """
 

@@ -13,12 +13,14 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from tests.acceptance.conftest import Finished, invoke, run_recipe
 from tests.libraries import build_libraries
 from tests.limits import HANGS
+from tests.marks import needs_app
+
+METADATA = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
 
 TUTORIALS = Path(__file__).parents[2] / "docs/tutorials"
 ROUNDING = 0.1
@@ -93,6 +95,7 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     assert "| in range | multisine | " in card
 
 
+@needs_app("credentials")
 def test_credentials_have_the_bound(finished: Finished) -> None:
     with zipfile.ZipFile(finished.fmu) as archive:
         metadata = archive.read(METADATA).decode("utf-8")
@@ -103,6 +106,7 @@ def test_credentials_have_the_bound(finished: Finished) -> None:
     assert json.loads(result.stdout)["problems"] == []
 
 
+@needs_app("credentials")
 def test_experiment_repeats_bound_novelty_and_domain(finished: Finished) -> None:
     result = invoke("check", finished.fmu, "--run", "--json", "-")
     found = json.loads(result.stdout[result.stdout.index("{") : result.stdout.rindex("}") + 1])

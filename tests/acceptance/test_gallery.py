@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from tests.apps.compare.lessons import needs_sysidentpy
 from tests.limits import HANGS
+from tests.marks import needs_app
 
 ROOT = Path(__file__).parents[2]
 GALLERY = ROOT / "docs" / "gallery"
@@ -90,8 +91,14 @@ def test_tutorial_says_how_long_the_file_of_its_model_is(name: str, kind: str) -
     assert f"a file of {count} lines" in (GALLERY / f"{name}.py").read_text(encoding="utf-8")
 
 
-NEEDS = {"simpler_models": [needs_sysidentpy]}
-"""Marks of tutorials that an extra is needed for."""
+NEEDS = {
+    "simpler_models": [
+        needs_app("compare"),
+        pytest.mark.skipif(find_spec("sysidentpy") is None, reason="no extra compare"),
+    ],
+    "chosen_motion": [needs_app("motion")],
+}
+"""Marks of tutorials that an app or an extra is needed for."""
 
 
 @pytest.mark.extended

@@ -8,24 +8,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slide_fmu.apps.page.touching import with_drawing
 
 from fmus.rebuild import TRAINING, _recipe_now, measure, rebuild
-from slide_fmu.apps.credentials.experiment import read_experiment
-from slide_fmu.apps.credentials.problems import credential_problems
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
-from slide_fmu.pipeline.agreement import agreement_problems
+from slide_fmu.pipeline.agreement import card_problems
+from slide_fmu.pipeline.apps import app_problems, with_origins
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.report.model_card import variable_table
+from tests.marks import needs_app
 from tests.progress import no_stages
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
 SURROGATE, RELEASED = read_fmu(LINEAR)
-PROVENANCE: dict[str, object] = with_drawing(
+PROVENANCE: dict[str, object] = with_origins(
     {**(RELEASED or {}), "recipe": RECIPE}, parse_recipe(RECIPE, "linear.toml"), SURROGATE
 )
 PAGE = b"<p>report</p>"
@@ -63,7 +62,7 @@ def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     fmu = rebuild(folder / "linear.fmu")
     card = (folder / "README.md").read_text(encoding="utf-8")
     assert variable_table(read_fmu(LINEAR)[0]) in card
-    assert agreement_problems(fmu, *read_fmu(fmu)) == []
+    assert card_problems(fmu, *read_fmu(fmu)) == []
 
 
 def test_rebuild_twice_gives_the_same_bytes(folder: Path) -> None:
@@ -78,10 +77,13 @@ def test_rebuild_keeps_the_experiment_and_says_what_is_known(folder: Path) -> No
     found = read_folder(fmu, EXTRA)
     del found[HASHES.removeprefix(f"{EXTRA}/")]
     assert found == EXPERIMENT
-    assert credential_problems(fmu, read_fmu(fmu)[0]) == []
+    assert list(app_problems(fmu, *read_fmu(fmu))) == []
 
 
+@needs_app("credentials")
 def test_rebuild_of_an_fmu_without_experiment_simulates_one(folder: Path) -> None:
+    from slide_fmu.apps.credentials.experiment import read_experiment
+
     fmu = folder / "linear.fmu"
     export_fmu(read_fmu(fmu)[0], fmu, provenance=PROVENANCE, documentation=PAGES)
     rebuild(fmu)
@@ -113,6 +115,7 @@ def test_rebuild_takes_the_recipe_as_it_is_written_now(folder: Path) -> None:
     assert read_fmu(fmu)[1] == PROVENANCE
 
 
+@needs_app("page")
 def test_rebuild_gives_an_fmu_the_drawing_that_its_recipe_names_now(folder: Path) -> None:
     fmu = folder / "linear.fmu"
     older = {key: value for key, value in PROVENANCE.items() if key != "drawing"}
@@ -153,7 +156,7 @@ def test_fmu_that_is_measured_again_gets_figures_report_card_and_picture_of_now(
     assert page is not None
     assert b"2 trajectories" in page
     assert (folder / "side_by_side.png").stat().st_size > 10_000
-    assert credential_problems(fmu, surrogate) == []
+    assert list(app_problems(fmu, surrogate, found)) == []
 
 
 def test_recipe_that_went_beyond_ranges_of_parameters_without_the_key_says_the_same() -> None:

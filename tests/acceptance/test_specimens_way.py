@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.credentials.experiment import read_experiment
 from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
+from tests.marks import needs_app
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 
 MASSES = (1.0, 2.0, 1.25, 1.6)
@@ -53,7 +53,10 @@ def test_every_specimen_is_measured(place: Path) -> None:
     assert output["relative_rmse"] < 0.03
 
 
+@needs_app("credentials")
 def test_experiment_of_a_specimen_has_its_mass(place: Path) -> None:
+    from slide_fmu.apps.credentials.experiment import read_experiment
+
     fmu = place / "runs/bench/bench.fmu"
     experiment = read_experiment(fmu)
     assert experiment is not None

@@ -11,11 +11,13 @@ import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu, read_member
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
+from tests.marks import needs_app
+
+METADATA = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
 
 FMU_TOLERANCE = 2e-6
 """FMU against numpy, relative to the output's range: rounding of single precision."""
@@ -70,6 +72,7 @@ def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished, linear: Finish
         assert json.loads(result.stdout)["problems"] == []
 
 
+@needs_app("credentials")
 def test_finished_fmu_carries_an_experiment_that_can_be_repeated(duffing: Finished) -> None:
     result = invoke("check", duffing.fmu, "--run")
     assert result.exit_code == 0, result.output

@@ -6,18 +6,15 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
 
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.apps.calibrate.command import PAIRINGS
 from slide_fmu.cli.app import app
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import PROVENANCE, SURROGATE
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.records.preparation import Pairing
 from tests.acceptance.conftest import SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
 from tests.own_models.quarter_car import build_in_c
@@ -70,13 +67,6 @@ def test_duration_that_is_no_time_is_refused_in_the_same_words(
     code, output = said(subcommand, DUFFING, f"--duration={duration}", *more)
     assert code == 1
     assert f"duration = {float(duration)} s; expected a positive, finite time" in output
-
-
-def test_pairing_of_another_name_is_refused_with_both() -> None:
-    assert get_args(Pairing) == PAIRINGS
-    code, output = said("calibrate", DUFFING, "a.csv", "--pairing", "none")
-    assert code == 2
-    assert "'none'; expected same or later: correct it, or leave the option out, and the" in output
 
 
 def test_backend_of_another_name_is_refused_with_both() -> None:

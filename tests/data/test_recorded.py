@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.apps.compare.compare import require_comparable
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.division import divided, longest_scored
@@ -20,6 +19,7 @@ from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
+from tests.marks import needs_app
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
 from tests.recipes import tiny_recipe
@@ -212,13 +212,19 @@ def test_pieces_that_are_no_longer_than_the_lead_are_counted_in_the_remarks(
     assert f"no longer than the {LEAD} samples" in remark
 
 
-def test_outputs_that_are_missing_are_refused_where_an_estimator_or_other_models_need_them(
-    tmp_path: Path,
-) -> None:
+@needs_app("compare")
+def test_outputs_that_are_missing_are_refused_where_other_models_need_them(tmp_path: Path) -> None:
+    from slide_fmu.apps.compare.compare import require_comparable
+
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 400)), duration=3.5)
     with pytest.raises(RecipeError, match="models of other kinds look back at outputs"):
         require_comparable(recipe)
     require_comparable(recipe_of(write_record(tmp_path / "b.csv")))
+
+
+def test_missing_outputs_are_refused_where_an_estimator_needs_them(
+    tmp_path: Path,
+) -> None:
     path = without_outputs(tmp_path / "c.csv", slice(100, None, 400), 12_000)
     text = RECIPE.replace('"bench.csv"', f'"{path}"') + "\n[estimator]\n"
     begun = parse_recipe(text, "bench.toml")

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.apps.compare.compare import Terms, compare_recipe
 from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import Job, open_job
 from slide_fmu.pipeline.stages import size_recipe
 from slide_fmu.recipe.recipe import RecipeError
+from tests.marks import needs_app
 from tests.progress import no_stages
 
 OPEN = """
@@ -59,7 +59,10 @@ def test_window_is_that_of_the_slowest_corner(tmp_path: Path) -> None:
     assert size_recipe(job).figures() == size_recipe(heavy).figures()
 
 
+@needs_app("compare")
 def test_models_of_other_kinds_follow_no_parameters(tmp_path: Path) -> None:
+    from slide_fmu.apps.compare.compare import Terms, compare_recipe
+
     job = opened(tmp_path, "both", MASS)
     with pytest.raises(RecipeError, match=r"with parameters \['mass'\]; expected none"):
         compare_recipe(job, Terms(budget=1.0, seed=0))

@@ -9,7 +9,12 @@ import pytest
 from slide_fmu.fitting.history import Curve
 from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.pipeline.quality import remark_on_error, remark_on_training, require_quality
+from slide_fmu.pipeline.quality import (
+    linear_size_remark,
+    remark_on_error,
+    remark_on_training,
+    require_quality,
+)
 from slide_fmu.pipeline.run import _search_sections
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.recipe.recipe import Recipe
@@ -113,3 +118,17 @@ def test_training_whose_validation_error_still_falls_is_remarked() -> None:
     worse = {"step": [10, 80, 100], "validation_error": [0.4, 0.1, 0.3]}
     assert remark_on_training(tiny_recipe(), worse) is None
     assert remark_on_training(tiny_recipe(), {"step": [0], "validation_error": [0.1]}) is None
+
+
+def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> None:
+    sizes = [
+        {"order": 2, "units": 0, "validation_error": 0.3},
+        {"order": 4, "units": 0, "validation_error": 0.11},
+        {"order": 4, "units": 8, "validation_error": 0.1},
+        {"order": 9, "units": 0, "validation_error": None},
+    ]
+    remark = linear_size_remark(sizes, 0.1)
+    assert remark is not None
+    assert "order 4 errs 1.1 times" in remark
+    assert linear_size_remark(sizes, 0.09) is None
+    assert linear_size_remark([], 0.1) is None

@@ -1,4 +1,4 @@
-"""In words where a surrogate is valid, on card, report and credentials."""
+"""In words where a surrogate is valid, on card and report."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
@@ -150,7 +149,7 @@ def test_records_are_named_by_their_files() -> None:
     )
 
 
-def test_card_report_and_credentials_say_where_the_surrogate_is_valid(finer: Validation) -> None:
+def test_card_and_report_say_where_the_surrogate_is_valid(finer: Validation) -> None:
     measured = figures_of(finer)
     found = judgements(finer.surrogate, FINER, measured["validation"])
     sentences = judgement_sentences(found)
@@ -164,6 +163,3 @@ def test_card_report_and_credentials_say_where_the_surrogate_is_valid(finer: Val
     ]
     assert list(section.rows) == judgement_rows(found)
     assert section.text == ""
-    entries = statements(finer.surrogate, FINER, {"measured": measured})
-    (entry,) = [entry for entry in entries if entry.keyword == "validity.in_words"]
-    assert entry.value == sentences

@@ -12,9 +12,10 @@ from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.report.importer_sections import box_rows, with_box
 from slide_fmu.report.report import Report, Section
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.box import box_figures, box_rows, with_box
+from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.apps.credentials.make_experiment import make_experiment
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
@@ -28,6 +27,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
 from tests.estimates import kept_estimates
+from tests.marks import needs_app
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
 from tests.validation.measured import figures_of
@@ -60,7 +60,10 @@ def found(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Validation:
     return validate(fmu, fit.surrogate, RECIPE, task, silent)
 
 
+@needs_app("credentials")
 def test_experiment_has_the_start_values_of_parameters(fit: Fit, tmp_path: Path) -> None:
+    from slide_fmu.apps.credentials.make_experiment import make_experiment
+
     fmu = export_fmu(fit.surrogate, tmp_path / "tiny.fmu")
     experiment = make_experiment(fmu, fit.surrogate, RECIPE, 3)
     (mass,) = RECIPE.physical()

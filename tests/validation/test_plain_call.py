@@ -27,6 +27,7 @@ from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_at_finer_step, reference_system
+from slide_fmu.report.importer_sections import with_plain_call
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.report import Report
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -39,7 +40,6 @@ from slide_fmu.validation.plain_call import (
     cost_of_holding,
     plain_call_figures,
     smooth_inputs,
-    with_plain_call,
 )
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate

@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.apps.credentials.metadata import OWN
-from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.report.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
@@ -106,7 +103,7 @@ def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
     assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %")
 
 
-def test_harm_stands_by_kind_in_tables_and_credentials_where_usual_errors_are_known() -> None:
+def test_harm_stands_by_kind_in_tables_where_usual_errors_are_known() -> None:
     known = replace(bounded(FIRST, SECOND, THIRD), usual=np.array([1.0, 0.2]))
     figures = {"in range": known.figures()}
     heading, everything, held, sweep = harm_rows(figures)
@@ -116,11 +113,6 @@ def test_harm_stands_by_kind_in_tables_and_credentials_where_usual_errors_are_kn
     assert held[1:] == ("held_random", "25 %", "0 %", "0 %", "0 %")
     assert sweep[1:] == ("sweep", "50 %", "50 %", "0 %", "0 %")
     assert harm_rows({"in range": bounded(FIRST, SECOND).figures()}) == [heading]
-    provenance = {"measured": {"validation": figures}}
-    entries = {e.keyword: e.value for e in statements(known.surrogate, known.recipe, provenance)}
-    rows = list(entries["error_bound.harm"])
-    assert [row.get("name") for row in rows] == ["all", "held_random", "sweep"]
-    assert float(rows[1].get("harmful")) == 1 / 4
 
 
 def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -> None:
@@ -134,7 +126,7 @@ def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -
     assert "False alarms were 0.25 % of the samples of the calibration." in unknown
 
 
-def test_card_and_credentials_say_what_the_bound_alone_has_learnt_from() -> None:
+def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
     found = bounded(FIRST, SECOND)
     kind = {"kind": "binary", "weight": 2.0, "duration": [0.1, 0.3]}
     assert found.recipe.bound is not None
@@ -144,11 +136,6 @@ def test_card_and_credentials_say_what_the_bound_alone_has_learnt_from() -> None
     learnt = f"have also learnt from {recipe.count('further')} trajectories of further kinds"
     assert learnt in " ".join(bound_sentences(recipe, False, None))
     assert "further kinds" not in " ".join(bound_sentences(found.recipe, False, None))
-    entries = {e.keyword: e.value for e in statements(found.surrogate, recipe, {})}
-    (row,) = entries["error_bound.learnt_from"]
-    assert (row.get("kind"), row.get("weight")) == ("binary", "2.0")
-    plain = {e.keyword for e in statements(found.surrogate, found.recipe, {})}
-    assert "error_bound.learnt_from" not in plain
 
 
 def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
@@ -164,42 +151,6 @@ def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
     sentence = search_sentence(figures)
     assert "of 7 times its bound of 95 % (before the search: 2.5)" in sentence
     assert "from 2 of 3 starts (before the search: 1), of 99 % from 1." in sentence
-
-
-def credentials_of(*comparisons: Any) -> dict[str, Any]:
-    found = bounded(*comparisons)
-    provenance = {"measured": {"validation": {"in range": found.figures()}}}
-    entries = statements(found.surrogate, found.recipe, provenance)
-    return {entry.keyword: entry.value for entry in entries}
-
-
-def test_credentials_have_bound_domain_and_where_they_count() -> None:
-    found = credentials_of(FIRST, SECOND, THIRD)
-    first, second = found["error_bound"].iter(f"{{{OWN}}}Bound")
-    assert (first.get("output"), second.get("output")) == ("y0", "y1")
-    assert float(first.get("coverage")) == 11 / 12
-    assert float(first.get("flagged")) == 2 / 12
-    rows = list(found["error_bound.excitations"])
-    assert [(row.get("name"), row.get("output")) for row in rows] == [
-        *(("held_random", "y0"), ("held_random", "y1")),
-        *(("sweep", "y0"), ("sweep", "y1")),
-    ]
-    assert float(rows[3].get("lowest_coverage")) == 1 / 2
-    measured = {"validation": {"in range": bounded(FIRST, SECOND, THIRD).figures()}}
-    own = bounded(FIRST)
-    sentences = bound_sentences(own.recipe, False, measured["validation"]["in range"])
-    assert set(sentences) < set(found["limits"])
-    assert limits(own.surrogate, own.recipe, measured) == found["limits"]
-
-
-def test_credentials_of_figures_of_older_versions_have_no_tables_of_trust() -> None:
-    figures = validation(FIRST).figures()
-    figures["error_estimate"] = {"mean_relative_deviation": 1.0, "p95_relative_deviation": 1.0}
-    own = validation(FIRST)
-    provenance = {"measured": {"validation": {"in range": figures}}}
-    keywords = {e.keyword for e in statements(own.surrogate, own.recipe, provenance)}
-    assert "accuracy" in keywords
-    assert not {"error_estimate", "error_bound"} & keywords
 
 
 def test_report_has_two_sections_on_the_bound_with_charts_and_a_picture() -> None:

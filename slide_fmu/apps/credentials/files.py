@@ -47,19 +47,18 @@ KNOWN = (
 def members_of(release: Release) -> dict[str, bytes]:
     """Return the credentials of an FMU, by their names in it.
 
-    The same release gives the same bytes. The experiment that importers can repeat is run with
-    the FMU of the release; without one it is that of its former FMU, if that carries one.
+    The same release gives the same bytes. The experiment that importers can repeat is that of the
+    former FMU, if it carries one; else it is run with the FMU of the release, if there is one.
 
     Raises:
         CoSimulationError: the FMU cannot be run.
         CredentialError: the experiment of the former FMU is damaged.
         SimulationError: the reference could not be simulated on any draw.
     """
-    surrogate, recipe, experiment = release.surrogate, release.recipe, None
-    if release.fmu is not None:
+    surrogate, recipe = release.surrogate, release.recipe
+    experiment = None if release.former is None else read_experiment(release.former)
+    if experiment is None and release.fmu is not None:
         experiment = make_experiment(release.fmu, surrogate, recipe, release.seed)
-    elif release.former is not None:
-        experiment = read_experiment(release.former)
     entries = statements(surrogate, recipe, release.provenance)
     payload, name = surrogate.to_bytes(), surrogate.name
     found = {members.METADATA: resource_metadata(name, recipe.description, entries, payload)}

@@ -6,12 +6,15 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from fmpy.ssp.ssd import read_ssv
 
+from slide_fmu.apps.calibrate.command import PAIRINGS
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.records.preparation import Pairing
 from tests.acceptance.conftest import invoke
 from tests.acceptance.test_base_install import TRAINING
 from tests.apps.calibrate.records import TRUE, measured, surrogate_with
@@ -92,3 +95,13 @@ def test_calibrate_imports_no_training_packages(files: tuple[Path, Path]) -> Non
     result = subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
     assert result.returncode == 0, result.stderr
     assert not set(TRAINING) & set(result.stdout.split())
+
+
+def test_pairing_of_another_name_is_refused_with_both() -> None:
+    assert get_args(Pairing) == PAIRINGS
+    result = invoke("calibrate", "x.fmu", "a.csv", "--pairing", "none")
+    assert result.exit_code == 2
+    assert (
+        "'none'; expected same or later: correct it, or leave the option out, and the"
+        in result.output
+    )

@@ -14,7 +14,6 @@ from slide_fmu.apps.compare.sections import (
     error_and_cost,
     error_of,
     linear_remark,
-    linear_size_remark,
     remark_on,
 )
 
@@ -95,20 +94,6 @@ def test_errors_of_rounding_count_as_equal() -> None:
 def test_best_of_the_other_models_counts_not_the_own_one_alone() -> None:
     models = [model("own", 0.5), model("ARX", 0.1, linear=True), model("GRU", 0.05), FAILED]
     assert linear_remark(models) is None
-
-
-def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> None:
-    sizes = [
-        {"order": 2, "units": 0, "validation_error": 0.3},
-        {"order": 4, "units": 0, "validation_error": 0.11},
-        {"order": 4, "units": 8, "validation_error": 0.1},
-        {"order": 9, "units": 0, "validation_error": None},
-    ]
-    remark = linear_size_remark(sizes, 0.1)
-    assert remark is not None
-    assert "order 4 errs 1.1 times" in remark
-    assert linear_size_remark(sizes, 0.09) is None
-    assert linear_size_remark([], 0.1) is None
 
 
 def test_error_of_several_outputs_is_the_largest_and_without_one_infinite() -> None:

@@ -10,9 +10,12 @@ import pytest
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.cosim.damage import members_of, packed
+from tests.finer import finer, fmu, surrogate
 from tests.libraries import build_libraries
 
-LINEAR = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+__all__ = ["finer", "fmu", "surrogate"]
+
+LINEAR = Path(__file__).parents[3] / "fmus" / "linear" / "linear.fmu"
 
 Changed = Callable[[str, bytes | None], Path]
 """Gives a copy of the released FMU whose member has another content, or is missing if None."""
@@ -24,7 +27,7 @@ def _binaries() -> None:
 
 
 @pytest.fixture
-def surrogate() -> Surrogate:
+def released() -> Surrogate:
     return read_fmu(LINEAR)[0]
 
 

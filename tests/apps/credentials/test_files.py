@@ -11,7 +11,7 @@ import pytest
 
 from slide_fmu.apps.credentials import members
 from slide_fmu.apps.credentials.experiment import read_experiment
-from slide_fmu.apps.credentials.files import Documents, credentials, without_pictures
+from slide_fmu.apps.credentials.files import members_of
 from slide_fmu.apps.credentials.make_experiment import COMPARED, make_experiment
 from slide_fmu.apps.credentials.manifest import read_manifest
 from slide_fmu.apps.credentials.problems import credential_problems
@@ -21,18 +21,22 @@ from slide_fmu.cosim.archive import hash_problems
 from slide_fmu.data.draws import TEST, Stream, draw, drawn_outputs
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
+from slide_fmu.pipeline.apps import Release
+from slide_fmu.pipeline.documents import PAGE, documents, write_release
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.systems import reference_system
+from slide_fmu.report.model_card import without_pictures
 from slide_fmu.surrogate.input_forecast import InputForecast
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.recipes import recipe_of_model
 
-FMUS = Path(__file__).parents[2] / "fmus"
+FMUS = Path(__file__).parents[3] / "fmus"
 LINEAR = FMUS / "linear" / "linear.fmu"
-DOCUMENTS = Documents(b"<body>report</body>", "# card\n\n![picture](x.png)\n\ntext\n")
+CARD_TEXT = "# card\n\n![picture](x.png)\n\ntext\n"
+DOCUMENTS = documents(b"<body>report</body>", CARD_TEXT)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -43,25 +47,19 @@ def _binaries() -> None:
 def test_same_arguments_give_the_same_bytes_whatever_the_order_of_the_provenance() -> None:
     surrogate, found = read_fmu(LINEAR)
     assert found is not None
-    recipe, experiment = recipe_of_provenance(found, "x"), read_experiment(LINEAR)
+    recipe = recipe_of_provenance(found, "x")
     turned = dict(reversed(list(found.items())))
     turned = {**turned, "versions": dict(reversed(list(found["versions"].items())))}
-    one = credentials(surrogate, recipe, found, DOCUMENTS, experiment)
-    other = credentials(surrogate, recipe, json.loads(json.dumps(turned)), DOCUMENTS, experiment)
-    assert one == other
+    one = Release(surrogate, recipe, found, DOCUMENTS, former=LINEAR)
+    other = dataclasses.replace(one, provenance=json.loads(json.dumps(turned)))
+    assert members_of(one) == members_of(other)
 
 
 def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: Path) -> None:
     surrogate, found = read_fmu(LINEAR)
     origin = {key: value for key, value in (found or {}).items() if key != "measured"}
-    files = credentials(surrogate, recipe_of_provenance(origin, "x"), origin)
-    path = export_fmu(
-        surrogate,
-        tmp_path / "linear.fmu",
-        provenance=origin,
-        documentation=files.documentation,
-        extra=files.extra,
-    )
+    release = Release(surrogate, recipe_of_provenance(origin, "x"), origin)
+    path = write_release(release, tmp_path / "linear.fmu")
     assert credential_problems(path, surrogate) == []
     metadata, manifest = read_member(path, members.METADATA), read_member(path, members.MANIFEST)
     assert b"The error of this surrogate has not been measured." in (metadata or b"")
@@ -72,15 +70,15 @@ def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: P
 def test_report_links_to_the_other_pages_once() -> None:
     surrogate, found = read_fmu(LINEAR)
     arguments = surrogate, recipe_of_provenance(found, "x"), found or {}
-    once = credentials(*arguments, DOCUMENTS).documentation["index.html"]
+    once = members_of(Release(*arguments, DOCUMENTS))[PAGE]
     for place in ("fmi-ls-ref.html", "model_card.md", "licenses/license.txt"):
         assert once.count(f'href="{place}"'.encode()) == 1
-    again = credentials(*arguments, Documents(once, "")).documentation["index.html"]
+    again = members_of(Release(*arguments, documents(once, "")))[PAGE]
     assert again == once
 
 
 def test_card_in_the_fmu_has_no_pictures() -> None:
-    assert without_pictures(DOCUMENTS.card) == "# card\n\n\ntext\n"
+    assert without_pictures(CARD_TEXT) == "# card\n\n\ntext\n"
 
 
 def extra_of(path: Path) -> dict[str, bytes]:

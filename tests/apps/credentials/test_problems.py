@@ -20,45 +20,45 @@ def member(name: str) -> bytes:
     return content
 
 
-def test_credentials_of_a_released_fmu_have_no_problem(surrogate: Surrogate) -> None:
-    assert credential_problems(LINEAR, surrogate) == []
+def test_credentials_of_a_released_fmu_have_no_problem(released: Surrogate) -> None:
+    assert credential_problems(LINEAR, released) == []
 
 
-def test_fmu_without_credentials_has_no_problem(surrogate: Surrogate, tmp_path: Path) -> None:
-    path = export_fmu(surrogate, tmp_path / "plain.fmu")
-    assert credential_problems(path, surrogate) == []
+def test_fmu_without_credentials_has_no_problem(released: Surrogate, tmp_path: Path) -> None:
+    path = export_fmu(released, tmp_path / "plain.fmu")
+    assert credential_problems(path, released) == []
 
 
 def test_credentials_of_another_surrogate_are_found_out(
-    surrogate: Surrogate, changed: Changed
+    released: Surrogate, changed: Changed
 ) -> None:
-    other = surrogate.to_bytes()[:-1] + b"x"
-    (problem,) = credential_problems(changed(SURROGATE, other), surrogate)
+    other = released.to_bytes()[:-1] + b"x"
+    (problem,) = credential_problems(changed(SURROGATE, other), released)
     assert "describes another resources/surrogate.slide: its SHA3-256 checksum is" in problem
 
 
 @pytest.mark.parametrize("name", ["CARD", "PAGE", "RESULTS"])
 def test_missing_file_that_the_manifest_names_is_a_problem(
-    surrogate: Surrogate, changed: Changed, name: str
+    released: Surrogate, changed: Changed, name: str
 ) -> None:
     place = getattr(members, name)
-    problems = credential_problems(changed(place, None), surrogate)
+    problems = credential_problems(changed(place, None), released)
     assert any(f"fmi-ls-manifest.xml names {place} (" in problem for problem in problems)
 
 
 @pytest.mark.parametrize("name", ["METADATA", "MANIFEST", "EXPERIMENTS"])
 @pytest.mark.parametrize("content", [b"", b"<a", b"<a/>", b"\xff"])
 def test_document_that_is_none_is_a_problem(
-    surrogate: Surrogate, changed: Changed, name: str, content: bytes
+    released: Surrogate, changed: Changed, name: str, content: bytes
 ) -> None:
     place = getattr(members, name)
-    (problem,) = credential_problems(changed(place, content), surrogate)
+    (problem,) = credential_problems(changed(place, content), released)
     assert problem.startswith(place)
 
 
-def test_column_that_is_no_variable_is_a_problem(surrogate: Surrogate, changed: Changed) -> None:
+def test_column_that_is_no_variable_is_a_problem(released: Surrogate, changed: Changed) -> None:
     inputs = member(members.INPUTS).replace(b"time,force", b"time,farce")
-    (problem,) = credential_problems(changed(members.INPUTS, inputs), surrogate)
+    (problem,) = credential_problems(changed(members.INPUTS, inputs), released)
     assert problem == (
         "the experiment has a column 'farce', which is no input of the FMU; expected one of "
         "['force']"
@@ -66,9 +66,9 @@ def test_column_that_is_no_variable_is_a_problem(surrogate: Surrogate, changed: 
 
 
 def test_identity_of_an_fmu_does_not_depend_on_its_credentials(
-    surrogate: Surrogate, tmp_path: Path
+    released: Surrogate, tmp_path: Path
 ) -> None:
-    plain = export_fmu(surrogate, tmp_path / "plain.fmu")
+    plain = export_fmu(released, tmp_path / "plain.fmu")
     description = read_member(plain, "modelDescription.xml")
     assert description == read_member(LINEAR, "modelDescription.xml")
     assert read_fmu(plain)[0].to_bytes() == read_fmu(LINEAR)[0].to_bytes()
@@ -76,11 +76,11 @@ def test_identity_of_an_fmu_does_not_depend_on_its_credentials(
 
 @pytest.mark.parametrize("name", ["INPUTS", "RESULTS", "REFERENCE_MODEL"])
 def test_table_of_times_alone_is_a_problem(
-    surrogate: Surrogate, changed: Changed, name: str
+    released: Surrogate, changed: Changed, name: str
 ) -> None:
     place = getattr(members, name)
     times = b"\n".join(line.split(b",")[0] for line in member(place).splitlines())
-    (problem,) = credential_problems(changed(place, times), surrogate)
+    (problem,) = credential_problems(changed(place, times), released)
     assert problem.startswith(f"{place} begins with [['time']]")
 
 

@@ -26,8 +26,8 @@ FMUS = LINEAR.parents[1]
 OF_BOUND = ["y0_error_bound", "y1_error_bound", "novelty", "in_domain"]
 
 
-def test_replay_of_a_released_fmu_differs_by_rounding_alone(surrogate: Surrogate) -> None:
-    found = replay(LINEAR, surrogate)
+def test_replay_of_a_released_fmu_differs_by_rounding_alone(released: Surrogate) -> None:
+    found = replay(LINEAR, released)
     assert found is not None
     assert found.problems() == []
     assert found.differences["position"] < found.allowed["position"]
@@ -35,17 +35,17 @@ def test_replay_of_a_released_fmu_differs_by_rounding_alone(surrogate: Surrogate
     assert 0 < found.errors["position"] < 1e-5
 
 
-def test_replay_of_an_fmu_without_experiment_is_none(surrogate: Surrogate, tmp_path: Path) -> None:
-    assert replay(export_fmu(surrogate, tmp_path / "plain.fmu"), surrogate) is None
+def test_replay_of_an_fmu_without_experiment_is_none(released: Surrogate, tmp_path: Path) -> None:
+    assert replay(export_fmu(released, tmp_path / "plain.fmu"), released) is None
 
 
-def test_other_results_are_a_problem_of_the_replay(surrogate: Surrogate, changed: Changed) -> None:
+def test_other_results_are_a_problem_of_the_replay(released: Surrogate, changed: Changed) -> None:
     content = read_member(LINEAR, members.RESULTS)
     assert content is not None
     lines = content.splitlines()
     time, position, filled = lines[300].split(b",")
     lines[300] = b",".join([time, repr(float(position) + 0.01).encode(), filled])
-    found = replay(changed(members.RESULTS, b"\n".join(lines)), surrogate)
+    found = replay(changed(members.RESULTS, b"\n".join(lines)), released)
     assert found is not None
     (problem,) = found.problems()
     assert problem.startswith("position: the replayed experiment differs by 0.01 from the stored")
@@ -53,28 +53,28 @@ def test_other_results_are_a_problem_of_the_replay(surrogate: Surrogate, changed
 
 @pytest.fixture
 def bounded(tmp_path: Path) -> tuple[Surrogate, Experiment]:
-    """A surrogate with an error bound, and a run in which it leaves and enters its domain."""
-    surrogate = bounded_surrogate(Shape(n_in=6, n_out=2, n_outputs=2, cell=CellShape()))
-    assert surrogate.bound is not None
+    """A released with an error bound, and a run in which it leaves and enters its domain."""
+    released = bounded_surrogate(Shape(n_in=6, n_out=2, n_outputs=2, cell=CellShape()))
+    assert released.bound is not None
     inputs = rounded(np.random.default_rng(3).uniform(-1, 2, (60, 1)))
-    middle = np.median(surrogate.trust(inputs).novelty) ** 2
-    bound = replace(surrogate.bound, limits=middle * surrogate.bound.limits)
-    surrogate = replace(surrogate, bound=bound)
+    middle = np.median(released.trust(inputs).novelty) ** 2
+    bound = replace(released.bound, limits=middle * released.bound.limits)
+    released = replace(released, bound=bound)
     names = [*OF_BOUND, "window_filled", "error_bound_filled", "y0", "y1"]
-    columns, step = {surrogate.inputs[0].name: inputs[:, 0]}, surrogate.window.step
-    with unpacked(export_fmu(surrogate, tmp_path / "bounded.fmu")) as files:
+    columns, step = {released.inputs[0].name: inputs[:, 0]}, released.window.step
+    with unpacked(export_fmu(released, tmp_path / "bounded.fmu")) as files:
         values = run_fmu(files, columns, names, step=step).values
     results = dict(zip(names, values.T, strict=True))
     reference = {"y0": results["y0"][-9:], "y1": results["y1"][-9:]}
-    return surrogate, Experiment(step, columns, results, reference)
+    return released, Experiment(step, columns, results, reference)
 
 
-def replayed(surrogate: Surrogate, experiment: Experiment, path: Path) -> Replay:
+def replayed(released: Surrogate, experiment: Experiment, path: Path) -> Replay:
     extra = {
         name.removeprefix("extra/"): content
         for name, content in experiment_members(experiment).items()
     }
-    found = replay(export_fmu(surrogate, path, extra=extra), surrogate)
+    found = replay(export_fmu(released, path, extra=extra), released)
     assert found is not None
     return found
 
@@ -82,9 +82,9 @@ def replayed(surrogate: Surrogate, experiment: Experiment, path: Path) -> Replay
 def test_replay_repeats_bounds_novelty_and_domain(
     bounded: tuple[Surrogate, Experiment], tmp_path: Path
 ) -> None:
-    surrogate, experiment = bounded
+    released, experiment = bounded
     assert 0 < experiment.results["in_domain"].sum() < experiment.steps
-    found = replayed(surrogate, experiment, tmp_path / "m.fmu")
+    found = replayed(released, experiment, tmp_path / "m.fmu")
     assert found.problems() == []
     assert found.differences.keys() == experiment.results.keys()
     assert {name: found.allowed[name] for name in OF_BOUND} == {
@@ -99,9 +99,9 @@ def test_replay_repeats_bounds_novelty_and_domain(
 def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
     bounded: tuple[Surrogate, Experiment], name: str, factor: float, tmp_path: Path
 ) -> None:
-    surrogate, experiment = bounded
+    released, experiment = bounded
     results = {**experiment.results, name: factor * experiment.results[name]}
-    found = replayed(surrogate, replace(experiment, results=results), tmp_path / "m.fmu")
+    found = replayed(released, replace(experiment, results=results), tmp_path / "m.fmu")
     (problem,) = found.problems()
     assert problem.startswith(f"{name}: the replayed experiment differs by")
 
@@ -109,9 +109,9 @@ def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
 def test_experiment_of_a_former_version_without_bounds_is_repeated(
     bounded: tuple[Surrogate, Experiment], tmp_path: Path
 ) -> None:
-    surrogate, experiment = bounded
+    released, experiment = bounded
     results = {name: experiment.results[name] for name in ("y0", "y1", "window_filled")}
-    found = replayed(surrogate, replace(experiment, results=results), tmp_path / "m.fmu")
+    found = replayed(released, replace(experiment, results=results), tmp_path / "m.fmu")
     assert (found.problems(), list(found.differences)) == ([], ["y0", "y1", "window_filled"])
 
 

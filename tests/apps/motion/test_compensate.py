@@ -13,7 +13,7 @@ from slide_fmu.apps.motion.compensate import chain_of_surrogate
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.core.signals import FloatArray
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 CLOSED = ROOT / "docs" / "tutorials" / "closed_path.csv"
 
 

@@ -30,7 +30,7 @@ from slide_fmu.apps.motion.solve import solve
 from slide_fmu.network.state_space.network import StateSpace
 from tests.bounds import random_bound
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FREE = np.array([np.inf])
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.acceptance.conftest import invoke
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 TASK = {"start": "[0.0]", "goal": "[600.0]", "tolerance": "2e-3"}
 

@@ -31,7 +31,7 @@ from slide_fmu.apps.motion.solve import solve, write_set_points
 from slide_fmu.core.signals import FloatArray
 from tests.fmu.samples import sum_surrogate
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SPEED = np.array([1.431, 1.292, 2.129, 3.979, 4.206, 3.979])
 ACCELERATION = np.array([5.7, 5.2, 8.5, 15.9, 16.8, 15.9])
 

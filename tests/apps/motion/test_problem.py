@@ -11,7 +11,7 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.apps.motion import Limits, MotionError, Past, Problem
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def duffing() -> slide.Surrogate:

@@ -28,7 +28,7 @@ from slide_fmu.apps.motion.task import MoveTask, limits_of
 from slide_fmu.apps.motion.way import Way, fastest_along
 from slide_fmu.core.signals import FloatArray
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def robot_problem() -> Problem:

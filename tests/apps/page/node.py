@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.apps.page.facts import facts_of
@@ -17,17 +15,10 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.limits import HANGS
+from tests.node import node
 
 RUNNER = Path(__file__).parent / "run_fmu.mjs"
 CONFIDENCE = 0.95
-
-
-def node() -> str:
-    """Return the path of Node; skip where there is none."""
-    found = shutil.which("node")
-    if found is None:
-        pytest.skip("node is not installed, which runs WebAssembly here")
-    return found
 
 
 def task_of(surrogate: Surrogate, experiment: Experiment, folder: Path) -> dict[str, Any]:

@@ -13,9 +13,10 @@ from slide_fmu.apps.credentials.experiment import read_experiment
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
-from tests.apps.page.node import node, run_task, task_of_fmu
+from tests.apps.page.node import run_task, task_of_fmu
+from tests.node import node
 
-FMUS = sorted((Path(__file__).parents[2] / "fmus").glob("*/*.fmu"))
+FMUS = sorted((Path(__file__).parents[3] / "fmus").glob("*/*.fmu"))
 PARAMETRIC = next(path for path in FMUS if path.stem == "slider_crank_payload")
 
 TOLERANCE = 2e-6

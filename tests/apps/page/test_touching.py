@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from slide_fmu.apps.page.touching import touched, with_drawing
 
 from mbs_models.pictures import page_drawings
 from slide_fmu.apps.page.drawing import DrawingError
 from slide_fmu.apps.page.page import page_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.report.report import Report
+from slide_fmu.pipeline.apps import check_app_tables, last_section, with_origins
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.apps.page.conftest import FMUS
 from tests.recipes import tiny_recipe
@@ -32,8 +32,8 @@ def _drawing(page: str) -> dict[str, Any] | None:
 
 def _fmu(folder: Path, drawing: str | None) -> Path:
     surrogate, _ = read_fmu(LINEAR)
-    recipe = tiny_recipe(system={"drawing": drawing})
-    provenance = with_drawing({"recipe": "", "drawing": {"old": 1}}, recipe, surrogate)
+    recipe = tiny_recipe(apps={} if drawing is None else {"page": {"drawing": drawing}})
+    provenance = with_origins({"recipe": "", "drawing": {"old": 1}}, recipe, surrogate)
     return export_fmu(surrogate, folder / "drawn.fmu", provenance=provenance)
 
 
@@ -42,9 +42,7 @@ def test_drawing_of_a_recipe_is_drawn_in_the_page_without_its_module(tmp_path: P
     drawing = _drawing(page_of(fmu))
     assert drawing is not None
     assert drawing["text"] == page_drawings.oscillator()["text"]
-    inside = touched(Report("title", "summary", {}), fmu).inside
-    assert inside is not None
-    assert _drawing(inside) == drawing
+    assert _drawing(last_section(fmu)) == drawing
 
 
 def test_drawing_of_an_older_fmu_is_dropped_where_the_recipe_names_none(tmp_path: Path) -> None:
@@ -74,8 +72,25 @@ def test_damaged_drawing_in_an_fmu_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "error"), [("nowhere:car", LoadError), (NAME.replace("osc", ""), DrawingError)]
 )
-def test_drawing_that_cannot_be_found_is_told(
+def test_drawing_that_cannot_be_found_is_refused(
     tmp_path: Path, name: str, error: type[Exception]
 ) -> None:
     with pytest.raises(error):
         _fmu(tmp_path, name)
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"page": {"drawings": NAME}}, ("[apps.page]", "drawings")),
+        ({"page": {"drawing": "oscillator"}}, ("[apps.page]", "module:function")),
+        ({"pages": {}}, ("[apps.pages]", "'page'")),
+        ({"motion": {"speed": 1}}, ("[apps.motion]", "delete")),
+    ],
+)
+def test_tables_of_apps_are_checked(
+    tables: dict[str, dict[str, Any]], words: tuple[str, str]
+) -> None:
+    with pytest.raises(RecipeError) as error:
+        check_app_tables(tiny_recipe(apps=tables))
+    assert all(word in str(error.value) for word in words)

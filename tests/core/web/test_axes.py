@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from slide_fmu.core.web.packing import MODULES
-from tests.apps.page.node import node
+from tests.node import node
 
 FITS = 7
 """So many full characters have room; a raised one, a dot or a decimal point takes half of it."""

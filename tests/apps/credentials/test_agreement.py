@@ -1,0 +1,35 @@
+"""``check`` compares the metadata of an FMU with its provenance."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.apps.credentials.members import METADATA
+from slide_fmu.pipeline.check import check
+from tests.cosim.damage import members_of, packed
+from tests.libraries import build_libraries
+
+DUFFING = Path(__file__).parents[3] / "fmus" / "duffing" / "duffing.fmu"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (rb'relative_rmse="[^"]*"', b'relative_rmse="1e-9"'),
+        (rb"relative RMSE [\d.]+ %", b"relative RMSE 0.01 %"),
+    ],
+)
+def test_metadata_with_other_figures_than_the_provenance_is_a_problem(
+    tmp_path: Path, old: bytes, new: bytes
+) -> None:
+    build_libraries()
+    members = members_of(DUFFING)
+    changed = re.sub(old, new, members[METADATA])
+    assert changed != members[METADATA]
+    path = tmp_path / "duffing.fmu"
+    path.write_bytes(packed({**members, METADATA: changed}))
+    problems = check(path, run=False).problems
+    assert any(f"{METADATA} does not say what resources/provenance.json" in p for p in problems)

@@ -1,0 +1,5 @@
+"""Fixtures of ``tests.finer``."""
+
+from tests.finer import finer, fmu, surrogate
+
+__all__ = ["finer", "fmu", "surrogate"]

@@ -1,4 +1,5 @@
-"""This room has one function for each subcommand, and the run folder for their files.
+"""This room joins the stages of the way from a recipe to an FMU, and keeps their run folder.
 
-The stages are joined here; what a stage does is in the room of its name.
+What a stage does is in the room of its name. ``apps`` says what installed apps add to the way; it
+names none of them.
 """

@@ -1,4 +1,4 @@
-"""Measured records: reading, examining, cutting and splitting them, as functions on plain data.
+"""This room reads measured records, examines them, cuts them and divides them into parts.
 
 ``reading`` makes records from files, ``examination`` finds what is wrong with them,
 ``preparation`` makes even trajectories of them, ``splitting`` divides those into training,

@@ -1,4 +1,4 @@
-"""This room measures an FMU beside its reference system: figures, report, model card.
+"""This room measures an FMU against its reference system, and returns figures.
 
-Nothing here is trained or exported.
+Nothing here is trained or exported, and nothing is shown (that is ``report``).
 """

@@ -12,8 +12,8 @@ import numpy as np
 from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen
 from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, Candidate
 from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
-from slide_fmu.apps.compare.baselines.measured import UnseenTest
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
+from slide_fmu.apps.compare.baselines.scores import UnseenTest
 from slide_fmu.apps.compare.kept_comparison import KeptComparison, content_of_motions, key_of
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.apps.compare.step_times import StepTimes, fmu_of

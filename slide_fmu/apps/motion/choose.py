@@ -177,8 +177,8 @@ class _Space:
 
     def _sampled(self, places: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
         profiles, times, delays, parts = self._drawn(places)
-        way = shares(self.response, profiles, times, delays, parts)
-        return self.problem.way.at(way), arrivals(self.response, times, delays)
+        route = shares(self.response, profiles, times, delays, parts)
+        return self.problem.route.at(route), arrivals(self.response, times, delays)
 
     def _drawn(self, places: FloatArray) -> tuple[Profiles, FloatArray, FloatArray, FloatArray]:
         """Give profiles, their times in s (B,), and delays and parts of two impulses, (B, 2) each.

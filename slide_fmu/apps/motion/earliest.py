@@ -14,9 +14,9 @@ from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.profile import Profiles
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.route import fastest_along
 from slide_fmu.apps.motion.shape import shape
 from slide_fmu.apps.motion.shapers import NONE, Shaper, ringing_modes, shapers
-from slide_fmu.apps.motion.way import fastest_along
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.units import behind
 
@@ -66,12 +66,12 @@ def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
         MotionError: as for ``Problem.response``; or the surrogate does not know rest at the start.
     """
     problem.require_known_start()
-    profile, time = fastest_along(problem.way, problem.limits)
+    profile, time = fastest_along(problem.route, problem.limits)
     time = problem.slower * max(time, problem.surrogate.window.step)
     while True:
         response = problem.response(time)
-        plain = problem.way.at(shaped_shares(response, profile, time))
-        if problem.way.straight or problem.admits(response, plain):
+        plain = problem.route.at(shaped_shares(response, profile, time))
+        if problem.route.straight or problem.admits(response, plain):
             break
         time *= LONGER
     free = response.outputs(plain[None])[0, response.samples + SUPPORT :]
@@ -98,8 +98,8 @@ def shaped_moves(
     found = []
     for row, time in rows:
         end = int(arrivals(response, np.array([time]), row.delays[None])[0])
-        motion = problem.way.at(shaped_shares(response, profile, time, row))
-        if row is NONE or problem.way.straight or problem.admits(response, motion):
+        motion = problem.route.at(shaped_shares(response, profile, time, row))
+        if row is NONE or problem.route.straight or problem.admits(response, motion):
             found.append((row.name, motion, end))
     return described_all(response, found) if found else []
 

@@ -155,7 +155,7 @@ def _away(move: Move, least: float) -> FloatArray:
 
 
 def _set_points(solved: Solved) -> bytes:
-    """Draw the coordinates of the move, relative to the way of each, and their speeds."""
+    """Draw the coordinates of the move, relative to the route of each, and their speeds."""
     response, move = solved.found.response, solved.found.move
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)

@@ -65,7 +65,7 @@ class Move:
             tolerance: largest distance from rest that counts as settled, in the outputs' unit.
         """
         used = limits.used(response.start, self.motion, response.step)
-        if not response.way.straight:
+        if not response.route.straight:
             used["via_tolerance"] = response.missed(self.motion)
         return {
             "name": self.name,

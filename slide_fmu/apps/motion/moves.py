@@ -1,4 +1,4 @@
-"""Moves along a way by profiles and shapers, sampled."""
+"""Moves along a route by profiles and shapers, sampled."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def shares(
     delays: FloatArray,
     parts: FloatArray,
 ) -> FloatArray:
-    """Sample shares of the way of B moves, (B, count).
+    """Sample shares of the route of B moves, (B, count).
 
     Args:
         response: the samples.
@@ -36,7 +36,7 @@ def shares(
 def shaped_shares(
     response: Response, profile: Profiles, time: float, shaper: Shaper = NONE
 ) -> FloatArray:
-    """Sample one profile, that takes a time in s, behind a shaper: shares of the way, (count,)."""
+    """Sample a profile, which takes a time in s, behind a shaper: route shares, (count,)."""
     rows = shaper.delays[None], shaper.parts[None]
     return np.asarray(shares(response, profile, np.array([time]), *rows)[0])
 

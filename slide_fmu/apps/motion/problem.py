@@ -11,7 +11,7 @@ from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.response import Response
-from slide_fmu.apps.motion.way import Way
+from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -52,7 +52,7 @@ class Problem:
 
     Raises:
         MotionError: points, limits or tolerance are no such numbers, one for each coordinate; two
-            points in a row are the same, the way leaves the ranges, or outputs have several
+            points in a row are the same, the route leaves the ranges, or outputs have several
             units, of which no norm can be taken.
     """
 
@@ -97,28 +97,28 @@ class Problem:
 
     def _require_range(self) -> None:
         """Refuse a curve that leaves the ranges between its points."""
-        along = self.way.at(np.linspace(0, 1, LOOKED_AT))
+        along = self.route.at(np.linspace(0, 1, LOOKED_AT))
         beyond = np.maximum(along - self.limits.high, self.limits.low - along).max(axis=0)
         worst = int(np.argmax(beyond))
-        if not self.way.straight and beyond[worst] > 0:
+        if not self.route.straight and beyond[worst] > 0:
             coordinate = coordinates_of(self.surrogate.inputs)[worst]
             raise MotionError(
-                f"the smooth way past the points leaves the range of {coordinate.name} by "
+                f"the smooth route past the points leaves the range of {coordinate.name} by "
                 f"{beyond[worst]:.3g}{behind(coordinate.unit)}; expected one within it: move "
                 "the points, "
                 "or raise via_tolerance"
             )
 
     @cached_property
-    def way(self) -> Way:
-        """The way from the start to the goal."""
+    def route(self) -> Route:
+        """The route from the start to the goal."""
         if self.past is None:
             free = np.full(len(self.start), np.inf)
-            return Way(np.stack([self.start, self.goal]), free, free)
+            return Route(np.stack([self.start, self.goal]), free, free)
         points = np.vstack([self.start, self.past.points, self.goal])
         speed, ranges = self.limits.speed, np.ptp(points, axis=0)
         pace = speed if np.isfinite(speed).all() else np.where(ranges > 0, ranges, np.inf)
-        return Way(points, self.past.near, pace)
+        return Route(points, self.past.near, pace)
 
     def admits(self, response: Response, motion: FloatArray) -> bool:
         """Tell whether a motion, (count, n_coordinates), keeps limits and passes the points."""
@@ -156,9 +156,9 @@ class Problem:
         """
         samples = int(np.ceil(time / self.surrogate.window.step)) + 1
         if samples > MOST_SAMPLES:
-            raised = "the limits" if self.way.straight else "via_tolerance or the limits"
+            raised = "the limits" if self.route.straight else "via_tolerance or the limits"
             raise MotionError(
                 f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
                 f"raise {raised}, or lower duration or longest"
             )
-        return Response(self.surrogate, self.way, samples)
+        return Response(self.surrogate, self.route, samples)

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.way import Way
+from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 
 USED = 0.9
@@ -26,10 +26,10 @@ CURVED = 0.99
 
 @dataclass(frozen=True, eq=False)
 class Linearized:
-    """A move is Linearized about the shares of its way at the samples before its end.
+    """A move is Linearized about the shares of its route at the samples before its end.
 
     Attributes:
-        share: of the way, (end,).
+        share: of the route, (end,).
         outputs: about rest, from the end on, (rows, n_outputs).
         slopes: of these by the shares, (end, rows, n_outputs).
     """
@@ -40,7 +40,7 @@ class Linearized:
 
 
 def change(
-    move: Linearized, way: Way, limits: Limits, step: float, allowed: float, reach: float
+    move: Linearized, route: Route, limits: Limits, step: float, allowed: float, reach: float
 ) -> tuple[FloatArray, float] | None:
     """Solve the linear program; None if the limits cannot be kept.
 
@@ -49,7 +49,7 @@ def change(
 
     Args:
         move: what is changed.
-        way: what its shares are of.
+        route: what its shares are of.
         limits: that the result keeps.
         step: time between samples, in s.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
@@ -61,17 +61,17 @@ def change(
     rows, excess = sparse.csr_array(slopes), sparse.csr_array(np.full((len(now), 1), -1.0))
     above: list[list[Any]] = [[rows, None, excess], [-rows, None, excess]]
     bounds = [1 - now, 1 + now]
-    for matrix, current in _limited(move.share, way, limits, step):
+    for matrix, current in _limited(move.share, route, limits, step):
         above += [[matrix, None, None], [-matrix, None, None]]
         # where more is used already, no more than that may be
-        most = 1.0 if way.straight else np.maximum(CURVED, np.abs(current))
+        most = 1.0 if route.straight else np.maximum(CURVED, np.abs(current))
         bounds += [most - current, most + current]
     matrix, current = _differences(move.share, 1.0, 3)
     scale, each = np.abs(current).max() or 1.0, sparse.eye_array(jerks)
     above += [[matrix / scale, -each, None], [-matrix / scale, -each, None]]
     bounds += [-current / scale, current / scale]
     cost = np.concatenate([np.zeros(end), np.full(jerks, 1 / jerks), [DEAR]])
-    first, last = _range_of_share(way, limits)
+    first, last = _range_of_share(route, limits)
     box = np.tile([0.0, np.inf], (len(cost), 1))
     box[:end, 0] = np.maximum(-reach, np.minimum(first - move.share, 0.0))
     box[:end, 1] = np.minimum(reach, np.maximum(last - move.share, 0.0))
@@ -94,27 +94,27 @@ def _reached(move: Linearized, allowed: float, reach: float) -> tuple[FloatArray
 
 
 def _limited(
-    share: FloatArray, way: Way, limits: Limits, step: float
+    share: FloatArray, route: Route, limits: Limits, step: float
 ) -> list[tuple[Any, FloatArray]]:
     """Give matrices from changes to the used parts of all limits, and what is used now."""
     found = []
-    gone, slopes = way.at(share) - way.start, way.slopes(share)
+    gone, slopes = route.at(share) - route.start, route.slopes(share)
     for _, order, limit in limits.derivatives():
-        for one in way.binding(limit):
+        for one in route.binding(limit):
             most = limit[one] * step**order
-            whole = float(way.goal[one] - way.start[one])
+            whole = float(route.goal[one] - route.start[one])
             matrix, current = _differences(gone[:, one], whole, order)
             found.append((matrix * (slopes[:, one] / most), current / most))
     return found
 
 
-def _range_of_share(way: Way, limits: Limits) -> tuple[float, float]:
+def _range_of_share(route: Route, limits: Limits) -> tuple[float, float]:
     """Give the least and the largest share at which all coordinates are within their ranges."""
-    if not way.straight:
+    if not route.straight:
         return 0.0, 1.0
-    change = way.goal - way.start
+    change = route.goal - route.start
     moved = change != 0
-    ends = np.stack([limits.low, limits.high]) - way.start
+    ends = np.stack([limits.low, limits.high]) - route.start
     least, most = np.sort(ends[:, moved] / change[moved], axis=0)
     return float(least.max()), float(most.min())
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, inputs_of
 from slide_fmu.apps.motion.records import Records
-from slide_fmu.apps.motion.way import Way
+from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -18,7 +18,7 @@ class Response:
 
     Args:
         surrogate: what predicts.
-        way: of the motion, between the coordinates before it and after it.
+        route: of the motion, between the coordinates before it and after it.
         samples: longest motion in samples; the response after it is looked at for as long as the
             window is.
 
@@ -26,19 +26,19 @@ class Response:
         MotionError: as for ``Records``.
     """
 
-    def __init__(self, surrogate: Surrogate, way: Way, samples: int) -> None:
-        self.surrogate, self.way, self.samples = surrogate, way, samples
+    def __init__(self, surrogate: Surrogate, route: Route, samples: int) -> None:
+        self.surrogate, self.route, self.samples = surrogate, route, samples
         self._records = Records(surrogate, samples + surrogate.window.n_in)
 
     @property
     def start(self) -> FloatArray:
         """Coordinates before the motion, (n_coordinates,)."""
-        return self.way.start
+        return self.route.start
 
     @property
     def goal(self) -> FloatArray:
         """Coordinates after it, (n_coordinates,)."""
-        return self.way.goal
+        return self.route.goal
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -93,8 +93,8 @@ class Response:
         return self._records.outputs(motions, self.start) - self.rest
 
     def missed(self, motion: FloatArray) -> float:
-        """Tell by which part of its tolerance a motion misses a point of its way, at its worst."""
-        return self.way.missed(motion, self.surrogate.hold == "first_order")
+        """Return the largest part of its tolerance by which it misses a point of its route."""
+        return self.route.missed(motion, self.surrogate.hold == "first_order")
 
     def record(self, motions: FloatArray) -> FloatArray:
         """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.

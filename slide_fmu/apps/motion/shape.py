@@ -1,6 +1,6 @@
 """A motion of a given duration that leaves no more than is allowed, by linear programs.
 
-The way is free at every sample, and all coordinates share it. A linear program keeps the limits
+The route is free at every sample, and all coordinates share it. A linear program keeps the limits
 and the linearized response after the end below what the tolerance leaves, and jerks no more than
 that needs; without this an optimiser lives off the surrogate's errors. The response is linearized
 again about its result.
@@ -19,14 +19,14 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
 
 REACHES = (0.1, 0.02, 0.005)
-"""In so many rounds the response is linearized; none changes a share of the way by more than this,
-so that they come to an end."""
+"""The response is linearized once for each of these; no round changes a share of the route by more
+than its value, so that the rounds come to an end."""
 
 REACHES_ALONG_CURVES = (0.03, 0.02, 0.01, 0.005, 0.002)
 """Likewise for curves, along which limits are linearized too."""
 
 PROBE = 1e-4
-"""Responses are differentiated by changes of this share of the way, forwards."""
+"""Responses are differentiated by changes of this share of the route, forwards."""
 
 HOPELESS = 1.0
 """A duration whose linear program exceeds what is allowed by this part of it is given up."""
@@ -60,22 +60,22 @@ def shape(
     Args:
         response: answers motions.
         limits: that the result keeps.
-        start: shares of the way to begin with, (count,).
+        start: shares of the route to begin with, (count,).
         end: sample from which on the result stays at the goal.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
     """
     if end == 0:  # it jumps: nothing is free
         return None
-    way, share = response.way, np.where(np.arange(response.count) < end, start, 1.0)
+    route, share = response.route, np.where(np.arange(response.count) < end, start, 1.0)
     best: Planned | None = None
-    for reach in REACHES if way.straight else REACHES_ALONG_CURVES:
+    for reach in REACHES if route.straight else REACHES_ALONG_CURVES:
         linearized = _linearized(response, share, end)
-        solved = change(linearized, way, limits, response.step, allowed, reach)
+        solved = change(linearized, route, limits, response.step, allowed, reach)
         if solved is None:
             break
         changes, excess = solved
         share[:end] += changes
-        motion = way.at(share)
+        motion = route.at(share)
         after = np.linalg.norm(response.outputs(motion[None])[0, end:], axis=1)
         found = Planned(motion, end, float(after.max()))
         kept = limits.kept(response.start, motion, response.step)
@@ -88,10 +88,10 @@ def shape(
 
 def _linearized(response: Response, share: FloatArray, end: int) -> Linearized:
     """Give the outputs after the end, and their slopes by the shares before it."""
-    after = response.outputs(response.way.at(share)[None])[0, end:]
+    after = response.outputs(response.route.at(share)[None])[0, end:]
     slopes = np.empty((end, *after.shape))
     for some in batches(end, AT_ONCE):
         probes = np.tile(share, (len(slopes[some]), 1))
         probes[np.arange(len(probes)), np.arange(end)[some]] += PROBE
-        slopes[some] = response.outputs(response.way.at(probes))[:, end:] - after
+        slopes[some] = response.outputs(response.route.at(probes))[:, end:] - after
     return Linearized(share[:end].copy(), after, slopes / PROBE)

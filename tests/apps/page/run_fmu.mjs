@@ -6,9 +6,9 @@
 // may be at work.
 
 import { readFileSync } from "node:fs";
-import { loadRuntime, Machine } from "../../slide_fmu/page/web/machine.js";
-import { columnsOf, runRecord } from "../../slide_fmu/page/web/record.js";
-import { Session } from "../../slide_fmu/page/web/session.js";
+import { loadRuntime, Machine } from "../../../slide_fmu/apps/page/web/machine.js";
+import { columnsOf, runRecord } from "../../../slide_fmu/apps/page/web/record.js";
+import { Session } from "../../../slide_fmu/apps/page/web/session.js";
 
 const task = JSON.parse(readFileSync(process.argv[2], "utf-8"));
 const runtime = await loadRuntime(readFileSync(task.runtime));

@@ -3,15 +3,15 @@
 import { channelsOf, limitsOf } from "./channels.js";
 import { differenceTo, storedCourse } from "./course.js";
 import { watchFiles } from "./files.js";
-import { byId } from "../../core/web/modules/elements.js";
-import { Grip } from "./grip.js";
+import { byId } from "../../../core/web/modules/elements.js";
+import { Drag } from "./drag.js";
 import { Live } from "./live.js";
 import { Moves } from "./moves.js";
 import { MovesCard } from "./moves_card.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
-import { beginTheme } from "../../core/web/modules/theme.js";
+import { beginTheme } from "../../../core/web/modules/theme.js";
 import { View } from "./view.js";
 
 const WAYS = ["live", "moves", "stored", "own"];
@@ -45,7 +45,7 @@ export class App {
         this.settings();
       },
     });
-    this.grip = drawing === null ? null : new Grip(byId("drawing-canvas"), this);
+    this.grip = drawing === null ? null : new Drag(byId("drawing-canvas"), this);
     this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
   }
 

@@ -1,9 +1,9 @@
 // A card for every output: its value now, its course, and what its error may be.
 
-import { element } from "../../core/web/modules/elements.js";
-import { rangeOf, widened } from "../../core/web/modules/axes.js";
-import { drawPlot, placeAt } from "../../core/web/modules/plot.js";
-import { quantity } from "../../core/web/modules/units.js";
+import { element } from "../../../core/web/modules/elements.js";
+import { rangeOf, widened } from "../../../core/web/modules/axes.js";
+import { drawPlot, placeAt } from "../../../core/web/modules/plot.js";
+import { quantity } from "../../../core/web/modules/units.js";
 
 function key(name, text) {
   return element("span", { class: "key" }, element("i", { class: `swatch ${name}` }), text);

@@ -2,7 +2,7 @@
 
 import { pickColumns, readTable, writeTable } from "./csv.js";
 import { beside, columnsOf, relativeError, runRecord } from "./record.js";
-import { digits } from "../../core/web/modules/units.js";
+import { digits } from "../../../core/web/modules/units.js";
 
 /** A Course is a record that the surrogate has answered. */
 export class Course {

@@ -1,6 +1,6 @@
 // The machine in motion, by a description in plain values (slide_fmu/apps/page/drawing.py).
 
-import { colourOf, prepare } from "../../core/web/modules/plot.js";
+import { colourOf, prepare } from "../../../core/web/modules/plot.js";
 
 const OPERATIONS = {
   "+": (a, b) => a + b,

@@ -1,7 +1,7 @@
 // Files of people: a record of their own, and what they save.
 
-import { saveText } from "../../core/web/modules/blobs.js";
-import { byId } from "../../core/web/modules/elements.js";
+import { saveText } from "../../../core/web/modules/blobs.js";
+import { byId } from "../../../core/web/modules/elements.js";
 import { ownCourse } from "./course.js";
 
 /** Lets people open and save files in an app. */

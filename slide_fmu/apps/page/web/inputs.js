@@ -1,8 +1,8 @@
 // What went in, as one plot: one input in its unit, or several, each over its range.
 
-import { element } from "../../core/web/modules/elements.js";
-import { rangeOf, widened } from "../../core/web/modules/axes.js";
-import { drawPlot } from "../../core/web/modules/plot.js";
+import { element } from "../../../core/web/modules/elements.js";
+import { rangeOf, widened } from "../../../core/web/modules/axes.js";
+import { drawPlot } from "../../../core/web/modules/plot.js";
 
 const COLOURS = 6;
 

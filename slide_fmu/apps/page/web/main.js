@@ -1,8 +1,8 @@
 // The page: it unpacks what it carries, and shows the surrogate live, or over a record.
 
 import { App } from "./app.js";
-import { unpackBlob, unpackText } from "../../core/web/modules/blobs.js";
-import { byId } from "../../core/web/modules/elements.js";
+import { unpackBlob, unpackText } from "../../../core/web/modules/blobs.js";
+import { byId } from "../../../core/web/modules/elements.js";
 import { loadRuntime, Machine } from "./machine.js";
 
 async function begin() {

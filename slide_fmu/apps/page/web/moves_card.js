@@ -1,9 +1,9 @@
 // The card of moves: how far each is from rest, and when it stands still.
 
-import { widenedLog } from "../../core/web/modules/axes.js";
-import { element } from "../../core/web/modules/elements.js";
-import { drawPlot } from "../../core/web/modules/plot.js";
-import { quantity } from "../../core/web/modules/units.js";
+import { widenedLog } from "../../../core/web/modules/axes.js";
+import { element } from "../../../core/web/modules/elements.js";
+import { drawPlot } from "../../../core/web/modules/plot.js";
+import { quantity } from "../../../core/web/modules/units.js";
 
 const LOOKS = [
   { colour: "line", width: 2.2 },

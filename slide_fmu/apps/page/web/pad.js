@@ -1,6 +1,6 @@
 // A pad: one or two inputs follow the pointer, or an angle does.
 
-import { element } from "../../core/web/modules/elements.js";
+import { element } from "../../../core/web/modules/elements.js";
 
 /** A Pad sets channels by where it is touched; `changed(index, value)` is called with them. */
 export class Pad {

@@ -1,6 +1,6 @@
 // What people move: the pad, a slider for every input, physical parameters, the confidence.
 
-import { byId } from "../../core/web/modules/elements.js";
+import { byId } from "../../../core/web/modules/elements.js";
 import { Pad } from "./pad.js";
 import { Slider } from "./sliders.js";
 

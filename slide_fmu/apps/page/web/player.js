@@ -1,6 +1,6 @@
 // A record is shown as a film: which of its times is marked, and how that goes on.
 
-import { byId } from "../../core/web/modules/elements.js";
+import { byId } from "../../../core/web/modules/elements.js";
 
 /** A Player marks a time of a course. */
 export class Player {

@@ -1,7 +1,7 @@
 // Sliders: one for every value that people set.
 
-import { element } from "../../core/web/modules/elements.js";
-import { digits } from "../../core/web/modules/units.js";
+import { element } from "../../../core/web/modules/elements.js";
+import { digits } from "../../../core/web/modules/units.js";
 
 /** A Slider shows and sets one value; `changed` is called with what people set. */
 export class Slider {

@@ -2,9 +2,9 @@
 
 import { Card } from "./cards.js";
 import { Drawing } from "./drawing.js";
-import { byId, element } from "../../core/web/modules/elements.js";
+import { byId, element } from "../../../core/web/modules/elements.js";
 import { InputsPlot } from "./inputs.js";
-import { showLamp } from "./lamp.js";
+import { showLamp } from "./trust.js";
 
 /** The machine as the reference had it at the time that is shown; null where that is not known. */
 function truthAt({ references, rows, at }) {

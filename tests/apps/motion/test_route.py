@@ -1,4 +1,4 @@
-"""Moves pass points on their way: near enough, within all limits, without resting there."""
+"""Moves pass points on their route: near enough, within all limits, without resting there."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from slide_fmu.apps.motion import (
     settled,
 )
 from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.route import Route, fastest_along
 from slide_fmu.apps.motion.task import MoveTask, limits_of
-from slide_fmu.apps.motion.way import Way, fastest_along
 from slide_fmu.core.signals import FloatArray
 
 ROOT = Path(__file__).parents[3]
@@ -89,15 +89,15 @@ def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shap
 @pytest.mark.parametrize("moving", [False, True])
 def test_a_point_near_the_start_is_passed_at_the_start(moving: bool) -> None:
     one = np.ones(1)
-    way = Way(np.array([[0.0], [1.0], [600.0]]), 2 * one, 600 * one)
-    assert way.missed(np.array([[200.0], [400.0], [600.0]]), moving) <= 0.5
+    route = Route(np.array([[0.0], [1.0], [600.0]]), 2 * one, 600 * one)
+    assert route.missed(np.array([[200.0], [400.0], [600.0]]), moving) <= 0.5
 
 
 def test_a_point_between_the_start_and_the_first_sample_is_passed_by_inputs_that_move() -> None:
-    way = Way(np.array([[0.0], [100.0], [600.0]]), np.ones(1), 600 * np.ones(1))
+    route = Route(np.array([[0.0], [100.0], [600.0]]), np.ones(1), 600 * np.ones(1))
     motion = np.array([[200.0], [400.0], [600.0]])
-    assert way.missed(motion, moving=True) == 0
-    assert way.missed(motion, moving=False) == 100
+    assert route.missed(motion, moving=True) == 0
+    assert route.missed(motion, moving=False) == 100
 
 
 def test_quietest_move_passes_two_points_in_their_order() -> None:
@@ -116,13 +116,13 @@ def test_a_wider_tolerance_bends_the_way_less_and_saves_time() -> None:
     limits = Limits(-9 * one, 9 * one, one, 4 * one, free)
     times = []
     for near in (1e-3, 0.3):
-        way = Way(points, near * one, one)
-        times.append(fastest_along(way, limits)[1])
+        route = Route(points, near * one, one)
+        times.append(fastest_along(route, limits)[1])
         share = np.linspace(0, 1, 2001)
-        assert np.min(np.abs(way.at(share) - points[1]).max(axis=1)) <= near
-        np.testing.assert_allclose(way.at(np.array([0.0, 1.0])), points[[0, 2]], atol=1e-12)
-        slopes = np.gradient(way.at(share), share, axis=0)
-        np.testing.assert_allclose(way.slopes(share)[2:-2], slopes[2:-2], atol=1e-3)
+        assert np.min(np.abs(route.at(share) - points[1]).max(axis=1)) <= near
+        np.testing.assert_allclose(route.at(np.array([0.0, 1.0])), points[[0, 2]], atol=1e-12)
+        slopes = np.gradient(route.at(share), share, axis=0)
+        np.testing.assert_allclose(route.slopes(share)[2:-2], slopes[2:-2], atol=1e-3)
     assert times[1] < 0.95 * times[0]
 
 
@@ -130,10 +130,10 @@ def test_fastest_profile_along_a_curve_keeps_its_limits_and_uses_one() -> None:
     points = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
     one, step = np.ones(2), 1e-3
     limits = Limits(-9 * one, 9 * one, one, 4 * one, 60 * one)
-    way = Way(points, 0.1 * one, one)
-    profile, time = fastest_along(way, limits)
+    route = Route(points, 0.1 * one, one)
+    profile, time = fastest_along(route, limits)
     done = step * np.arange(1, int(np.ceil(time / step)) + 2) / time
-    used = limits.used(points[0], way.at(profile.way(done[None])[0]), step)
+    used = limits.used(points[0], route.at(profile.route(done[None])[0]), step)
     assert max(used.values()) == pytest.approx(1.0, abs=0.02)
 
 

@@ -1,7 +1,7 @@
 // The lamp: whether what the surrogate says now can be trusted, by its own signs.
 
-import { byId } from "../../core/web/modules/elements.js";
-import { digits } from "../../core/web/modules/units.js";
+import { byId } from "../../../core/web/modules/elements.js";
+import { digits } from "../../../core/web/modules/units.js";
 
 /** What the signs of an answer mean: { state, sign, title, text }. */
 export function verdictOf(flags) {

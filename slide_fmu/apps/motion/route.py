@@ -1,4 +1,4 @@
-"""The way of a move in space: straight, or on a smooth curve past points between its ends.
+"""The route of a move in space: straight, or on a smooth curve past points between its ends.
 
 All coordinates share one number that goes from 0 at the start to 1 at the goal.
 """
@@ -28,8 +28,8 @@ BETWEEN = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """A Way leads from the first of some points to the last one, past those between.
+class Route:
+    """A Route leads from the first of some points to the last one, past those between.
 
     Past these it is a cubic spline, which bends as little as their tolerance admits.
 
@@ -73,7 +73,7 @@ class Way:
         return len(self.points) == 2
 
     def at(self, share: FloatArray) -> FloatArray:
-        """Give coordinates, (..., n_coordinates), at shares of the way, (...)."""
+        """Give coordinates, (..., n_coordinates), at shares of the route, (...)."""
         if self.straight:
             return np.asarray(self.start + share[..., None] * (self.goal - self.start))
         return np.asarray(self._curve(share))
@@ -123,16 +123,16 @@ class Way:
         return CubicSpline(knots, passed, bc_type="natural")
 
 
-def fastest_along(way: Way, limits: Limits) -> tuple[Profiles, float]:
-    """Give the fastest symmetric profile along a way within limits, and its time in s.
+def fastest_along(route: Route, limits: Limits) -> tuple[Profiles, float]:
+    """Give the fastest symmetric profile along a route within limits, and its time in s.
 
     Along a curve it is about the fastest: the best of a coarse grid, by differences.
     """
-    if way.straight:
-        return fastest(way.goal - way.start, limits)
+    if route.straight:
+        return fastest(route.goal - route.start, limits)
     ramp, rounded = np.meshgrid(np.geomspace(0.05, 0.5, 16), np.linspace(LEAST_JERK_SHARE, 1, 8))
     grid = Profiles(ramp.ravel(), ramp.ravel(), rounded.ravel())
-    motions = way.at(grid.way(np.tile(np.linspace(0, 1, FINE), (ramp.size, 1))))
+    motions = route.at(grid.way(np.tile(np.linspace(0, 1, FINE), (ramp.size, 1))))
     times = np.zeros(ramp.size)
     for _, order, limit in limits.derivatives():
         peaks = np.abs(np.diff(motions, n=order, axis=1)).max(axis=1) * (FINE - 1) ** order

@@ -1,7 +1,7 @@
 // The machine itself is gripped: the pointer on its drawing moves the two inputs of the pad.
 
-/** A Grip lets the pointer on a drawing set inputs: the canvas' width or height is a range. */
-export class Grip {
+/** A Drag lets the pointer on a drawing set inputs: the canvas' width or height is a range. */
+export class Drag {
   /** app: { way, choose, setTarget, channels, panel, live }. */
   constructor(canvas, app) {
     this.app = app;

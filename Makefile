@@ -55,11 +55,12 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-r
 test: setup
 	$(PYTEST) -m "not extended"
 
+# Besides the slow tests these are the tests with examples once more, with three times as many.
 test-extended: setup
-	$(PYTEST) -m extended
+	$(PYTEST) -m "extended or examples" --hypothesis-profile thorough
 
 test-all: setup
-	$(PYTEST)
+	$(PYTEST) --hypothesis-profile thorough
 
 mutation: setup
 	$(BIN)/python -m tests.mutation.run

@@ -10,14 +10,30 @@ from hypothesis import settings
 
 from slide_fmu.core.files import look_beside
 from tests.browser import Browser, browser
+from tests.time_log import (
+    pytest_configure,
+    pytest_runtest_makereport,
+    pytest_runtest_protocol,
+)
+
+__all__ = ["pytest_configure", "pytest_runtest_makereport", "pytest_runtest_protocol"]
 
 # One thread each: small matrices gain nothing from more, and lose much on a busy machine.
 # Set before torch is loaded; subprocesses inherit it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-# The same examples in every run: a failure comes back. No deadline: machines are shared.
-settings.register_profile("slide", deadline=None, derandomize=True, max_examples=60)
-settings.load_profile("slide")
+# The same examples in every run: a failure comes back. No deadline: machines are shared. ``make
+# test`` takes few examples; all others take more (``--hypothesis-profile thorough``).
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=20)
+settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=60)
+settings.load_profile("quick")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that Hypothesis gives examples to."""
+    for item in items:
+        if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
+            item.add_marker("examples")
 
 
 @pytest.fixture(autouse=True)

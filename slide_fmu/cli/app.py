@@ -59,12 +59,14 @@ class _Subcommands(TyperGroup):
 app = typer.Typer(
     name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
 )
-of_apps = (
+OF_APPS: tuple[Callable[..., None], ...] = tuple(
     getattr(import_module(module), name)
     for found in apps().values()
     for name, module in found.subcommands.items()
 )
-for subcommand in (*SUBCOMMANDS, *of_apps):
+"""The subcommands of installed apps, which stand behind the others."""
+
+for subcommand in (*SUBCOMMANDS, *OF_APPS):
     # a short help is never cut; a word of Python's own has a mark behind it
     name = subcommand.__name__.rstrip("_")
     app.command(name, short_help=subcommand.__doc__)(subcommand)

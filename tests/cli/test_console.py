@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.cli import console
-from slide_fmu.cli.app import SUBCOMMANDS
+from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 from slide_fmu.cli.console import GOES_ON, STOPPED, progress_bars
 from slide_fmu.pipeline.display import Messages
 
@@ -102,9 +102,9 @@ def test_help_in_a_pipe_has_whole_summaries_whatever_the_terminal(columns: str) 
         env=narrow(COLUMNS=columns),
     )
     lines = done.stdout[done.stdout.index("Commands:") :].splitlines()[1:]
-    names = [each.__name__.rstrip("_") for each in SUBCOMMANDS]
+    names = [each.__name__.rstrip("_") for each in (*SUBCOMMANDS, *OF_APPS)]
     assert [line.split()[0] for line in lines] == names
-    for line, subcommand in zip(lines, SUBCOMMANDS, strict=True):
+    for line, subcommand in zip(lines, (*SUBCOMMANDS, *OF_APPS), strict=True):
         assert line.endswith(f"  {subcommand.__doc__}")
 
 

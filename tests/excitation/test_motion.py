@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -258,7 +258,6 @@ def test_random_starts_are_anywhere_within_a_move() -> None:
     ramp=st.floats(0.05, 0.5),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=50, deadline=None)
 def test_velocity_is_continuous(
     durations: list[float], dwell: float, ramp: float, seed: int
 ) -> None:
@@ -278,7 +277,6 @@ def test_velocity_is_continuous(
 
 
 @given(table=point_to_point_tables(), factor=st.floats(0.2, 5), seed=st.integers(0, 1000))
-@settings(max_examples=50, deadline=None)
 def test_any_point_to_point_motion_keeps_ranges_and_limits(
     table: dict[str, Any], factor: float, seed: int
 ) -> None:
@@ -298,7 +296,6 @@ def test_any_point_to_point_motion_keeps_ranges_and_limits(
     factor=st.floats(0.2, 5),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=50, deadline=None)
 def test_any_rotation_keeps_its_limits(
     limits: tuple[float, float],
     samples: list[int],

@@ -420,9 +420,8 @@ class Sequences(RuleBasedStateMachine):
             pair.caller.free()
 
 
+@pytest.mark.examples
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))
-    run_state_machine_as_test(
-        lambda: Sequences(loaded), settings=settings(max_examples=40, stateful_step_count=50)
-    )
+    run_state_machine_as_test(lambda: Sequences(loaded), settings=settings(stateful_step_count=50))

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
@@ -51,7 +51,6 @@ def test_every_kernel_gives_what_numpy_gives(shape: Shape) -> None:
             assert_same(native.predict_windows(windows, threads), expected, surrogate)
 
 
-@settings(deadline=None, max_examples=40)
 @given(all_shapes())
 def test_prediction_of_windows_of_any_memory_layout_is_the_same(shape: Shape) -> None:
     surrogate = random_surrogate(shape)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.signals import FloatArray
@@ -67,7 +67,6 @@ def test_every_kernel_gives_the_records_of_numpy(shape: Shape) -> None:
         assert np.array(alone).tobytes() == found[:2].tobytes()
 
 
-@settings(deadline=None, max_examples=60)
 @given(all_shapes(), st.integers(1, 300))
 def test_record_of_any_surrogate_begins_as_the_stream(shape: Shape, length: int) -> None:
     surrogate = random_surrogate(shape)

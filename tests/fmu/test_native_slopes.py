@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.signals import FloatArray
@@ -90,7 +90,6 @@ def test_slopes_over_several_blocks_are_those_of_numpy() -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=allowed)
 
 
-@settings(deadline=None, max_examples=80)
 @given(all_shapes().filter(lambda shape: shape.cell is not None), st.integers(1, 40))
 def test_slopes_are_central_differences(shape: Shape, length: int) -> None:
     surrogate = random_surrogate(shape)

@@ -35,7 +35,7 @@ def folder(tmp_path: Path) -> RunFolder:
     [
         {"system": {"reference": {"substeps": 24}}},
         {"system": {"picture": "mbs_models.pictures.drawing:robot_picture"}},
-        {"system": {"drawing": "mbs_models.pictures.page_drawings:robot"}},
+        {"apps": {"page": {"drawing": "mbs_models.pictures.page_drawings:robot"}}},
         {"validation": {"trajectories": 3}},
         {"stability": {"growth": 5.0}},
         {"description": "said in other words", "equations": "y = u"},

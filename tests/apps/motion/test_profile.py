@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.apps.motion.limits import Limits
@@ -28,7 +28,6 @@ phases = st.floats(0.1, 0.5)
 
 
 @given(speeding=phases, slowing=phases, rounded=st.floats(0.05, 1.0))
-@settings(deadline=None, max_examples=30)
 def test_profile_has_the_peaks_that_it_tells(
     speeding: float, slowing: float, rounded: float
 ) -> None:

@@ -1,0 +1,72 @@
+"""Hooks of pytest that keep how much CPU time each test file took, in ``build/test_times``.
+
+The time is that of the process and of its finished children, so that it says the same on a busy
+machine. What several tests share counts for the one that asks for it first.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import defaultdict
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+LOGS = Path(__file__).parents[1] / "build" / "test_times"
+CPU = "cpu_seconds"
+
+_begun = pytest.StashKey[float]()
+
+
+def _cpu_seconds() -> float:
+    """The CPU time of this process and its finished children, in s."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def log_of(marks: str) -> Path:
+    """The file that keeps the times of a run with these marks (``-m``)."""
+    return LOGS / f"{marks.replace(' ', '_') or 'all'}.json"
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
+    item.stash[_begun] = _cpu_seconds()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, Any, Any]:
+    if call.when == "teardown":
+        item.user_properties.append((CPU, _cpu_seconds() - item.stash[_begun]))
+    return (yield)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Times(config))
+
+
+class Times:
+    """Gathers the times of all reports; with workers they come to the main process."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.config = config
+        self.taken: dict[str, float] = defaultdict(float)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "teardown":
+            file = report.nodeid.partition("::")[0]
+            self.taken[file] += dict(report.user_properties).get(CPU, 0.0)
+
+    def pytest_sessionfinish(self) -> None:
+        whole = [Path(name).name for name in self.config.args] == ["tests"]
+        if whole and not hasattr(self.config, "workerinput"):
+            path = log_of(self.config.option.markexpr)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            longest = sorted(self.taken.items(), key=lambda found: -found[1])
+            path.write_text(json.dumps(dict(longest), indent=1) + "\n", encoding="utf-8")

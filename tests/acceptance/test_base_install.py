@@ -37,6 +37,7 @@ def call(
     return subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
 
 
+@pytest.mark.extended
 def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) -> None:
     for subcommand in ("check", "info"):
         result = call(subcommand, duffing.fmu)

@@ -76,6 +76,7 @@ def test_export_to_another_place_says_so_too_and_leaves_the_damaged_fmu(
     read_fmu(tmp_path / "x.fmu")
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("kind", essential(["half", "empty"], "empty"))
 def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: str) -> None:
     damage(copied.fmu, kind)

@@ -14,6 +14,8 @@ from slide_fmu.pipeline.run_folder import RunFolder
 from tests.acceptance.conftest import SMALL_LINEAR, Finished, invoke
 from tests.limits import fill, small_disk
 
+pytestmark = pytest.mark.extended
+
 RECIPE = SMALL_LINEAR.replace("steps = 1200", "steps = 40").replace(
     "validate_every = 300", "validate_every = 20"
 )

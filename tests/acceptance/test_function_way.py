@@ -49,6 +49,7 @@ def errors_of_a_run(recipe: Path) -> dict[str, float]:
     return {output["name"]: output["relative_rmse"] for output in outputs}
 
 
+@pytest.mark.extended
 def test_system_of_first_order_is_learnt_from_its_equations(tmp_path: Path) -> None:
     tables = """
 [data]

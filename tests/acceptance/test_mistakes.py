@@ -119,6 +119,7 @@ def test_training_refuses_a_window_that_was_made_too_short(
     assert (duffing.runs / duffing.name / "surrogate.slide").read_bytes() == before
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     "table", essential(["training", "estimator.pretraining", "estimator.training"], "training")
 )
@@ -179,6 +180,7 @@ def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Fi
     assert read_member(duffing.fmu, "documentation/index.html") is not None
 
 
+@pytest.mark.extended
 def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     linear: Finished, tmp_path: Path
 ) -> None:
@@ -194,6 +196,7 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     assert provenance["seeds"]["training"] == 5
 
 
+@pytest.mark.extended
 def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
     duffing: Finished, tmp_path: Path
 ) -> None:

@@ -15,6 +15,8 @@ from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.own_records import RECIPE, STEP, force_and_travel
 
+pytestmark = pytest.mark.extended
+
 QUICK = "starts = 2\nstart_iterations = 10\nkept = 1\nkept_iterations = 10\n"
 UNSEEN = 5200
 """From this sample on nothing is learnt."""

@@ -100,6 +100,7 @@ def test_rebuild_of_an_fmu_that_was_not_measured_is_refused(tmp_path: Path) -> N
         rebuild(path)
 
 
+@pytest.mark.extended
 def test_command_says_how_large_the_fmu_was_and_is(folder: Path) -> None:
     command = [sys.executable, str(ROOT / "fmus" / "rebuild.py"), str(folder / "linear.fmu")]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
@@ -136,6 +137,7 @@ def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
     assert fmu.read_bytes() == before
 
 
+@pytest.mark.extended
 def test_fmu_that_is_measured_again_gets_figures_report_card_and_picture_of_now(
     folder: Path,
 ) -> None:

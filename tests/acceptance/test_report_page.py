@@ -48,11 +48,13 @@ def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "report.html"
 
 
+@pytest.mark.extended
 def test_report_with_its_page_is_smaller_than_3_mb(report: Path) -> None:
     print(f"{report.stat().st_size} bytes")
     assert report.stat().st_size < MOST_BYTES
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_report_fits_phones_and_screens_dark_and_light(
     chromium: Browser, report: Path, tmp_path: Path, width: int, height: int

@@ -127,6 +127,8 @@ def test_blocks_of_a_lock_file_begin_where_a_package_does() -> None:
 BACKEND = """
 import zipfile
 
+pytestmark = pytest.mark.extended
+
 FILES = {
     "METADATA": "Metadata-Version: 2.1\\nName: checkout\\nVersion: 1\\n",
     "WHEEL": "Wheel-Version: 1.0\\nRoot-Is-Purelib: true\\nTag: py3-none-any\\n",
@@ -244,7 +246,6 @@ def test_setup_installs_what_torch_needs_for_cuda_where_it_came_with_it(tmp_path
     assert (checkout.folder / ".venv" / "ready").exists()
 
 
-@pytest.mark.extended
 @needs_make
 def test_setup_takes_a_build_of_torch_for_the_cpu_where_there_is_one(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
@@ -254,7 +255,6 @@ def test_setup_takes_a_build_of_torch_for_the_cpu_where_there_is_one(tmp_path: P
     assert checkout.installed() == {"checkout-1", "part-1", "torch-2.0+cpu"}
 
 
-@pytest.mark.extended
 @needs_make
 def test_setup_refuses_a_build_of_torch_for_the_cpu_of_an_unknown_hash(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
@@ -265,7 +265,6 @@ def test_setup_refuses_a_build_of_torch_for_the_cpu_of_an_unknown_hash(tmp_path:
     assert "torch==2.0+cpu" in said.stderr
 
 
-@pytest.mark.extended
 @needs_make
 def test_setup_fails_where_the_lock_files_miss_a_package(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)

@@ -13,6 +13,8 @@ import pytest
 import slide_fmu
 from tests.browser import Browser
 
+pytestmark = pytest.mark.extended
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -15,6 +15,8 @@ from tests.libraries import build_libraries
 from tests.marks import needs_app
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 
+pytestmark = pytest.mark.extended
+
 MASSES = (1.0, 2.0, 1.25, 1.6)
 UNSEEN = 1.4
 SAMPLES = 4000

@@ -21,6 +21,8 @@ from tests.acceptance.importers import needs, run_ecos, run_fmpy, run_libcosim
 from tests.acceptance.test_importers import IMPORTERS, Importer
 from tests.recipes import TINY
 
+pytestmark = pytest.mark.extended
+
 MASS, OTHER, STEP, STEPS = 1.8, 1.1, 0.015625, 100
 OUTPUTS = [("inputs", "force"), ("reference", "position"), ("surrogate", "position")]
 SMALL = 0.01

@@ -30,6 +30,8 @@ print(json.dumps(found + [c for c in ("cc", "gcc", "clang", "zig") if shutil.whi
 RUN = """
 import json, sys
 import fmpy
+
+pytestmark = pytest.mark.extended
 fmu, force, steps = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
 result = fmpy.simulate_fmu(
     fmu, stop_time=steps * 0.03, output_interval=0.03, start_values={"force": force}

@@ -38,6 +38,7 @@ def _binaries() -> None:
     build_all()
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     "shape",
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import pytest
 from matplotlib.image import imread
 from seed_study import draw_curve, studies
 
@@ -23,6 +24,7 @@ def arguments(folder: Path, train: list[int] | None) -> argparse.Namespace:
     )  # fmt: skip
 
 
+@pytest.mark.extended
 def test_learning_curve_has_a_study_for_each_number_of_trajectories(tmp_path: Path) -> None:
     """One study for each number of trajectories, the smallest first, on the same data."""
     build_libraries()

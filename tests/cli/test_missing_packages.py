@@ -71,6 +71,7 @@ def test_init_writes_the_recipe_of_a_function_without_training_packages(tmp_path
     ]
 
 
+@pytest.mark.extended
 def test_init_with_training_packages_names_nothing_to_install(tmp_path: Path) -> None:
     (tmp_path / "lag.py").write_text(LAG, encoding="utf-8")
     command = [sys.executable, "-c", f"import sys\n{MAIN}", "init", "lag.py", "--step", "0.1"]

@@ -132,6 +132,7 @@ def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path:
     )
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("table", ["", "beyond = 0.2"])
 def test_trial_names_the_end_of_the_range_at_which_no_model_can_be_made(
     table: str, tmp_path: Path
@@ -142,6 +143,7 @@ def test_trial_names_the_end_of_the_range_at_which_no_model_can_be_made(
         try_recipe(open_trial(path, tmp_path / "runs", no_stages, silent), silent)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("limit", "beyond"), [(2.0, 0.2), (2.3, 0.1), (2.0, 0.0)])
 def test_trial_remarks_where_the_model_fails_as_far_as_data_go(
     limit: float, beyond: float, tmp_path: Path

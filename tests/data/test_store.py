@@ -255,6 +255,7 @@ def test_removed_store_is_gone(store: Path) -> None:
     remove_store(store)
 
 
+@pytest.mark.extended
 def test_several_may_create_the_store_at_once(tmp_path: Path) -> None:
     path = tmp_path / "data.zarr"
     with ThreadPoolExecutor(4) as pool:

@@ -39,6 +39,7 @@ def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
     return np.asarray(rates)
 
 
+@pytest.mark.extended
 @both_holds
 @pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)

@@ -58,6 +58,7 @@ def bound_of(surrogate: Surrogate) -> ErrorBound:
     return surrogate.bound
 
 
+@pytest.mark.extended
 def test_library_reads_the_longest_blocks(load: Load) -> None:
     surrogate = bounded_surrogate(SHAPE, (LONGEST, LONGEST))
     assert load(surrogate).instance().component.value

@@ -48,6 +48,7 @@ def test_output_that_integrates_is_refused_with_the_reason(name: str) -> None:
     assert found.time == pytest.approx(200.0)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("name", ["lag", "slow lag", "undamped", "hardly damped", "two wells"])
 def test_system_that_forgets_or_has_another_reason_is_let_through(name: str) -> None:
     assert integral(made(name)) is None
@@ -60,6 +61,7 @@ def test_other_systems_without_fading_memory_are_let_through(model: Any) -> None
     assert integral(load_system(model())) is None
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("step", [None, 0.1])
 def test_init_refuses_an_integral_and_proposes_nothing(tmp_path: Path, step: float | None) -> None:
     place = tmp_path / "mass.py"

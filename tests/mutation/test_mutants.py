@@ -53,6 +53,7 @@ def test_c_mutants_are_all_faults_outside_comments_and_directives() -> None:
     assert {mutant.line for mutant in mutants} == {5}
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("name", MODULES)
 def test_every_mutant_of_a_module_is_another_program(name: str) -> None:
     module = MODULES[name]

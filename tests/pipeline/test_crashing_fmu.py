@@ -77,6 +77,7 @@ def test_crash_at_once_is_named(command: str, trap: Path, tmp_path: Path) -> Non
     assert_named(invoke(command, recipe, "--runs", tmp_path), "trap.fmu")
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("command", ["try", "window"])
 @pytest.mark.parametrize("open_window", [False, True], ids=["given", "open"])
 def test_crash_while_the_window_is_sized_is_named(

@@ -105,6 +105,7 @@ def test_half_are_learnt_from_where_the_last_doubling_did_not_pay(
     assert numbers._learnt_from(points) == train
 
 
+@pytest.mark.extended
 def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -127,6 +128,7 @@ def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert known_numbers(other.recipe, other.folder) is None
 
 
+@pytest.mark.extended
 def test_curve_follows_physical_parameters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -158,6 +160,7 @@ class Killed(Exception):
     pass
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("stage", ["data of curve point 2", "fit of curve point 2"])
 def test_killed_curve_goes_on_without_a_trace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str

@@ -42,12 +42,14 @@ def looked(path: Path, text: str) -> tuple[float, str]:
     return found.step, found.origin
 
 
+@pytest.mark.extended
 def test_step_follows_from_the_fastest_mode(tmp_path: Path) -> None:
     step, origin = looked(tmp_path / "corner.py", MODEL)
     assert 0.5 < step * 10 * FASTEST <= 1.0
     assert f"The fastest mode has {FASTEST:.3g} Hz" in origin
 
 
+@pytest.mark.extended
 def test_step_of_a_model_without_modes_is_asked_for(tmp_path: Path) -> None:
     text = MODEL.replace("return [x[1], -force(x, u, p, du) / M]", "return [0 * x[0], 0 * x[1]]")
     with pytest.raises(LoadError, match="give --step SECONDS"):

@@ -76,6 +76,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
 
 
+@pytest.mark.extended
 def test_proposal_draws_other_motions_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -101,6 +102,7 @@ def test_proposal_for_a_model_that_fails_often_says_why(tmp_path: Path) -> None:
     assert "narrow the ranges of its inputs" in str(raised.value)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("level", [0.8, 0.001])
 def test_trial_goes_on_while_few_motions_fail(level: float, tmp_path: Path) -> None:
     recipe = tmp_path / "fragile.toml"
@@ -147,6 +149,7 @@ def remarks_on_other_kinds(folder: Path, amplitude: str) -> str:
     return " ".join(json.loads((folder / "figures.json").read_text())["remarks"])
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("amplitude", ["0.1", "1.0"])
 def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     amplitude: str, tmp_path: Path
@@ -158,6 +161,7 @@ def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     assert "multisine" not in told
 
 
+@pytest.mark.extended
 def test_trial_tells_of_motions_beyond_the_range_that_fail(tmp_path: Path) -> None:
     """The spring breaks outside of the declared range, where the estimator shall learn too."""
     recipe, told = tmp_path / "fragile.toml", dict[bool, str]()
@@ -177,6 +181,7 @@ def test_trial_tells_of_motions_beyond_the_range_that_fail(tmp_path: Path) -> No
     assert "could not be simulated" not in told[0]
 
 
+@pytest.mark.extended
 def test_trial_says_so_where_no_time_is_left_for_kinds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

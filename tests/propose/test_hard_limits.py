@@ -147,6 +147,7 @@ def with_bends(data: str) -> str:
     return data.replace("[data]\n", "[data]\nsubsteps = 4\n")
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("hold", "commands"),
     [

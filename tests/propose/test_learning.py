@@ -74,6 +74,7 @@ def test_learnt_surrogate_is_that_of_the_fmu_and_is_exported_again(
     assert position + 20 * position**3 == pytest.approx(0.05, rel=0.05)
 
 
+@pytest.mark.extended
 def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) -> None:
     """Then simulate takes samples as they are: nothing has to make up for straight lines."""
     tables = {**SMALL, "stability": {"allow_unstable": True}}  # so small a training may be so
@@ -98,6 +99,7 @@ def test_what_was_learnt_is_not_learnt_again(
     assert "simulating in this process alone: the system has parts that this session" in said
 
 
+@pytest.mark.extended
 def test_changed_function_is_noticed_and_learnt_anew_when_asked(
     learnt: Learnt, runs: Path
 ) -> None:
@@ -196,6 +198,7 @@ def run_script(
     )
 
 
+@pytest.mark.extended
 def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> None:
     """A worker would run the script again, and never end."""
     done = run_script(tmp_path, "main()")
@@ -207,6 +210,7 @@ def test_script_without_a_guard_simulates_in_its_own_process(tmp_path: Path) -> 
     assert 'if __name__ == "__main__"' in done.stderr
 
 
+@pytest.mark.extended
 def test_script_with_a_guard_simulates_in_workers(tmp_path: Path) -> None:
     done = run_script(tmp_path, GUARDED, workers="workers=1, ")
     assert done.returncode == 0, done.stderr
@@ -217,6 +221,7 @@ def test_script_with_a_guard_simulates_in_workers(tmp_path: Path) -> None:
     assert "remark: simulating in this process alone" not in done.stderr
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     "system",
     [OBJECT, '{"kind": "fmu", "model": "pump.fmu"}', '{"kind": "function", "model": "pump.py"}'],

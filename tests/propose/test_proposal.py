@@ -77,6 +77,7 @@ def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
     assert parse_recipe(propose(wish, silent).text, "proposal").data.substeps == 1
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("step", "found", "substeps"), [(None, 0.005, 5), (0.02, 0.02, 4), (0.007, 0.007, 7)]
 )
@@ -97,6 +98,7 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     assert recipe.data.substeps == substeps
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("step", "hold", "parameters", "substeps"),
     [(None, "zero_order", {}, 1), (0.02, "first_order", {"fmu-step": 0.005}, 4)],
@@ -226,6 +228,7 @@ def test_choice_among_the_signals_of_a_class_is_refused(
     assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
 
 
+@pytest.mark.extended
 def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -381,6 +384,7 @@ validation = 1
 """
 
 
+@pytest.mark.extended
 def test_window_that_is_too_short_is_told_once(
     lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -401,6 +401,7 @@ def test_model_that_ends_the_program_is_refused(
         loaded(tmp_path, LAG.replace(old, new, 1))
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("rate", "method", "remarked"),
     [(2.0, "DOP853", False), (1e4, "DOP853", True), (1e4, "LSODA", False)],

@@ -144,6 +144,7 @@ def relative(errors: list[FloatArray], truths: list[FloatArray]) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / truth.std(axis=0))
 
 
+@pytest.mark.extended
 def test_printed_figure_of_smooth_inputs_is_what_a_user_gets(case: Case) -> None:
     """The truth is that of the lag under the sines themselves, by a filter of 32 parts a step."""
     fmu, validation, found = case

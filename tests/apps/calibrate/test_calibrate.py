@@ -42,6 +42,7 @@ def test_same_record_and_seed_give_the_same_numbers() -> None:
     assert calibrate(surrogate, *record, seed=3) == calibrate(surrogate, *record, seed=3)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("colour", [0.0, 0.9])
 def test_intervals_hold_the_true_value_as_often_as_they_say(colour: float) -> None:
     """Of 40, 95 % are 38; fewer than 34 would be chance once in a hundred times."""

@@ -90,6 +90,7 @@ def error(model: dict[str, Any]) -> float:
     return float(model["outputs"][0]["rmse_over_deviation"])
 
 
+@pytest.mark.extended
 @needs_sysidentpy
 def test_nonlinear_network_beats_linear_models_of_the_duffing_oscillator(
     duffing: tuple[Job, dict[str, Any], Path],
@@ -139,6 +140,7 @@ def test_own_error_is_that_of_the_surrogate_on_the_unseen_motions(
     assert error(figures["models"][0]) == pytest.approx(float(expected[0]), rel=1e-6)
 
 
+@pytest.mark.extended
 @needs_sysidentpy
 def test_comparison_that_was_killed_goes_on_with_the_next_model(
     duffing: tuple[Job, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
@@ -182,6 +184,7 @@ def test_other_terms_find_all_models_anew(
     assert own > 0
 
 
+@pytest.mark.extended
 @needs_sysidentpy
 def test_linear_model_of_a_linear_system_is_remarked(tmp_path: Path) -> None:
     build_libraries()

@@ -44,6 +44,7 @@ def test_linear_state_space_needs_two_states_for_an_oscillation() -> None:
     assert (one.structure, one.cut) == ("order 1", True)
 
 
+@pytest.mark.extended
 def test_gru_step_by_step_gives_what_it_gives_at_once() -> None:
     learnt = fit_gru(lesson(cubic), Budget(3), silent)
     (inputs,), (outputs,) = record(cubic, 1, 5)

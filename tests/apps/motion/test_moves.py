@@ -147,6 +147,7 @@ def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
     return float(cost(told)[0])
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("cost", [settled, residual, largest])
 def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> None:
     problem = robot_problem()
@@ -158,6 +159,7 @@ def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> Non
     assert problem.limits.kept(problem.start, many.move.motion, problem.surrogate.window.step)
 
 
+@pytest.mark.extended
 def test_the_same_seed_chooses_the_same_move() -> None:
     problem = robot_problem()
     one, same, other = (choose(problem, largest, Family(64, 1.5, seed)).move for seed in (1, 1, 2))

@@ -140,6 +140,7 @@ def test_drawing_that_is_not_there_is_refused() -> None:
         load_drawing("no_such_module:car", [])
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("name", ["duffing", "slider_crank", "robot_6r"])
 def test_page_draws_the_machine_as_it_moves(chromium: Browser, tmp_path: Path, name: str) -> None:
     path = tmp_path / "drawn.html"

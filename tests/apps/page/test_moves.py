@@ -125,6 +125,7 @@ def test_page_of_a_move_that_settles_later_says_so(
         assert (words is None and "%" not in said) or (words is not None and words in said)
 
 
+@pytest.mark.extended
 def test_moves_are_played_to_their_end_and_again(chromium: Browser, page: Path) -> None:
     chromium.open(page)
     chromium.evaluate("document.getElementById('way-moves').click()")

@@ -69,6 +69,7 @@ def test_page_that_is_damaged_says_so(chromium: Browser, page_of: PageOf, tmp_pa
     chromium.events.clear()
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("width", "height"), SIZES)
 @pytest.mark.parametrize("name", ["duffing", "robot_6r"])
 def test_page_fits_phones_and_screens_dark_and_light(
@@ -90,6 +91,7 @@ def test_page_fits_phones_and_screens_dark_and_light(
     assert chromium.evaluate("getComputedStyle(document.body).backgroundColor") == colours[0]
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("name", NAMES)
 def test_stored_trajectory_is_computed_as_the_fmu_did_with_the_errors_of_the_card(
     chromium: Browser, page_of: PageOf, name: str

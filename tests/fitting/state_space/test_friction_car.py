@@ -55,6 +55,7 @@ def problem_of(folder: Path, car: FrictionCar) -> Problem:
     return Problem(window, features, *pairs, folder / "c.pt", eigenvalues_at_rest(car))
 
 
+@pytest.mark.extended
 def test_network_of_the_car_with_friction_is_not_linear(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -72,6 +73,7 @@ def test_network_of_the_car_with_friction_is_not_linear(
     assert min(history.validation_error) < FOUND
 
 
+@pytest.mark.extended
 def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar(friction=0.0))
     network, history = fit_state_space(
@@ -81,6 +83,7 @@ def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
     assert history.remark is None
 
 
+@pytest.mark.extended
 def test_linear_network_of_the_car_with_friction_is_told_to_be_poor(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar())
     _, history = fit_state_space(

@@ -51,6 +51,7 @@ def hardening(seed: int, copies: int = 1) -> Pair:
     return torch.cat(inputs), torch.cat(outputs)
 
 
+@pytest.mark.extended
 def test_spring_that_hardens_gets_mixed_units_and_goes_on_beyond_the_range(tmp_path: Path) -> None:
     records, beyond = hardening(1), spring(50, 4, 160, CUBIC, 1.4)
     found, errors = {}, {}
@@ -126,6 +127,7 @@ def test_largest_amplitudes_are_held_out(tmp_path: Path) -> None:
         assert float((segments.targets - middle).abs().max()) < least
 
 
+@pytest.mark.extended
 def test_fewest_cubes_that_do_as_well_are_taken_where_their_number_is_open(
     tmp_path: Path,
 ) -> None:

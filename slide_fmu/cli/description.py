@@ -33,9 +33,6 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
     """
     out = Messages(file=sys.stdout, markup=False, highlight=False)
     try:
-        if "provenance" not in figures:
-            _show_module(figures, out)
-            return
         origin = figures["provenance"] or {}
         out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
         for sentence in _verdict(figures, origin.get("measured", {})):
@@ -57,17 +54,6 @@ def _verdict(figures: dict[str, Any], measured: dict[str, Any]) -> tuple[str, ..
     inputs = tuple((s["name"], s["low"], s["high"], s["unit"]) for s in figures["inputs"])
     memory, step = figures["memory_s"], figures["window"]["step"]
     return verdict(measured, Subject(inputs, memory, step, figures["planned"]))
-
-
-def _show_module(figures: dict[str, Any], out: Console) -> None:
-    """Print what is known of an FMU that holds a torch module."""
-    out.print(f"{figures['name']}: {figures['description']}")
-    _show_signals(figures, out)
-    window, needs = figures["window"], figures["needs"]
-    out.print(f"window   {window['n_in']} inputs, {window['step']:g} s apart")
-    versions = ", ".join(f"{name} {version}" for name, version in needs.items())
-    out.print(f"made by  {versions}; it needs Python with these packages where it runs")
-    out.print("error    nobody has measured it: the module carries no reference")
 
 
 def _description(origin: dict[str, Any]) -> str:

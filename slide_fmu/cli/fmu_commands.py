@@ -30,19 +30,13 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
     numbers_of,
-    one_of,
 )
 from slide_fmu.cosim.effort import SYNTHETIC, Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
-BACKENDS = ("native", "python")
-"""What runs the network in an FMU."""
-
 
 def export(
-    source: Annotated[
-        Path, typer.Argument(help="Take a recipe that was trained, an FMU, or a torch module.")
-    ],
+    source: Annotated[Path, typer.Argument(help="Take a recipe that was trained, or an FMU.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the FMU here.")
     ] = None,
@@ -54,19 +48,6 @@ def export(
         bool,
         typer.Option("--scalar", help="Add those for controllers: scalar, no dynamic memory."),
     ] = False,
-    backend: Annotated[
-        str,
-        typer.Option(
-            metavar="native|python",
-            callback=one_of(BACKENDS, "leave the option out for native"),
-            autocompletion=lambda: list(BACKENDS),
-            help="Run in C, or in Python, as torch modules do.",
-        ),
-    ] = "native",
-    description: Annotated[
-        Path | None,
-        typer.Option("--description", help="Read what the torch module is from this TOML file."),
-    ] = None,
     json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
@@ -81,9 +62,8 @@ def export(
 
     with progress_bars() as bar:
         version: Literal[2, 3] = 3 if fmi == 3 else 2
-        python, seeds = backend == "python", (seed, data_seed)
         kind: bool | Literal["scalar"] = "scalar" if scalar else sources
-        request = Request(source, output, version, kind, python, description, *seeds, runs)
+        request = Request(source, output, version, kind, seed, data_seed, runs)
         written = write(request, bar)
     write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
     show_remark(written.remark)

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-EXTRAS = {"torch": "train", "zarr": "train", "exudyn": "train", "sysidentpy": "compare"}
+EXTRAS = {
+    "torch": "train",
+    "zarr": "train",
+    "exudyn": "train",
+    "sysidentpy": "compare",
+    "onnx": "onnx",
+}
 """Extras by the packages that they bring."""
 TRAINING = "zarr", "torch"
 """Packages without which nothing can be learnt."""

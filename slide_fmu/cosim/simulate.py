@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ from slide_fmu.fmu.description.variables import (
     PREHISTORY_KNOWN,
     REFERENCES_PER_KIND,
 )
-from slide_fmu.fmu.export import MODULE, SURROGATE, read_fmu, read_member
+from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
 
 WHOLE = 1e-6
 """How far a step may be from a multiple of the FMU's own, in such steps: rounding."""
@@ -202,18 +201,15 @@ def _meaning(path: Path) -> _Meaning:
     Raises:
         CoSimulationError: the FMU is none of slide-fmu, so that nothing says it.
     """
-    if read_member(path, SURROGATE) is not None:
-        surrogate, _ = read_fmu(path)
-        forecast = surrogate.forecast
-        straight = not (surrogate.planned or (forecast is not None and forecast.sampled))
-        return _Meaning(surrogate.hold == "first_order", straight, cosines_of(surrogate.inputs))
-    module = read_member(path, MODULE)
-    if module is None:
+    if read_member(path, SURROGATE) is None:
         raise CoSimulationError(
-            f"{path.name} has no {SURROGATE} and no {MODULE}; expected an FMU of slide-fmu: only "
-            "these say what their inputs do between communication points"
+            f"{path.name} has no {SURROGATE}; expected an FMU of slide-fmu: only these say what "
+            "their inputs do between communication points"
         )
-    return _Meaning(bool(json.loads(module)["hold"] == "first_order"), straight=True)
+    surrogate, _ = read_fmu(path)
+    forecast = surrogate.forecast
+    straight = not (surrogate.planned or (forecast is not None and forecast.sampled))
+    return _Meaning(surrogate.hold == "first_order", straight, cosines_of(surrogate.inputs))
 
 
 def _checked(

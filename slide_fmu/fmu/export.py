@@ -27,11 +27,6 @@ DOCUMENTATION, EXTRA = "documentation", "extra"
 """Folders for files that no runtime reads."""
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
-MODULE = "resources/module.json"
-"""What an FMU says about the torch module in it (``slide_fmu/python_fmu``)."""
-MODULE_FILES = {".pt": "module.pt", ".pt2": "module.pt2"}
-"""Endings of files of scripted (``torch.jit.save``) and exported (``torch.export.save``) modules,
-and their names in the FMU."""
 
 LARGEST = 2_000_000_000
 """Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
@@ -163,11 +158,6 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     if beginning is None:
         if read_member(path, DESCRIPTION) is None:
             raise FmuError(f"{path} is no FMU: expected {DESCRIPTION} in it; {REMEDY}")
-        if read_member(path, MODULE) is not None:
-            raise FmuError(
-                f"{path} carries a torch module; expected a native FMU, which export writes "
-                "without --backend python: only info and importers read this one"
-            )
         tool = _tool_of(path)
         if tool == TOOL:
             raise FmuError(

@@ -1,4 +1,4 @@
-"""Whatever can become an FMU is exported: a trained recipe, an FMU again, a torch module.
+"""Whatever can become an FMU is exported: a trained recipe, or an FMU again.
 
 Each kind of source imports what it needs when it is exported: an FMU is written again without the
 packages of the training and of the figures.
@@ -16,7 +16,6 @@ from slide_fmu.fmu.export import (
     DESCRIPTION,
     DOCUMENTATION,
     EXTRA,
-    MODULE_FILES,
     FmuError,
     export_fmu,
     read_fmu,
@@ -29,6 +28,9 @@ from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.surrogate.surrogate import Surrogate
 
+NETWORK_FILES = (".onnx", ".pt", ".pt2", ".pth")
+"""Endings of files that hold a network which was trained elsewhere."""
+
 WRITTEN_ANEW = (BINARIES, f"{SOURCES}/", DESCRIPTION, "model.png", "terminalsAndIcons/")
 """Files of an FMU that no FMU written from it takes over."""
 
@@ -38,12 +40,10 @@ class Request:
     """A request says what is to become an FMU; an option is None where nothing was said about it.
 
     Attributes:
-        source: recipe that was trained, FMU, or torch module.
+        source: recipe that was trained, or FMU.
         path: the FMU to write; a recipe's has a place of its own in its run folder.
         fmi: version of the standard.
         sources: whether C sources are written too, and which.
-        python: whether an FMU that needs Python was asked for.
-        description: TOML file about a torch module.
         training_seed: seed of a trained recipe's training.
         data_seed: seed of its data.
         runs: folder that holds the work on recipes; ``runs`` if None.
@@ -53,8 +53,6 @@ class Request:
     path: Path | None
     fmi: FmiVersion
     sources: Sources
-    python: bool
-    description: Path | None
     training_seed: int | None
     data_seed: int | None
     runs: Path | None
@@ -69,19 +67,22 @@ class Exported:
 
 
 def export(request: Request, bar: Stages) -> Exported:
-    """Write the FMU of a recipe, of an FMU, or of a torch module.
+    """Write the FMU of a recipe, or of an FMU.
 
     Raises:
         FmuError: the source is no FMU of slide-fmu, or one of the files that stay was changed
             since it was written.
-        ModuleError: the module or its description cannot be used.
         RecipeError: the recipe cannot be used.
         StageError: the recipe was not trained.
-        ValueError: an option is missing, or means nothing for this source.
+        ValueError: an option is missing, or means nothing for this source; or the source is a
+            network that was trained elsewhere.
     """
-    if request.python or request.source.suffix in MODULE_FILES:
-        return Exported(_export_module(request))
-    _refuse(request, "torch modules", {"--description": request.description})
+    if request.source.suffix in NETWORK_FILES:
+        raise ValueError(
+            f"{request.source} is a network of torch or ONNX, which does not say what its signals "
+            "are; expected a recipe or an FMU: in Python, slide_fmu.from_torch makes a surrogate "
+            "of such a network, and slide_fmu.export_fmu writes its FMU"
+        )
     if request.source.suffix == ".toml":
         return _export_recipe(request, bar)
     _refuse_options_of_recipes(request)
@@ -162,46 +163,12 @@ def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) ->
     )
 
 
-def _export_module(request: Request) -> Path:
-    """Write a torch module as FMU that needs Python where it runs."""
-    from slide_fmu.python_fmu.torch_export import ModuleError, export_module
-
-    if request.source.suffix not in MODULE_FILES:
-        raise ModuleError(
-            f"{request.source}: the python backend takes a torch module, "
-            f"{' or '.join(MODULE_FILES)}; the native one runs what slide-fmu trains: leave out "
-            "--backend python"
-        )
-    if not request.python:
-        raise ModuleError(
-            f"{request.source} is a torch module; the native runtime runs exactly what slide-fmu "
-            "trains, and nothing else: add --backend python for an FMU that needs Python where it "
-            "runs"
-        )
-    if request.fmi != 2 or request.sources:
-        raise ModuleError(
-            f"{request.source}: the python backend writes the module as it is, as FMI 2.0; leave "
-            "out --fmi 3, --source and --scalar, which are for native FMUs"
-        )
-    _refuse_options_of_recipes(request)
-    if request.description is None or request.path is None:
-        raise ModuleError(
-            f"{request.source}: what are its signals, and where to? give --description "
-            "signals.toml and -o PATH"
-        )
-    return export_module(request.source, request.description, request.path)
-
-
 def _refuse_options_of_recipes(request: Request) -> None:
     seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
-    _refuse(request, "trained recipes", {**seeds, "--runs": request.runs})
-
-
-def _refuse(request: Request, others: str, options: dict[str, object]) -> None:
-    """Refuse options that are about sources of another kind than that of the request."""
+    options = {**seeds, "--runs": request.runs}
     given = [f"{name} {value}" for name, value in options.items() if value is not None]
     if given:
         raise ValueError(
-            f"export of {request.source}: {' '.join(given)} is for {others}, this is none; leave "
-            "it out"
+            f"export of {request.source}: {' '.join(given)} is for trained recipes, this is none; "
+            "leave it out"
         )

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from slide_fmu.fmu.export import MODULE, read_fmu, read_json
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.error_bound import ErrorBound
 
 
 def describe_fmu(fmu: Path) -> dict[str, Any]:
-    """Return an FMU's signals, window, size and provenance; of a torch module, its versions.
+    """Return an FMU's signals, window, size and provenance.
 
     Of an error bound, it tells sizes, confidences, and lengths of the blocks of its means in s.
 
@@ -18,9 +18,6 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
         FmuError: the file is no FMU of slide-fmu, or it is damaged.
         OSError: the file cannot be read.
     """
-    module = read_json(fmu, MODULE)
-    if module:
-        return module
     surrogate, provenance = read_fmu(fmu)
     estimator, physical = surrogate.estimator, [vars(p) for p in surrogate.parameters]
     return {

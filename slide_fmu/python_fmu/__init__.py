@@ -1,4 +1,4 @@
-"""This room writes FMUs that hold Python: reference systems, recorded inputs, torch modules.
+"""This room writes FMUs that hold Python: reference systems, and recorded inputs.
 
 They are written with PythonFMU. What needs no Python where it runs is in ``fmu``.
 """

@@ -14,8 +14,7 @@ import numpy as np
 from pythonfmu import Real
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.python_fmu.slave import Slave
-from slide_fmu.python_fmu.torch_window import SAME, Clock
+from slide_fmu.python_fmu.slave import SAME, Slave, whole_steps
 from slide_fmu.python_fmu.writer import write_python_fmu
 
 RECORD = "inputs.npz"
@@ -64,29 +63,37 @@ class InputSource(Slave):
         with np.load(record) as found:
             about, self.inputs = json.loads(str(found["about"])), found["inputs"]
         self.signals = [Signal(**signal) for signal in about["signals"]]
-        self.clock = Clock(float(about["step"]))
+        self.step, self.start = float(about["step"]), 0.0
+        self.stride, self.count = 0.0, 0  # equal steps since the start: not added, counted
         text = "Recorded inputs; the last one is held"
-        self.introduce(record.read_bytes(), text, self.clock.step)
+        self.introduce(record.read_bytes(), text, self.step)
         for index, signal in enumerate(self.signals):
             text, getter = signal.description, partial(self._value, index)
             self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
         """Begin with the sample of the start time, in s."""
-        self.clock.anchor = start_time
+        self.start = start_time
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Go on to the sample that acts from the end of the step.
 
         Whole steps are counted: rounded ones must not add up.
         """
-        length, _ = self.clock.meant(step_size)
-        self.clock.advance(self.clock.time, length)
+        length = whole_steps(step_size, self.step, self._time) * self.step or step_size
+        if length != self.stride:
+            self.start, self.stride, self.count = self._time, length, 0
+        self.count += 1
         return True
+
+    @property
+    def _time(self) -> float:
+        """The time of the present outputs in s."""
+        return self.start + self.count * self.stride
 
     def _value(self, index: int) -> float:
         """Give the value of an output now."""
-        sample = int(np.floor(self.clock.time / self.clock.step + SAME))
+        sample = int(np.floor(self._time / self.step + SAME))
         return float(self.inputs[min(max(sample, 0), len(self.inputs) - 1), index])
 
     def described(self) -> list[Signal]:

@@ -17,8 +17,7 @@ from pythonfmu.enums import Fmi2Status
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.python_fmu.slave import Slave, stored
-from slide_fmu.python_fmu.torch_window import Clock
+from slide_fmu.python_fmu.slave import Slave, stored, whole_steps
 from slide_fmu.python_fmu.writer import write_python_fmu
 from slide_fmu.systems.base import Restorable, State, Stepping
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -166,7 +165,7 @@ class SystemSlave(Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance by the sample step h; any other step is rejected with a logged message."""
         step = self.system.step
-        if Clock(step).meant(step_size) != (step, 1):
+        if whole_steps(step_size, step) != 1:
             return self._refuse(
                 f"communication step {step_size} s; expected the sample step {step} s: set the "
                 "importer's step size to it"

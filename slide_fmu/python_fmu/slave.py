@@ -1,7 +1,4 @@
-"""What all FMUs that hold Python have in common inside. Becomes part of FMUs with a torch module.
-
-As ``torch_slave.py`` it imports nothing of slide_fmu where it runs.
-"""
+"""The slave that all FMUs that hold Python derive from adds what PythonFMU 0.7 leaves out."""
 
 from __future__ import annotations
 
@@ -10,13 +7,20 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave
 from pythonfmu.enums import Fmi2Initial, Fmi2Variability
 
+from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.signals import Signal
+from slide_fmu.fmu.description.fmi2 import unit_definitions
+
 INITIAL = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
 """How the start values of variables are found, by causality (FMI 2.0.4, section 2.2.7)."""
+
+SAME = 1e-6
+"""In sample steps: what counts as rounding."""
 
 _SPARE_REFERENCES: list[dict[str, Any]] = []
 
@@ -52,7 +56,6 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         name: str,
         causality: str,
         variability: str,
-        reference: int | None = None,
         **others: Any,
     ) -> None:
         """Declare a variable.
@@ -60,7 +63,6 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         Args:
             kind: class of PythonFMU for its type.
             name, causality, variability: attributes of the variable, in words of the standard.
-            reference: its value reference; PythonFMU counts where none is given.
             others: its description, its getter and its setter.
         """
         variable = kind(
@@ -70,35 +72,62 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
             initial=INITIAL.get(causality),
             **others,
         )
-        if reference is None:
-            self.register_variable(variable, nested=False)
-        else:
-            variable.value_reference = reference
-            self.vars[reference] = variable
+        self.register_variable(variable, nested=False)
 
-    def described(self) -> Sequence[Any]:
+    def described(self) -> Sequence[Signal | Parameter]:
         """Give the ``Signal`` of every real variable that has a unit and a range."""
         raise NotImplementedError
-
-    def unlimited(self) -> Sequence[str]:
-        """Give the names of variables that nothing keeps within their ranges; none of most."""
-        return ()
 
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Write the model description, with units, ranges and initial unknowns.
 
-        slide_fmu writes it, so here and nowhere else slide_fmu is at hand.
-        """
-        from slide_fmu.python_fmu.writer import complete
+        The date goes: the same FMU is the same file on another day.
 
+        Raises:
+            RuntimeError: PythonFMU did not write an element that it always writes.
+        """
         root: Element = super().to_xml(dict(model_options or {}))
-        complete(root, self.described(), self.CAPABILITIES, self.unlimited())
+        root.attrib.pop("generationDateAndTime", None)
+        signals, slave = self.described(), _child(root, "CoSimulation")
+        slave.attrib.update(self.CAPABILITIES)
+        root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
+        by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
+        for signal in signals:
+            real = _child(by_name[signal.name], "Real")
+            real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
+            if "start" in real.attrib:
+                real.set("start", repr(signal.start_value))  # all digits, so within the range
+        structure = _child(root, "ModelStructure")
+        unknowns = SubElement(structure, "InitialUnknowns")
+        for unknown in _child(structure, "Outputs"):
+            SubElement(unknowns, "Unknown", index=unknown.attrib["index"])
         return root
 
 
 def stored(values: Any, key: object) -> dict[str, Any]:
     """Say how a variable is got and set whose value is ``values[key]``."""
     return {"getter": lambda: values[key], "setter": partial(values.__setitem__, key)}
+
+
+def whole_steps(length: float, step: float, time: float = 0.0) -> int:
+    """Give how many sample steps a communication step takes; 0 if it is no multiple of them.
+
+    Args:
+        length: communication step in s.
+        step: sample step in s.
+        time: time in s that the importer adds it to: its rounding counts as none.
+    """
+    count = round(length / step)
+    rounding = 2 * sys.float_info.epsilon * abs(time)
+    return count if count > 0 and abs(length - count * step) <= SAME * step + rounding else 0
+
+
+def _child(parent: Element, tag: str) -> Element:
+    """Find a child that PythonFMU always writes; raise a RuntimeError where it is not there."""
+    found = parent.find(tag)
+    if found is None:
+        raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
+    return found
 
 
 def _keep_module_of(slave_class: type) -> None:

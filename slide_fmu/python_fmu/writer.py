@@ -1,4 +1,4 @@
-"""FMUs of PythonFMU: how they are written, and what PythonFMU 0.7 leaves out."""
+"""FMUs of PythonFMU are written, with the licences of what they hold."""
 
 from __future__ import annotations
 
@@ -7,28 +7,23 @@ import importlib
 import sys
 import tempfile
 import zipfile
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import FmuBuilder
 
 from slide_fmu.core.files import write_zip
-from slide_fmu.core.parameters import Parameter
-from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.attachments.files import FOLDER as ATTACHMENTS
 from slide_fmu.fmu.attachments.files import LICENSES
-from slide_fmu.fmu.description.fmi2 import unit_definitions
 
 TEXTS = ATTACHMENTS / "licenses"
-
 
 _OVERVIEW = f"""What is in this FMU, and under which licence:
 
 binaries/, resources/pythonfmu/: PythonFMU {metadata.version("pythonfmu")}, MIT, see pythonfmu.txt
 modelDescription.xml and all other files of slide-fmu: MIT, see slide-fmu.txt
-What the user put in, such as a torch module or a model, is the user's own.
+What the user put in, such as a model, is the user's own.
 """
 
 
@@ -37,7 +32,7 @@ def write_python_fmu(
 ) -> Path:
     """Write a script with one slave class as FMI 2.0 co-simulation FMU.
 
-    The same arguments give the same bytes, where the slave ``complete``s its model description.
+    The same arguments give the same bytes, where the slave is a ``Slave``.
 
     Args:
         class_name: the name of the slave class, which becomes the model identifier.
@@ -101,49 +96,3 @@ def _licenses() -> dict[str, bytes]:
         f"{LICENSES}/license.txt": _OVERVIEW.encode("utf-8"),
         f"{LICENSES}/pythonfmu.txt": texts[0],
     }
-
-
-def complete(
-    root: Element,
-    signals: Sequence[Signal | Parameter],
-    capabilities: Mapping[str, str],
-    unlimited: Collection[str] = (),
-) -> None:
-    """Add units, ranges, start values, capabilities and initial unknowns to a model description.
-
-    The date goes: the same FMU is the same file on another day.
-
-    Args:
-        root: the document, as ``Fmi2Slave.to_xml`` gives it.
-        signals: real variables that have a unit and a range; parameters among them.
-        capabilities: attributes of the element ``CoSimulation``.
-        unlimited: names of those variables that nothing keeps within their ranges: the ranges do
-            not appear.
-
-    Raises:
-        RuntimeError: PythonFMU did not write an element that it always writes.
-    """
-    root.attrib.pop("generationDateAndTime", None)
-    slave = _child(root, "CoSimulation")
-    slave.attrib.update(capabilities)
-    root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
-    by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
-    for signal in signals:
-        real = _child(by_name[signal.name], "Real")
-        real.set("unit", signal.unit)
-        if signal.name not in unlimited:
-            real.attrib.update(min=repr(signal.low), max=repr(signal.high))
-        if "start" in real.attrib:
-            real.set("start", repr(signal.start_value))  # with all digits, so within the range
-    structure = _child(root, "ModelStructure")
-    unknowns = SubElement(structure, "InitialUnknowns")
-    for unknown in _child(structure, "Outputs"):
-        SubElement(unknowns, "Unknown", index=unknown.attrib["index"])
-
-
-def _child(parent: Element, tag: str) -> Element:
-    """Find a child that PythonFMU always writes; raise a RuntimeError where it is not there."""
-    found = parent.find(tag)
-    if found is None:
-        raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
-    return found

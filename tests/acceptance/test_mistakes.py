@@ -268,7 +268,6 @@ WITHOUT_MEANING = {
     "seed": ("--seed", 3),
     "data seed": ("--data-seed", 4),
     "runs": ("--runs", "runs"),
-    "description": ("--description", "nonexistent"),
 }
 
 
@@ -279,16 +278,22 @@ def test_export_of_an_fmu_refuses_options_of_recipes(
     name, value = WITHOUT_MEANING[option]
     result = invoke("export", duffing.fmu, "-o", tmp_path / "again.fmu", name, value)
     assert result.exit_code == 1
-    kind = "torch modules" if option == "description" else "trained recipes"
-    message = f"{name} {value} is for {kind}, this is none; leave it out"
+    message = f"{name} {value} is for trained recipes, this is none; leave it out"
     assert message in result.output
     assert list(tmp_path.iterdir()) == []
 
 
-def test_export_of_a_recipe_refuses_a_description(duffing: Finished) -> None:
-    result = invoke("export", duffing.recipe, "--runs", duffing.runs, "--description", "x.toml")
+@pytest.mark.parametrize("ending", [".pt", ".pt2", ".onnx"])
+def test_export_of_a_network_of_others_points_to_from_torch(tmp_path: Path, ending: str) -> None:
+    result = invoke("export", tmp_path / f"network{ending}", "-o", tmp_path / "network.fmu")
     assert result.exit_code == 1
-    assert "--description x.toml is for torch modules" in result.output
+    assert "slide_fmu.from_torch" in result.output
+
+
+def test_export_has_no_backends_any_more(tmp_path: Path) -> None:
+    result = invoke("export", tmp_path / "network.pt", "--backend", "python")
+    assert result.exit_code == 2
+    assert "No such option" in result.output
 
 
 def test_fmu_may_log_through_fmpy_after_a_run_of_ours(duffing: Finished) -> None:

@@ -7,7 +7,6 @@ import re
 import shlex
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ import typer.main
 
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.python_fmu.torch_export import ModuleTable
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -110,7 +108,11 @@ def test_python_examples_of_readme_and_pages_run() -> None:
     assert 0 < error < 0.1
 
 
-def test_description_of_a_torch_module_on_its_page_is_accepted() -> None:
-    (example,) = re.findall(r"```toml\n(.*?)```", page("torch_modules.md"), re.DOTALL)
-    table = ModuleTable.model_validate(tomllib.loads(example))
-    assert (table.inputs[0].name, table.window.n_in) == ("force", 100)
+def test_network_of_torch_on_its_page_becomes_an_fmu(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", page("torch_modules.md"), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(example, {})
+    surrogate, _ = read_fmu(Path("my_network.fmu"))
+    assert [signal.name for signal in surrogate.inputs] == ["force"]

@@ -69,12 +69,6 @@ def test_duration_that_is_no_time_is_refused_in_the_same_words(
     assert f"duration = {float(duration)} s; expected a positive, finite time" in output
 
 
-def test_backend_of_another_name_is_refused_with_both() -> None:
-    code, output = said("export", DUFFING, "--backend", "pyton")
-    assert code == 2
-    assert "'pyton'; expected native or python: correct it, or leave the option out" in output
-
-
 def test_fmu_of_another_tool_is_told_from_those_of_slide_fmu(tmp_path: Path) -> None:
     path = tmp_path / "car.fmu"
     build_in_c(path)

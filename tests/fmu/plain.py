@@ -1,7 +1,6 @@
 """State-space networks and resampling in plain loops, straight from the definitions.
 
-Deliberately apart from ``slide_fmu.python_fmu.torch_window`` and from the C runtime: what is
-tested against this oracle must not share its code.
+Deliberately apart from the C runtime: what is tested against this oracle must not share its code.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A co-simulation FMU in a few lines of Python: what every call does, of either standard.
 
-Deliberately apart from ``slide_fmu.python_fmu.torch_window`` (clock and history of FMUs that hold
-Python) and from the C runtime: an oracle that shares their code would prove nothing.
+Deliberately apart from the C runtime: an oracle that shares its code would prove nothing.
 """
 
 from __future__ import annotations

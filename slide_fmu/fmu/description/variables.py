@@ -1,15 +1,12 @@
 """The table of all kinds of variables that an FMU of slide-fmu can have.
 
 Model descriptions of FMI 2.0 and FMI 3.0, the dispatch of the C runtime (by the generated header
-``runtime/calls/variable_kinds.h``), FMUs that carry a torch module, and ``docs/variables.md`` are
-all made from this table. ``python -m slide_fmu.fmu.description.generate`` writes the generated
-files anew after a change.
+``runtime/calls/variable_kinds.h``) and ``docs/variables.md`` are all made from this table.
+``python -m slide_fmu.fmu.description.generate`` writes the generated files anew after a change.
 
 A value reference is the number of its kind times ``REFERENCES_PER_KIND`` plus an index within the
 kind. So it is the same in both standards, and it does not move when a kind is added or a surrogate
 has another number of inputs. The number of a kind is never given to another one.
-
-This file imports nothing of slide_fmu: it becomes part of FMUs that carry a torch module.
 """
 
 from __future__ import annotations
@@ -86,7 +83,6 @@ class Kind:
         initially: what the variable depends on in initialization mode, where it is an output: no
             variable, whether the prehistory is known, or all inputs and parameters. At a
             communication point, no output depends on the inputs that are set there.
-        in_module_fmus: whether FMUs that carry a torch module have it as well.
         text_fmi_3: one more sentence of the description.
     """
 
@@ -105,7 +101,6 @@ class Kind:
     bounds: Bounds = (None, None, None)
     high_fmi_3: float | None = None
     initially: Initially = "nothing"
-    in_module_fmus: bool = False
     text_fmi_3: str = ""
 
     def reference(self, index: int = 0) -> int:
@@ -135,7 +130,6 @@ KINDS: tuple[Kind, ...] = (
         "input",
         per="input",
         bounds=SIGNAL,
-        in_module_fmus=True,
     ),
     Kind(
         1,
@@ -145,7 +139,6 @@ KINDS: tuple[Kind, ...] = (
         "output",
         per="output",
         initially="everything",
-        in_module_fmus=True,
     ),
     Kind(
         2,
@@ -169,7 +162,6 @@ KINDS: tuple[Kind, ...] = (
         unit="1",
         bounds=SHARE,
         initially="prehistory",
-        in_module_fmus=True,
     ),
     Kind(
         4,
@@ -204,7 +196,6 @@ KINDS: tuple[Kind, ...] = (
         "discrete",
         type="Boolean",
         initially="everything",
-        in_module_fmus=True,
     ),
     Kind(
         7,
@@ -217,7 +208,6 @@ KINDS: tuple[Kind, ...] = (
         unit="1",
         bounds=(0.0, 1.0, 0.0),
         high_fmi_3=2.0,
-        in_module_fmus=True,
         text_fmi_3="With 2, initial_<input>_window gives the last samples before the start.",
     ),
     Kind(
@@ -229,7 +219,6 @@ KINDS: tuple[Kind, ...] = (
         "fixed",
         per="input",
         bounds=SIGNAL,
-        in_module_fmus=True,
     ),
     Kind(
         9,

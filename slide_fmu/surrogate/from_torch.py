@@ -1,0 +1,140 @@
+"""A network that was trained with torch, or that stands in an ONNX file, becomes a surrogate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slide_fmu.core.extras import told_missing
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.network.foreign.chain import network_of
+from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    import torch
+
+TRIALS = 8
+"""Windows within the ranges on which module and surrogate must agree."""
+
+AGREE = 1e-4
+"""Relative to the largest value of an output: single precision is better, a layer that was taken
+for another is far worse."""
+
+
+def from_torch(
+    module: torch.nn.Module | str | Path,
+    *,
+    inputs: Sequence[Signal],
+    outputs: Sequence[Signal],
+    window: Window,
+    name: str = "surrogate",
+) -> Surrogate:
+    """Return a feed-forward network of torch, or of an ONNX file, as a surrogate.
+
+    The surrogate does what the module does in evaluation mode, in single precision; ``export_fmu``
+    writes it as FMU. It has neither error estimate nor measured error.
+
+    The module gets physical values, in the units of the inputs: what scales them must be among
+    its layers. Its argument is the input window, float32 or float64, of the shape
+    (B, n_in, n_inputs) if its first layer is a Flatten, else flattened row by row,
+    (B, n_in * n_inputs): all inputs of the oldest sample first, those of the newest last. It gives
+    the output window in physical values, (B, n_out * n_outputs), in the same order. The newest
+    output is that at the end of the step which the newest input acts in.
+
+    Inputs with a first-order hold are not forecast: an FMU with ``inputs_at_step_end`` = 0 holds
+    them over a step (``Surrogate.reaching_inputs_by_step_end``).
+
+    Args:
+        module: a ``torch.nn.Sequential``, also of Sequentials, or a module whose only child is
+            one. Its layers may be Linear, BatchNorm1d, Flatten, Identity, Dropout, ReLU,
+            ELU with alpha = 1, Tanh, Sigmoid and GELU with approximate = "tanh". Or the path of
+            an ONNX file (extra ``onnx``) whose nodes are a chain of such layers.
+        inputs: the input signals, in the order of the columns. In the FMU, values are known to be
+            trusted in their ranges, on which the weights' precision depends: a range should be no
+            wider than what is used.
+        outputs: the output signals, in the order of the columns.
+        window: sample step, n_in and n_out.
+        name: C identifier; name of the FMU.
+
+    Returns:
+        The surrogate. Its ``predict`` evaluates the module once for n_out samples,
+        ``predict_newest`` and the FMU once for each sample.
+
+    Raises:
+        ValueError: a layer cannot be taken, or sizes do not fit, with one line for each; the
+            module does something else than its layers; or a signal or the file cannot be used.
+        TypeError: the module is neither a module of torch nor the path of an ONNX file.
+        ModuleNotFoundError: the file needs the package onnx, which is not installed.
+        OSError: the file cannot be read.
+    """
+    signals = tuple(inputs), tuple(outputs)
+    if not all(signals):
+        raise ValueError(
+            f"from_torch with {len(signals[0])} inputs and {len(signals[1])} outputs; expected at "
+            "least one signal of each"
+        )
+    scalings = range_scaling(signals[0]), range_scaling(signals[1])
+    if not isinstance(module, str | Path):
+        from slide_fmu.network.foreign import torch_layers
+
+        copied = torch_layers.evaluated(module)
+        reads = torch_layers.read_layers(copied)
+        network = network_of(reads, window, scalings, torch_layers.TAKEN)
+        surrogate = Surrogate(name, window, *signals, *scalings, network)
+        trials = _trials(signals[0], window.n_in)
+        _require_agreement(surrogate, trials, torch_layers.values_of(copied, trials))
+        return surrogate
+    network = _onnx_network(Path(module), window, scalings)
+    return Surrogate(name, window, *signals, *scalings, network)
+
+
+def _onnx_network(path: Path, window: Window, scalings: tuple[Affine, Affine]) -> FeedForward:
+    if path.suffix != ".onnx":
+        raise TypeError(
+            f"from_torch of the file {str(path)!r}; expected one that ends in .onnx, or a "
+            "torch.nn.Sequential: load a file of torch yourself, and give the module"
+        )
+    try:
+        from slide_fmu.network.foreign import onnx_nodes
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(told_missing(error) or str(error), name=error.name) from error
+    reads = onnx_nodes.read_nodes(path, window, len(scalings[0].scale))
+    return network_of(reads, window, scalings, onnx_nodes.TAKEN)
+
+
+def _trials(signals: tuple[Signal, ...], n_in: int) -> FloatArray:
+    """Draw windows within the ranges, half of them constant: (TRIALS, n_in, n_inputs)."""
+    part = np.random.default_rng(0).uniform(size=(TRIALS, n_in, len(signals)))
+    part[: TRIALS // 2] = part[: TRIALS // 2, :1]
+    low, high = (np.array([getattr(signal, end) for signal in signals]) for end in ("low", "high"))
+    return np.asarray((1 - part) * low + part * high)
+
+
+def _require_agreement(surrogate: Surrogate, windows: FloatArray, expected: FloatArray) -> None:
+    """Refuse a module that gives something else than the layers that were read.
+
+    Args:
+        surrogate: what was made of the layers.
+        windows: physical inputs, shape (B, n_in, n_inputs).
+        expected: what the module gives, shape (B, n_out * n_outputs).
+
+    Raises:
+        ValueError: they differ.
+    """
+    found = surrogate.predict_windows(windows).reshape(len(windows), -1)
+    error = np.abs(found - expected).max(axis=0)
+    largest = np.maximum(np.abs(expected).max(axis=0), np.finfo(np.float64).tiny)
+    worst = int(np.argmax(error / largest))
+    if not error[worst] <= AGREE * largest[worst]:
+        name = surrogate.outputs[worst % len(surrogate.outputs)].name
+        raise ValueError(
+            f"the module does something else than its layers: output {name!r} differs by "
+            f"{error[worst]:.3g}, and is {largest[worst]:.3g} at most; expected the same values: "
+            "put what its forward or a hook does into layers of a Sequential, or give an ONNX file"
+        )

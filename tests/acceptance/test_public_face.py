@@ -26,8 +26,9 @@ HEAVY = ("torch", "exudyn", "zarr", "fmpy", "scipy", "matplotlib", "pydantic", "
 def names_for_type_checkers() -> dict[str, str]:
     """What type checkers are told: public names and the modules that they come from."""
     tree = ast.parse(inspect.getsource(slide))
+    for_type_checkers = next(node for node in tree.body if isinstance(node, ast.If))
     found = {}
-    for node in ast.walk(tree):
+    for node in for_type_checkers.body:
         if (
             isinstance(node, ast.ImportFrom)
             and node.module

@@ -144,12 +144,23 @@ def derived() -> Graph:
     return graph.add("Squeeze", graph.constant(np.array([1])))
 
 
+def asking() -> Graph:
+    """A window that is flattened to the shape that it has, as for a batch that is open."""
+    graph = window_graph()
+    graph.nodes.append(helper.make_node("Shape", ["window"], ["shape"]))
+    graph.nodes.append(helper.make_node("Gather", ["shape", graph.constant(np.array([0]))], ["b"]))
+    rest = graph.constant(np.array([-1]))
+    graph.nodes.append(helper.make_node("Concat", ["b", rest], ["wanted"], axis=0))
+    return graph.add("Reshape", "wanted").dense()
+
+
 GRAPHS: dict[str, Callable[[], Graph]] = {
     "gemm": gemm,
     "matmul": matmul,
     "scaled": scaled,
     "normalised": normalised,
     "derived": derived,
+    "asking": asking,
 }
 
 

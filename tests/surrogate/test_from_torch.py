@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -97,6 +98,18 @@ def test_fmu_gives_what_the_module_gives(name: str, tmp_path: Path) -> None:
     build_libraries()
     module, inputs = MODULES[name](), record()
     path = slide.export_fmu(made_of(module), tmp_path / "module.fmu")
+    with unpacked(path) as fmu:
+        columns = {signal.name: inputs[:, i] for i, signal in enumerate(INPUTS)}
+        found = run_fmu(fmu, columns, [signal.name for signal in OUTPUTS])
+    assert_same(found.values[1:], newest(module, inputs))
+
+
+def test_inputs_that_move_are_those_that_a_step_reaches(tmp_path: Path) -> None:
+    build_libraries()
+    moving = [dataclasses.replace(signal, hold="first_order") for signal in INPUTS]
+    module, inputs = dense(nn.Tanh()), record()
+    surrogate = slide.from_torch(module, inputs=moving, outputs=OUTPUTS, window=WINDOW)
+    path = slide.export_fmu(surrogate.reaching_inputs_by_step_end(), tmp_path / "module.fmu")
     with unpacked(path) as fmu:
         columns = {signal.name: inputs[:, i] for i, signal in enumerate(INPUTS)}
         found = run_fmu(fmu, columns, [signal.name for signal in OUTPUTS])

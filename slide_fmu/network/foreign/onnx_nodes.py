@@ -106,7 +106,8 @@ def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
         raise ValueError(f"{path} is no ONNX model ({reason}); expected a valid one") from error
     opsets = {entry.domain: entry.version for entry in model.opset_import}
     graph = model.graph
-    constants = _constants(graph, opsets)
+    initial = {tensor.name: onnx.numpy_helper.to_array(tensor) for tensor in graph.initializer}
+    constants = _constants(graph, initial, opsets)
     given = [value for value in graph.input if value.name not in constants]
     if (len(given), len(graph.output)) != (1, 1):
         raise ValueError(
@@ -117,12 +118,12 @@ def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
     return _chain(graph, given[0].name, shape, constants, opsets)
 
 
-def _constants(graph: Any, opsets: Mapping[str, int]) -> Constants:
-    """Give the tensors that do not depend on the input: initialisers and what is made of them."""
-    found = {tensor.name: onnx.numpy_helper.to_array(tensor) for tensor in graph.initializer}
+def _constants(graph: Any, known: Constants, opsets: Mapping[str, int]) -> Constants:
+    """Give the tensors that are known, and those that are made of them alone."""
+    found = dict(known)
     for node in graph.node:
         names = [name for name in node.input if name]
-        if not all(name in found for name in names):
+        if node.output[0] in found or not all(name in found for name in names):
             continue
         try:
             values = _run(node, opsets, {name: found[name] for name in names})
@@ -165,11 +166,17 @@ def _chain(
     constants: Constants,
     opsets: Mapping[str, int],
 ) -> tuple[Read, ...]:
-    """Follow the chain from its input to its output."""
+    """Follow the chain from its input to its output; shapes that it asks for are constants."""
     reads: list[Read] = []
     output = graph.output[0].name
     while current != output:
         users = [(i, node) for i, node in enumerate(graph.node) if current in node.input]
+        asked = [node for _, node in users if node.op_type == "Shape"]
+        if asked and shape is not None:
+            zeros = {current: np.zeros(shape)}
+            shapes = {node.output[0]: _run(node, opsets, zeros)[0] for node in asked}
+            constants = _constants(graph, {**constants, **shapes}, opsets)
+        users = [(i, node) for i, node in users if node.op_type != "Shape"]
         if len(users) != 1 or list(users[0][1].input).count(current) != 1:
             names = [f"{i} ({node.op_type})" for i, node in users]
             fault = f"goes to the nodes {names}; expected one: a chain without branches"

@@ -219,6 +219,16 @@ def with_constant(kind: str, *shape: int, first: bool = True) -> Graph:
     return graph.add(kind, graph.random(*shape), first=first).dense()
 
 
+def divided_by_zero() -> Graph:
+    graph = flat_graph()
+    return graph.add("Div", graph.constant(np.zeros(1, np.float32))).dense()
+
+
+def with_bias(size: int) -> Graph:
+    graph = flat_graph()
+    return graph.add("Gemm", graph.random(TAKES, GIVES), graph.random(size))
+
+
 def training_norm() -> Graph:
     graph = normalised()
     norm = next(node for node in graph.nodes if node.op_type == "BatchNormalization")
@@ -234,6 +244,8 @@ REFUSED: dict[str, tuple[Callable[[], Graph], str, str]] = {
     "no constant weights": (constant_last, "node 0 (MatMul)", "first input"),
     "division": (lambda: with_constant("Div", 1, first=False), "(Div)", "constant divisor"),
     "constant for a batch": (lambda: with_constant("Add", 3, TAKES), "(3, 24)", "(1, 24)"),
+    "zero": (divided_by_zero, "node 0 (Div)", "expected finite"),
+    "bias": (lambda: with_bias(2), "its constant has the shape (2,)", "(1, 6)"),
     "not flattened": (lambda: window_graph().dense(2, 3), "(1, 12, 2)", "Flatten"),
     "training": (training_norm, "(BatchNormalization)", "evaluation mode"),
     "window": (lambda: Graph(1, 13, 2).dense(), "[1, 13, 2]", "(batch, 12, 2)"),

@@ -71,17 +71,18 @@ class _Node:
         if self.node.input[0] != self.current:
             raise Refused("its first input is constant; expected what the node before it gives")
 
-    def spread(self, values: FloatArray) -> FloatArray:
-        """Repeat constants for all values of the tensor, which are taken row by row."""
-        if self.shape is None:
-            return values.ravel() if values.size > 1 else values.reshape(())
-        try:
-            return np.asarray(np.broadcast_to(values, self.shape).ravel())
-        except ValueError:
-            raise Refused(
-                f"its constant has the shape {values.shape}; expected one that fits "
-                f"{self.shape}, or as many as these, for a batch of one"
-            ) from None
+
+def _spread(values: FloatArray, shape: tuple[int, ...] | None) -> FloatArray:
+    """Repeat constants for all values of a tensor of a shape, which are taken row by row."""
+    if shape is None:
+        return values.ravel() if values.size > 1 else values.reshape(())
+    try:
+        return np.asarray(np.broadcast_to(values, shape).ravel())
+    except ValueError:
+        raise Refused(
+            f"its constant has the shape {values.shape}; expected one that fits {shape}, which is "
+            "that of a batch of one"
+        ) from None
 
 
 def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
@@ -185,7 +186,8 @@ def _chain(
         name = f"node {index} ({node.op_type})"
         at = _Node(node, current, shape, constants, opsets)
         try:
-            steps, shape = _read(at)
+            with np.errstate(all="ignore"):  # numbers that are not finite are refused later
+                steps, shape = _read(at)
             reads.append(Read(name, steps))
         except Refused as refused:
             reads.append(Read(name, fault=str(refused)))
@@ -235,7 +237,7 @@ def _gemm(at: _Node) -> Linear:
     weights = at.attribute("alpha", 1.0) * (weights if at.attribute("transB", 0) else weights.T)
     bias = np.zeros(len(weights))
     if len(at.node.input) > 2 and at.node.input[2]:
-        bias = at.attribute("beta", 1.0) * np.broadcast_to(at.constant(2), (1, len(weights)))[0]
+        bias = at.attribute("beta", 1.0) * _spread(at.constant(2), (1, len(weights)))
     return Linear(weights, bias)
 
 
@@ -250,7 +252,7 @@ def _matmul(at: _Node) -> Linear:
 def _elementwise(at: _Node) -> tuple[Step, ...]:
     """Read a node that adds, subtracts, multiplies or divides by constants."""
     kind, is_first = at.node.op_type, at.node.input[0] == at.current
-    values = at.spread(at.constant(1 if is_first else 0))
+    values = _spread(at.constant(1 if is_first else 0), at.shape)
     one, none = np.ones_like(values), np.zeros_like(values)
     if kind == "Add":
         return (Scaling(one, values),)
@@ -271,7 +273,7 @@ def _batch_norm(at: _Node) -> tuple[Step, ...]:
     factor = gain / np.sqrt(variance + at.attribute("epsilon", 1e-5))
     axes = (1,) * (0 if at.shape is None else len(at.shape) - 2)
     rows = [values.reshape(-1, *axes) for values in (factor, shift - factor * mean)]
-    return (Scaling(at.spread(rows[0]), at.spread(rows[1])),)
+    return (Scaling(*(_spread(row, at.shape) for row in rows)),)
 
 
 def _elu(at: _Node) -> tuple[Step, ...]:

@@ -37,8 +37,9 @@ def from_torch(
 ) -> Surrogate:
     """Return a feed-forward network of torch, or of an ONNX file, as a surrogate.
 
-    The surrogate does what the module does in evaluation mode, in single precision; ``export_fmu``
-    writes it as FMU. It has neither error estimate nor measured error.
+    The surrogate does what the module does in evaluation mode, in single precision: ``predict``
+    evaluates it once for n_out samples, ``predict_newest`` and the FMU that ``export_fmu`` writes
+    once for each sample. It has neither error estimate nor measured error.
 
     The module gets physical values, in the units of the inputs: what scales them must be among
     its layers. Its argument is the input window, float32 or float64, of the shape
@@ -55,16 +56,14 @@ def from_torch(
             one. Its layers may be Linear, BatchNorm1d, Flatten, Identity, Dropout, ReLU,
             ELU with alpha = 1, Tanh, Sigmoid and GELU with approximate = "tanh". Or the path of
             an ONNX file (extra ``onnx``) whose nodes are a chain of such layers.
-        inputs: the input signals, in the order of the columns. In the FMU, values are known to be
-            trusted in their ranges, on which the weights' precision depends: a range should be no
-            wider than what is used.
+        inputs: the input signals, in the order of the columns. Values are rounded to single
+            precision relative to their ranges, which should be no wider than what is used.
         outputs: the output signals, in the order of the columns.
         window: sample step, n_in and n_out.
         name: C identifier; name of the FMU.
 
     Returns:
-        The surrogate. Its ``predict`` evaluates the module once for n_out samples,
-        ``predict_newest`` and the FMU once for each sample.
+        The surrogate, without error estimator, bound and forecast.
 
     Raises:
         ValueError: a layer cannot be taken, or sizes do not fit, with one line for each; the

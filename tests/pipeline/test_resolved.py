@@ -159,7 +159,7 @@ def test_export_of_an_untrained_recipe_is_refused_before_lengths_are_looked_for(
     searches = note_searches(monkeypatch)
     place = tmp_path / "lag.toml"
     place.write_text(OPEN, encoding="utf-8")
-    request = Request(place, None, 2, False, False, None, None, None, tmp_path / "runs")
+    request = Request(place, None, 2, False, None, None, tmp_path / "runs")
     with pytest.raises(StageError, match=r"no trained surrogate in .*lag; train it first"):
         export(request, no_stages)
     assert searches == []

@@ -39,18 +39,20 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]
         provenance: what it says about its origin; None if it says nothing.
 
     Returns:
-        The problems, each one sentence with its remedy. An FMU without provenance has none.
+        The problems, each one sentence with its remedy. An FMU without provenance
+        or without a card has none.
 
     Raises:
         FmuError: a member cannot be read.
         OSError: the file cannot be read.
     """
 
+    content = read_member(fmu, CARD)
+    if content is None:
+        return []
+
     def compare(recipe: Recipe) -> Iterator[str]:
         check_origins(surrogate, provenance)
-        content = read_member(fmu, CARD)
-        if content is None:
-            return
         if "measured" not in provenance:
             yield f"{CARD} is there, but {PROVENANCE} has no measured errors; {REMEDY}"
             return

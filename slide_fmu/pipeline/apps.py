@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.surrogate.surrogate import Surrogate
+if TYPE_CHECKING:  # the console script reads this file before it knows what is asked
+    from slide_fmu.recipe.recipe import Recipe
+    from slide_fmu.surrogate.surrogate import Surrogate
 
 GROUP = "slide_fmu.apps"
 """Entry points of this group are apps; the name of each is that of its table ``[apps.NAME]``."""
@@ -115,6 +116,8 @@ def check_app_tables(recipe: Recipe) -> None:
     Raises:
         RecipeError: the message names the table.
     """
+    from slide_fmu.recipe.recipe import RecipeError
+
     for name, table in recipe.apps.items():
         if name not in apps():
             raise RecipeError(

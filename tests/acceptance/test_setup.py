@@ -21,6 +21,8 @@ from packaging.utils import canonicalize_name
 
 from tests.limits import HANGS
 
+pytestmark = pytest.mark.extended
+
 ROOT = Path(__file__).parents[2]
 LOCKS = ("requirements.lock", ".ci/requirements-cpu.lock", ".ci/requirements-cuda.lock")
 MACHINES = (
@@ -126,8 +128,6 @@ def test_blocks_of_a_lock_file_begin_where_a_package_does() -> None:
 
 BACKEND = """
 import zipfile
-
-pytestmark = pytest.mark.extended
 
 FILES = {
     "METADATA": "Metadata-Version: 2.1\\nName: checkout\\nVersion: 1\\n",

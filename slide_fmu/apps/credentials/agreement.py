@@ -23,10 +23,11 @@ def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[
     Arguments, result and errors are those of ``slide_fmu.pipeline.agreement.card_problems``.
     """
 
+    content = read_member(fmu, METADATA)
+    if content is None:
+        return []
+
     def compare(recipe: Recipe) -> Iterator[str]:
-        content = read_member(fmu, METADATA)
-        if content is None:
-            return
         entries = statements(surrogate, recipe, provenance)
         payload = surrogate.to_bytes()
         written = resource_metadata(surrogate.name, recipe.description, entries, payload)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slide_fmu.pipeline.apps import App, Release, Repeated
-from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.surrogate.surrogate import Surrogate
 
 
 def _members(release: Release) -> Mapping[str, bytes]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slide_fmu.pipeline.apps import App
-from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.recipe.recipe import Recipe
+    from slide_fmu.surrogate.surrogate import Surrogate
 
 DRAWING = "drawing"
 """Key of the table ``[apps.page]``, and of the provenance that has the description itself."""
@@ -16,6 +18,8 @@ DRAWING = "drawing"
 
 def _check_table(table: Mapping[str, Any]) -> None:
     """Accept ``drawing = "module:function"`` or ``"file.py:function"`` and nothing else."""
+    from slide_fmu.recipe.recipe import RecipeError
+
     for key, value in table.items():
         if key != DRAWING:
             raise RecipeError(f"[apps.page]: {key} is not a known key; expected {DRAWING}")

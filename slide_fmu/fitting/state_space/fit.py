@@ -13,7 +13,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History, TriedUnits
-from slide_fmu.fitting.problem import Problem, Which
+from slide_fmu.fitting.problem import FittedNetwork, Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
@@ -51,8 +51,8 @@ def fit_state_space(
     network: StateSpaceRecipe,
     training: LeastSquaresRecipe,
     progress: Progress,
-) -> tuple[StateSpace, History]:
-    """Fit a state-space network; return it with the history of its last run, in scaled units.
+) -> FittedNetwork:
+    """Fit a state-space network; its history is that of its last run, in scaled units.
 
     The progress is called after every iteration of every run.
 
@@ -61,7 +61,7 @@ def fit_state_space(
         ValueError: trajectories are too short for the window, the order is too high for it, or a
             weight is not finite.
     """
-    data = prepare(problem, network, training)
+    data = fit_data(problem, network, training)
     kinds: tuple[TriedUnits, ...] = ()
     if network.units == "auto" and problem.start is None:
         network, kinds = choose_units(problem, network, training, data, progress)
@@ -70,7 +70,7 @@ def fit_state_space(
         multi_start.plan(training.iterations)
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
         multi_start.finish()
-        return freeze(winner, problem, data), _history(winner, data)
+        return FittedNetwork(freeze(winner, problem, data), _history(winner, data), network)
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
     multi_start.finish()
@@ -79,13 +79,14 @@ def fit_state_space(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    history = _history(winner, data)
     learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
     weighted, parameters = problem.noise is not None, winner.shape.n_parameters
     remark = remark_on(winner.error, learnable, parameters, samples, weighted)
-    return freeze(winner, problem, data), replace(
-        history, sizes=chosen.tried, units=kinds, remark=remark
-    )
+    history = replace(_history(winner, data), sizes=chosen.tried, units=kinds, remark=remark)
+    n_states, n_units = winner.shape.n_states, winner.shape.n_units
+    order = n_states - (network.padding if n_units else 0)
+    table = network.model_copy(update={"order": order, "hidden": n_units})
+    return FittedNetwork(freeze(winner, problem, data), history, table)
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
@@ -114,7 +115,7 @@ def _history(winner: Candidate, data: FitData) -> History:
     return History(steps, training_errors, validation_errors)
 
 
-def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
+def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
     """Cut trajectories into segments, for the starts and for the whole fit.
 
     Raises:

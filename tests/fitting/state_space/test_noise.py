@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.state_space import sizes
-from slide_fmu.fitting.state_space.fit import prepare
+from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.noise import noise_in, without_noise
 from slide_fmu.fitting.state_space.objective import FitData
@@ -26,7 +26,7 @@ def multi_start(folder: Path, cubic: float, noise: float, units: int | str = 0) 
     problem = problem_of(folder, cubic)
     network = StateSpaceRecipe(order=2, hidden=units)
     training = LeastSquaresRecipe(**QUICK)
-    data: FitData = noisy(prepare(problem, network, training), noise)
+    data: FitData = noisy(fit_data(problem, network, training), noise)
     return MultiStart(problem, network, training, data, silent)
 
 

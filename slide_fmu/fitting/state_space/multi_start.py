@@ -8,6 +8,7 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -20,7 +21,7 @@ from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_de
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
 from slide_fmu.fitting.state_space.ledger import Ledger
-from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.linear_start import (
     LinearModel,
     Responses,
@@ -33,8 +34,8 @@ from slide_fmu.fitting.state_space.linear_start import (
     states_shown,
 )
 from slide_fmu.fitting.state_space.objective import FitData, Objective
+from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.fitting.state_space.prior import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
@@ -72,6 +73,28 @@ class Candidate:
         """The candidate's last error on what it learnt from is an RMS in scaled units."""
         rows = self.state.history
         return rows[-1][1] if rows else math.inf
+
+
+def _stand_of(candidate: Candidate) -> Iterate:
+    """Return where the run of a candidate stands, of least squares."""
+    assert isinstance(candidate.state, Iterate)
+    return candidate.state
+
+
+def while_it_pays(
+    candidate: Candidate,
+    rounds: Sequence[Callable[[Candidate], Candidate]],
+    pays: Callable[[Candidate, Candidate], bool],
+) -> Candidate:
+    """Run a candidate on, round after round, until one hardly helps; return the last one.
+
+    A round pays by the candidates after it and before it.
+    """
+    for go_on in rounds:
+        before, candidate = candidate, go_on(candidate)
+        if not pays(candidate, before):
+            break
+    return candidate
 
 
 class MultiStart:
@@ -180,7 +203,7 @@ class MultiStart:
             theta = shape.linear(*model).to(data.features)
             name = f"linear, {order} states, from {source}"
             segments = data.part if many else data.whole
-            found.append(self._descend(name, shape, theta, segments, LINEAR_ITERATIONS))
+            found.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
         return min(found, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
@@ -219,64 +242,45 @@ class MultiStart:
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {units} units"
-        return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
+        return self.run(name, shape, theta, self.data.part, self.training.start_iterations)
 
     def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
         """Run the best candidates some iterations more on the same data; return the best first."""
         ranked = sorted(candidates, key=lambda candidate: candidate.error)
         kept = []
         for place, candidate in enumerate(ranked[: self.training.kept]):
-            name = (
-                f"kept {place}, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
-            )
-            iterations = self.training.kept_iterations
-            theta, part = candidate.state.best, self.data.part
-            kept.append(self._descend(name, candidate.shape, theta, part, iterations))
+            shape, iterations = candidate.shape, self.training.kept_iterations
+            name = f"kept {place}, {shape.n_states} states, {shape.n_units} units"
+            kept.append(self.run(name, shape, candidate.state.best, self.data.part, iterations))
         return sorted(kept, key=lambda candidate: candidate.error)
 
-    def judged(self, candidate: Candidate) -> Candidate:
-        """Run the best start of a size as long as those that are kept, on the same data."""
-        shape, iterations = candidate.shape, self.training.kept_iterations
-        name = f"judged, {shape.n_states} states, {shape.n_units} units"
-        return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+    def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
+        """Run the best start of a size as long as those that are kept, on the same data.
 
-    def judged_again(self, candidate: Candidate, number: int) -> Candidate:
-        """Go on with a judged network for as many iterations again, the ``number``-th time.
-
-        Each time is a run of its own, so that a fit that goes on after it was stopped compares
-        the same errors as one that was not.
+        A network that was judged before goes on, the ``number``-th time. Each time is a run of its
+        own, so that a fit that goes on after it was stopped compares the same errors as one that
+        was not.
         """
-        shape, iterations = candidate.shape, self.training.kept_iterations
-        name = f"judged, {shape.n_states} states, {shape.n_units} units, again {number}"
-        assert isinstance(candidate.state, Iterate)
-        least_squares = self._objective.least_squares(shape, self.data.part)
-        return self._go_down(name, shape, candidate.state, least_squares, iterations)
-
-    def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
-        """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
-        name = f"{len(self.data.features)} trajectories"
-        theta = candidate.state.best
-        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
-
-    def known(self, shape: CellShape, theta: torch.Tensor) -> Candidate:
-        """Return the candidate that a known network is, with its parameters theta, shape (P,)."""
-        theta = theta.to(self.data.whole.features)
-        return Candidate(
-            shape, Iterate.begin(theta, self._objective.least_squares(shape, self.data.part))
-        )
+        name = f"judged, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
+        name += f", again {number}" if number else ""
+        begin = _stand_of(candidate) if number else candidate.state.best
+        iterations = self.training.kept_iterations
+        return self.run(name, candidate.shape, begin, self.data.part, iterations)
 
     def refine(
         self, candidate: Candidate, name: str = "refined", iterations: int | None = None
     ) -> Candidate:
-        """Run the winner on all data, by default as long as the recipe says, under a name."""
+        """Run a network on all data of this fit, by default as long as the recipe says.
+
+        It may have been learnt from fewer data.
+        """
         theta, most = candidate.state.best, iterations or self.training.iterations
-        return self._descend(name, candidate.shape, theta, self.data.whole, most)
+        return self.run(name, candidate.shape, theta, self.data.whole, most)
 
     def refine_again(self, candidate: Candidate, name: str, iterations: int) -> Candidate:
         """Go on with a refined network on all data; the run has a name of its own."""
-        assert isinstance(candidate.state, Iterate)
-        least_squares = self._objective.least_squares(candidate.shape, self.data.whole)
-        return self._go_down(name, candidate.shape, candidate.state, least_squares, iterations)
+        begin = _stand_of(candidate)
+        return self.run(name, candidate.shape, begin, self.data.whole, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, held ever less strongly to what it was at first.
@@ -286,12 +290,11 @@ class MultiStart:
         shape, theta = candidate.shape, candidate.state.best
         least_squares = self._objective.least_squares(shape, self.data.whole)
         found = [Candidate(shape, Iterate.begin(theta, least_squares))]
+        iterations = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
-            problem = Prior.around(shape, theta, strength).joined(least_squares)
-            begin = Iterate.begin(found[-1].state.theta, problem)
-            iterations = max(1, self.training.iterations // len(STRENGTHS))
-            name = f"refined, prior {strength:g}"
-            found.append(self._go_down(name, shape, begin, problem, iterations))
+            last, name = found[-1].state.theta, f"refined, prior {strength:g}"
+            prior = Prior.around(shape, theta, strength)
+            found.append(self.run(name, shape, last, self.data.whole, iterations, prior))
         return min(found, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, units: int) -> Candidate:
@@ -316,18 +319,19 @@ class MultiStart:
         self._ledger.show()
         return Candidate(shape, done)
 
-    def _descend(
-        self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
+    def run(
+        self,
+        name: str,
+        shape: CellShape,
+        begin: torch.Tensor | Iterate,
+        segments: Segments,
+        iterations: int,
+        prior: Prior | None = None,
     ) -> Candidate:
-        """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
-        least_squares = self._objective.least_squares(shape, segments)
-        begin = Iterate.begin(theta, least_squares)
-        return self._go_down(name, shape, begin, least_squares, iterations)
-
-    def _go_down(
-        self, name: str, shape: CellShape, begin: Iterate, problem: LeastSquares, iterations: int
-    ) -> Candidate:
-        """Do a run of Levenberg-Marquardt from where another one stands, or begins."""
+        """Do a run of Levenberg-Marquardt from parameters, (P,), or from where another stands."""
+        problem = self._objective.least_squares(shape, segments, prior)
+        if isinstance(begin, torch.Tensor):
+            begin = Iterate.begin(begin, problem)
         step = partial(levenberg_marquardt.advance, problem=problem)
         done = self._ledger.run(name, begin, step, iterations)
         self._ledger.show()

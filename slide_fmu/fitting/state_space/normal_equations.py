@@ -6,10 +6,16 @@ units: A + T E diag(gates) V_x T'). The states, the units and their slopes are t
 that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
 every second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient,
 which decides where a fit ends, has all.
+
+The weights of a segment's cell with physical parameters are sum over k of phi_k Theta_k, so its
+rows of J by the cells of coefficients are phi_k times those by its own weights: J'J is the sum
+over the segments b of (phi_b phi_b') kron J_b'J_b. The sensitivities, which cost most, stay those
+of one cell.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +23,6 @@ from functools import partial
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.each_segment import Blocks, EachSegment
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
@@ -76,9 +81,9 @@ def _of_coefficients(
 ) -> NormalEquations:
     """Accumulate the normal equations of a cell whose weights follow physical parameters."""
     thin, cost = thinning(shape, segments), 0.0
-    blocks, gradient = Blocks(n_terms, shape.n_weights, theta), torch.zeros_like(theta)
+    blocks, gradient = _Blocks(n_terms, shape.n_weights, theta), torch.zeros_like(theta)
     for chunk in _chunks(shape, segments):
-        of_each, phi = EachSegment(thin), chunk.phi
+        of_each, phi = _EachSegment(thin), chunk.phi
         assert phi is not None
         _run(shape, shape.weights(theta, phi), chunk, of_each.add)
         blocks.add(*of_each.products(phi))
@@ -99,6 +104,63 @@ def thinning(shape: CellShape, segments: Segments) -> int:
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin
+
+
+class _EachSegment:
+    """The rows of J and the residuals of a chunk of B segments, by segment. Final.
+
+    Args:
+        thin: each so manyth row of J goes into J'J.
+
+    Attributes:
+        cost: sum of squares.
+    """
+
+    def __init__(self, thin: int) -> None:
+        self._thin = thin
+        self._rows: list[torch.Tensor] = []
+        self._gradients: list[torch.Tensor] = []
+        self.cost = 0.0
+
+    def add(self, rows: torch.Tensor, residuals: torch.Tensor) -> None:
+        """Add rows of J (samples, B, p, n_weights), and residuals (samples, B, p)."""
+        some = rows[:: self._thin]
+        self._rows.append(math.sqrt(len(rows) / len(some)) * some)
+        self._gradients.append(torch.einsum("sbpj,sbp->bj", rows, residuals))
+        self.cost += float(residuals.square().sum())
+
+    def products(self, phi: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the G different terms of the chunk, (G, K), and J'J of each, (G, n, n).
+
+        Segments of one trajectory have the same terms, (B, K): theirs are one product, which
+        spares most of the memory that all would take.
+        """
+        different, group = torch.unique(phi, dim=0, return_inverse=True)
+        rows = torch.cat(self._rows).transpose(0, 1).flatten(1, 2)  # (B, rows, n_weights)
+        parts = [rows[group == g].flatten(0, 1) for g in range(len(different))]
+        return different, torch.stack([part.T @ part for part in parts])
+
+    def gradient(self, phi: torch.Tensor) -> torch.Tensor:
+        """Return J'r by all coefficients, of terms (B, K): shape (K n_weights,)."""
+        return (phi.T @ torch.stack(self._gradients).sum(0)).flatten()
+
+
+class _Blocks:
+    """The blocks of J'J by all coefficients, summed over the chunks. Final."""
+
+    def __init__(self, n_terms: int, n_weights: int, like: torch.Tensor) -> None:
+        self._sizes = n_terms, n_terms, n_weights, n_weights
+        self._sum = like.new_zeros(n_terms**2, n_weights**2)
+
+    def add(self, phi: torch.Tensor, products: torch.Tensor) -> None:
+        """Add the products J'J of terms: (G, K), and (G, n_weights, n_weights)."""
+        factors = (phi[:, :, None] * phi[:, None, :]).flatten(1)
+        self._sum.addmm_(factors.T, products.flatten(1))
+
+    def matrix(self) -> torch.Tensor:
+        """Return J'J, shape (K n_weights, K n_weights)."""
+        count = self._sizes[0] * self._sizes[2]
+        return self._sum.view(self._sizes).transpose(1, 2).reshape(count, count)
 
 
 class _Rows:

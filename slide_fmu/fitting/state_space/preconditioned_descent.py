@@ -15,7 +15,7 @@ import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.normal_equations import normal_equations
-from slide_fmu.fitting.state_space.pole_penalty import pole_radii
+from slide_fmu.fitting.state_space.penalties import pole_radii
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.training import SEED_STRIDE
 

@@ -13,11 +13,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from slide_fmu.fitting.history import TriedSize
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
-from slide_fmu.fitting.state_space.noise import PART, noise_in, without_noise
-from slide_fmu.fitting.state_space.residual import learnable_share
+from slide_fmu.fitting.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    MultiStart,
+    while_it_pays,
+)
+from slide_fmu.fitting.state_space.residual import (
+    PART,
+    learnable_share,
+    noise_in,
+    without_noise,
+)
 
 SEARCH_STARTS = 3
 """A size is judged by this many random starts, of which the best goes on."""
@@ -274,15 +284,23 @@ def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
     starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
     found = multi_start.judged(best)
-    for number in range(1, MOST_ROUNDS):
-        noise = noise_in(found, multi_start.data.validation)
-        if _good(found, noise, samples_of_part(multi_start)):
-            break
-        before, found = found.error, multi_start.judged_again(found, number)
-        errors = (without_noise(error, noise) for error in (found.error, before))
-        if not next(errors) < WORTHWHILE * next(errors):
-            break
-    return found
+    if _is_accurate(multi_start, found):
+        return found
+    further = [partial(multi_start.judged, number=number) for number in range(1, MOST_ROUNDS)]
+    return while_it_pays(found, further, partial(_pays, multi_start))
+
+
+def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
+    """Tell whether a network is good, by the noise that it shows itself."""
+    noise = noise_in(candidate, multi_start.data.validation)
+    return _good(candidate, noise, samples_of_part(multi_start))
+
+
+def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
+    """Tell whether a round has helped as much as more units would have to, and is not enough."""
+    noise = noise_in(before, multi_start.data.validation)
+    error, former = (without_noise(one.error, noise) for one in (after, before))
+    return error < WORTHWHILE * former and not _is_accurate(multi_start, after)
 
 
 def still_learnable(multi_start: MultiStart, candidate: Candidate) -> float:

@@ -10,9 +10,10 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space.cell import simulate
-from slide_fmu.fitting.state_space.fit import begun_with, fit_data
+from slide_fmu.fitting.state_space.fit import begun_with
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.prior import Prior
+from slide_fmu.fitting.state_space.objective import fit_data
+from slide_fmu.fitting.state_space.penalties import Prior
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_theta

@@ -16,9 +16,9 @@ from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.fitting.state_space import multi_start as multi_start_module
-from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
-from slide_fmu.fitting.state_space.pole_penalty import PolePenalty
+from slide_fmu.fitting.state_space.objective import fit_data
+from slide_fmu.fitting.state_space.penalties import PolePenalty
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
@@ -223,13 +223,13 @@ def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], fl
     table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
     data = fit_data(problem, table, training)
     multi_start = MultiStart(problem, table, training, data, lambda *state: None)
-    fitted, descend = [], multi_start._descend
+    fitted, descend = [], multi_start.run
 
     def heard(name: str, shape: Any, theta: torch.Tensor, segments: Any, count: int) -> Any:
         fitted.append(segments)
         return descend(name, shape, theta, segments, count)
 
-    multi_start._descend = heard  # type: ignore[method-assign]
+    multi_start.run = heard  # type: ignore[method-assign]
     error = multi_start.linear(2).error
     assert len(fitted) == 2
     assert all(segments is data.whole or segments is data.part for segments in fitted)

@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.state_space import sizes
-from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
-from slide_fmu.fitting.state_space.noise import noise_in, without_noise
-from slide_fmu.fitting.state_space.objective import FitData
+from slide_fmu.fitting.state_space.objective import FitData, fit_data
+from slide_fmu.fitting.state_space.residual import noise_in, without_noise
 from slide_fmu.fitting.state_space.sizes import choose_sizes
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, QUICK, problem_of

@@ -19,7 +19,6 @@ from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.normal_equations import (
     BLOCK,
@@ -27,7 +26,8 @@ from slide_fmu.fitting.state_space.normal_equations import (
     normal_equations,
     sum_of_squares,
 )
-from slide_fmu.fitting.state_space.pole_penalty import (
+from slide_fmu.fitting.state_space.objective import fit_data
+from slide_fmu.fitting.state_space.penalties import (
     BEYOND,
     PolePenalty,
     pole_grid,

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 import torch
 
-from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.objective import FitData
+from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.fitting.state_space.residual import learnable_share
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, NONLINEAR, QUICK, problem_of, spring

@@ -11,9 +11,9 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space import unit_choice
-from slide_fmu.fitting.state_space.fit import fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
+from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_segments, random_theta

@@ -21,7 +21,7 @@ from typing import Any
 import torch
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import damage_named
+from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Heard, Stages
 from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
@@ -117,11 +117,8 @@ class CpuTime:
     """
 
     def __init__(self, place: Path) -> None:
-        self._place = place
-        self._before = 0.0
-        if place.exists():
-            with damage_named(place, "a number of seconds", "remove it, and time counts from now"):
-                self._before = float(place.read_bytes().decode("ascii"))
+        self._memo = Memo(place, {})
+        self._before: float = self._memo.found("seconds") or 0.0
         self._begin = time.process_time()
         self._written = self._before
 
@@ -142,5 +139,5 @@ class CpuTime:
     def keep(self) -> float:
         """Write the time to the file, and return it in s."""
         self._written = self.seconds
-        write_whole(self._place, f"{self._written:.3f}\n".encode("ascii"))
+        self._memo.keep("seconds", self._written)
         return self._written

@@ -65,7 +65,7 @@ def reading(path: Path) -> Iterator[None]:
 
 PACKAGE = Path(__file__).parents[1]
 ROOMS = (
-    *("core", "features", "excitation", "network", "systems"),
+    *("core", "features", "excitation", "network", "systems", "records"),
     *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting"),
 )
 """A training runs the code of these rooms: all that this one imports, directly or by others. A

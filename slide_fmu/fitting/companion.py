@@ -2,11 +2,11 @@
 
 It shows the scale of the surrogate's error only when it is about as accurate: else the difference
 of both is its own error. Where it errs less, the difference is the surrogate's error itself. So a
-recipe may give it more units and a longer training (``bound.companion``). Sizes that the recipe
-leaves open are those that were found for the surrogate. A training may end in a worse minimum, so
-there are several attempts (``bound.attempts``). One that goes on from the surrogate's network
-cannot, and takes little time; but it lacks what the surrogate lacks, and then the difference of
-both does not show it.
+recipe may give it more hidden units and a longer training (``bound.companion``). Sizes that the
+recipe leaves open are those that were found for the surrogate. A training may end in a worse
+minimum, so there are several attempts (``bound.attempts``). One that goes on from the surrogate's
+network cannot, and takes little time; but it lacks what the surrogate lacks, and then the
+difference of both does not show it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STAGE = "companion"
 """The stage has this name in the progress and in the figures."""
 
 ACCURATE = 1.3
-"""A companion is accurate enough if its validation error is at most this times the surrogate's.
+"""A companion is accurate enough if its validation error is at most this factor on the surrogate's.
 A less accurate one makes bounds wider, since its own error is most of the disagreement."""
 
 

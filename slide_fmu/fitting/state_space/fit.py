@@ -170,7 +170,7 @@ def _refined_on(
 
 
 def _last_run(multi_start: MultiStart, winner: Candidate, units: int, dense: int) -> Candidate:
-    """Refine the winner, or widen it where normal equations are solved for fewer units."""
+    """Refine the winner, or widen it where normal equations are solved for fewer hidden units."""
     if dense != units:
         return multi_start.widened(winner, units)
     return multi_start.refine(winner)

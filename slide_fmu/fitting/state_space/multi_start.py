@@ -127,7 +127,7 @@ class MultiStart:
         self._ledger.finish()
 
     def shape(self, order: int, units: int) -> CellShape:
-        """Return the shape of a cell; one with units has states to spare (the padding).
+        """Return the shape of a cell; one with hidden units has states to spare (the padding).
 
         Raises:
             ValueError: more pairs of states are turned than there are.
@@ -149,7 +149,8 @@ class MultiStart:
         )
 
     def dense_units(self, order: int, units: int) -> int:
-        """Return the number of units for which normal equations are solved: all, up to the limit.
+        """Return the number of hidden units for which normal equations are solved: all, up to the
+        limit.
 
         Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
         """
@@ -298,7 +299,8 @@ class MultiStart:
         return min(found, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, units: int) -> Candidate:
-        """Run a network of more units than normal equations can be solved for, from a smaller one.
+        """Run a network of more hidden units than normal equations can be solved for, from a
+        smaller one.
 
         At first it answers as the smaller network does.
         """

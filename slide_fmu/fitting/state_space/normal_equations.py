@@ -256,7 +256,7 @@ class _Sensitivities:
             own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
 
     def _plain(self, k: int, units: Units) -> _Step:
-        """Return the step of units that see states and state input."""
+        """Return the step of hidden units that see states and state input."""
         arguments = torch.cat([self.state, self._arguments[k]], 1)
         gain = self._e * units.slope[:, None, :]
         return gain @ self._equations.w_x, [(gain, arguments)]

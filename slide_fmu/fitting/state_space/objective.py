@@ -38,7 +38,7 @@ FEWEST = 8
 """The starts have at least this many segments, where there are as many."""
 ENOUGH = 12_288
 """Sizes are judged on at least this many samples, where there are as many: fewer would judge a
-linear model, fitted to all data, better than the many parameters of units."""
+linear model, fitted to all data, better than the many parameters of hidden units."""
 
 
 @dataclass(frozen=True, eq=False)

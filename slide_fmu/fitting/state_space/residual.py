@@ -1,10 +1,10 @@
 """What a cell leaves over is what it could still learn, what it cannot, and noise.
 
 The residual is regressed on random units of the cell's states and features, as they are and as
-they pass through the cell's own poles: what units would add to the outputs at first order. It is
-scored on segments that were left out (cross-validation), so that noise, and what lies before the
-window, do not count. Where residuals are weighted by the spectrum of noise, they and what predicts
-them are filtered alike.
+they pass through the cell's own poles: what hidden units would add to the outputs at first order.
+It is scored on segments that were left out (cross-validation), so that noise, and what lies before
+the window, do not count. Where residuals are weighted by the spectrum of noise, they and what
+predicts them are filtered alike.
 
 White noise in what was measured hides how accurate a network is: errors are compared without it.
 Two networks that are off by 0.34 % and 0.32 % of an output with a noise of 0.316 % are not nearly
@@ -155,7 +155,7 @@ class _Units:
         ]
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return what units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
+        """Return what hidden units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
         outputs, states = simulate(self._shape, self._theta, segments.features, segments.phi)
         features = segments.features
         seen = torch.cat([_before(states), features, _before(features)], 2)

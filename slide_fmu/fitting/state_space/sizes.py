@@ -1,11 +1,12 @@
-"""The search for sizes: more states or more units, while they pay and there is more to learn.
+"""The search for sizes: more states or more hidden units, while they pay and there is more to
+learn.
 
 It begins at the order that eigenvalues tell, if they are known. Else impulse responses show one,
 which is a guess: it falls to the fewest states with which a linear model does as well.
 
 A step to a larger network counts as worthwhile when its validation error falls to ``WORTHWHILE``,
 at equal effort on equal data. Where no single step is, the search looks one step further, as long
-as the residual can still be predicted from the inputs: a few units may gain little alone.
+as the residual can still be predicted from the inputs: a few hidden units may gain little alone.
 """
 
 from __future__ import annotations
@@ -36,24 +37,25 @@ MOST_ROUNDS = 3
 WORTHWHILE = 0.8
 """A larger network is chosen when its error is below this part of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
-"""The search tries 0 units, then the first number, then doubles it up to the second."""
+"""The search tries 0 hidden units, then the first number, then doubles it up to the second."""
 MORE_STATES = 8
 """At most this many states are tried beyond the first guess."""
 NEGLIGIBLE = 1e-3
 """A linear network that is good suffices where less can be learnt, relative to the outputs'
-deviation. One that is not good does not: units may predict what merely looks unpredictable."""
+deviation. One that is not good does not: hidden units may predict what merely looks
+unpredictable."""
 UNFINISHED, POOR = 3e-3, 1e-2
 """Where more than the first could still be learnt, the search looks a step further; where it is
 more than the second in the end, the user is told."""
 
 AS_GOOD = 1.01
 """A linear model of few states counts as good as one of more when its error is at most this many
-times the other's. Most of a linear model's error may be what units will learn: a small rise of the
-whole is a large one of the rest."""
+times the other's. Most of a linear model's error may be what hidden units will learn: a small rise
+of the whole is a large one of the rest."""
 USED = 0.98
-"""Units make use of more states where the error falls below this part, after all iterations: short
-runs do not tell. Linear models, most of whose error is due to what only units learn, do not show
-such states."""
+"""Hidden units make use of more states where the error falls below this part, after all
+iterations: short runs do not show it. Linear models, most of whose error is due to what only
+hidden units learn, do not show such states."""
 MORE_SHOWN = 2
 """Impulse responses may hide so many states, as they may show too many."""
 GOOD = 5e-3
@@ -71,9 +73,9 @@ FITTED = 0.3
 one would learn the noise. The fit on all data brings the rest."""
 
 Place = tuple[int, int]
-"""A size, by its positions among the orders and among the numbers of units."""
+"""A size, by its positions among the orders and among the numbers of hidden units."""
 STATES, UNITS = (1, 0), (0, 1)
-"""A step to more states, and a step to more units."""
+"""A step to more states, and a step to more hidden units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,7 @@ class Chosen:
 
     Attributes:
         order: number of states that carry the response.
-        units: number of units.
+        units: number of hidden units.
         judged: the network of this size as far as the search has run it; None without a search.
         larger: a network of more states that is worth the same effort, since the order is a guess
             from linear models; None where it is known.
@@ -97,7 +99,7 @@ class Chosen:
 
 
 def choose_sizes(multi_start: MultiStart) -> Chosen:
-    """Return order and number of units as the recipe says, or as a search finds them."""
+    """Return order and number of hidden units as the recipe says, or as a search finds them."""
     order, units = multi_start.network.order, multi_start.network.hidden
     if order != "auto" and units != "auto":
         return Chosen(order, units)
@@ -168,7 +170,7 @@ class _Search:
         return place
 
     def with_more_states(self, place: Place) -> Candidate | None:
-        """Return the network of more states than at a place, for units to make use of.
+        """Return the network of more states than at a place, for hidden units to make use of.
 
         There is none for a linear network, whose states the guess of the order has counted, and
         none where a network leaves hardly more than noise.
@@ -213,7 +215,7 @@ class _Search:
         return without_noise(self._candidate(place).error, self._noise)
 
     def _is_good(self, place: Place) -> bool:
-        """Tell whether the network has units, and is accurate enough for the search."""
+        """Tell whether the network has hidden units, and is accurate enough for the search."""
         samples = samples_of_part(self._multi_start)
         return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise, samples)
 
@@ -297,7 +299,7 @@ def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
 
 
 def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
-    """Tell whether a round has helped as much as more units would have to, and is not enough."""
+    """A round pays that helps as much as more hidden units would have to, and is not enough."""
     noise = noise_in(before, multi_start.data.validation)
     error, former = (without_noise(one.error, noise) for one in (after, before))
     return error < WORTHWHILE * former and not _is_accurate(multi_start, after)

@@ -1,4 +1,4 @@
-"""The kind of units is chosen by what networks do beyond what they have learnt.
+"""The kind of hidden units is chosen by what networks do beyond what they have learnt.
 
 Plain validation cannot tell: within the range tanh units are as good as any. So the stretches with
 the largest amplitudes are held out, small networks are learnt from the rest, and ranked by their
@@ -31,7 +31,7 @@ HELD_OUT = 0.25
 FEWEST_HELD_OUT = 2
 """With fewer of them nothing can be told, and tanh units are taken."""
 TRIAL_UNITS = 8
-"""Trials have so many units where a search is to find their number."""
+"""Trials have so many hidden units where a search is to find their number."""
 TRIAL_STARTS = 2
 """A trial has so many random starts, the best of which goes on."""
 FEWER = (1, 2, 4)
@@ -42,7 +42,8 @@ TURN, MOST_TIMES = 0.05, 8
 than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A map
 that is no motion has none, so that one step is tried too."""
 AS_GOOD = 1.02
-"""Fewer units do as well where the product of both errors is at most this many times the least."""
+"""Fewer hidden units do as well if the product of both errors is at most this factor on the least.
+"""
 CLEARLY = 0.8
 """Other units are taken where the product of both errors is below this part of that of tanh."""
 FAR, GROWTH = 10.0, 10.0
@@ -132,7 +133,7 @@ class _Trials:
         return self._linear
 
     def of(self, recipe: StateSpaceRecipe) -> TriedUnits:
-        """Learn a network of the recipe's kind, number of units and sub-steps; test it beyond."""
+        """Learn a network of a recipe's kind and number of hidden units, and test it beyond."""
         number = TRIAL_UNITS if recipe.hidden == "auto" else int(recipe.hidden)
         found = self._learn(self._multi_start(recipe, number), number)
         theta = with_room(found.shape, found.state.best, self._small.whole)
@@ -148,7 +149,7 @@ class _Trials:
         return MultiStart(problem, recipe, self._training, self._small, self._progress)
 
     def _learn(self, multi_start: MultiStart, units: int) -> Candidate:
-        """Learn a small network of so many units from the smaller amplitudes."""
+        """Learn a small network of so many hidden units from the smaller amplitudes."""
         training, kind = multi_start.training, multi_start.network.units
         orders = None if self._linear is not None else orders_to_try(multi_start)
         iterations = TRIAL_STARTS * training.start_iterations + training.kept_iterations

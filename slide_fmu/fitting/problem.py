@@ -1,4 +1,11 @@
-"""A problem is what a network family is given to learn from."""
+"""A problem is what a network family is given to learn from.
+
+Inputs and outputs of motions go through four forms, each of which the next step needs: a ``Split``
+of the store has them in their units; ``Records`` have them scaled, as features that a network
+sees; ``WindowData`` cut windows of records on the fly, at every phase, for networks without a
+state; and ``Segments`` are long pieces of records side by side, for networks with a state, which
+run along them.
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,6 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting import error_bound
 from slide_fmu.fitting import fit as fit_module
-from slide_fmu.fitting.companion import STAGE as COMPANION
 from slide_fmu.fitting.error_bound import (
     _objective,
     _Seen,
@@ -28,7 +27,7 @@ from slide_fmu.fitting.error_bound import (
     fit_bound,
     scaling_of_statistics,
 )
-from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
+from slide_fmu.fitting.fit import BOUND, COMPANION, Fit, fit_surrogate
 from slide_fmu.fitting.plain_call import useless_estimate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.recipe import Recipe

@@ -160,18 +160,23 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
 
 
 def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
-    """Return the factors for all confidences, (3, n_outputs)."""
-    found = _scales(head, calibration.statistics)[..., : calibration.errors.shape[2]]
+    """Return the factors for all confidences, (3, n_outputs).
+
+    Too few trajectories for a confidence above the usual one bound nothing.
+    """
+    n_outputs = calibration.errors.shape[2]
+    found = _scales(head, calibration.statistics)[..., :n_outputs]
     # errors of zero count as the least that the head knows: factors are positive
     ratios = np.maximum(calibration.errors / found, 2.0**-MOST_EXPONENT)
-    return np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
-
-
-def _factors(ratios: FloatArray, confidence: float) -> FloatArray:
-    """Return the factors for a confidence; too few trajectories for it bound nothing."""
-    if confidence > USUAL_CONFIDENCE and confidence not in calibrated(len(ratios)):
-        return np.full(ratios.shape[2], NO_BOUND)
-    return conformal_factors(ratios, confidence)
+    enough = calibrated(len(ratios))
+    return np.stack(
+        [
+            np.full(n_outputs, NO_BOUND)
+            if confidence > USUAL_CONFIDENCE and confidence not in enough
+            else conformal_factors(ratios, confidence)
+            for confidence in CONFIDENCES
+        ]
+    )
 
 
 def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
@@ -248,8 +253,10 @@ def _seen(
     predicted = surrogate.output_scaling.apply(plain)
     with np.errstate(all="ignore"):
         errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
         statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted, ahead)
+        afterwards = statistics
+        if ahead is not None:
+            afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
     return _Seen(*(part[:, filled] for part in (statistics, afterwards, watched, errors)))

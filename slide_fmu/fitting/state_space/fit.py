@@ -120,22 +120,24 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     A search has run several starts of the size, and the best of them further: that one is taken.
     Sizes that are given have a multi-start of their own.
     """
-    training, order, units = multi_start.training, chosen.order, chosen.units
-    dense = multi_start.dense_units(order, units) if units else 0
-    last = training.iterations if dense == units else training.stretches
+    training, order, n_units = multi_start.training, chosen.order, chosen.n_units
+    dense = multi_start.dense_units(order, n_units) if n_units else 0
+    last = training.iterations if dense == n_units else training.stretches
     winner = chosen.judged
     if winner is None:
-        multi_start.plan(2 * LINEAR_ITERATIONS + (_iterations(training, last) if units else last))
+        multi_start.plan(
+            2 * LINEAR_ITERATIONS + (_iterations(training, last) if n_units else last)
+        )
         winner = multi_start.linear(order)
-        if units:
+        if n_units:
             starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
             winner = multi_start.go_on(starts)[0]
-        return _last_run(multi_start, winner, units, dense)
+        return _last_run(multi_start, winner, n_units, dense)
     larger = chosen.larger
-    alone = dense != units or larger is None or larger.shape.n_units != units
+    alone = dense != n_units or larger is None or larger.shape.n_units != n_units
     if alone or larger is None:
         multi_start.plan(last)
-        return _last_run(multi_start, winner, units, dense)
+        return _last_run(multi_start, winner, n_units, dense)
     used = larger.error < USED * winner.error  # it makes use of its states already
     if used:
         multi_start.plan(last)
@@ -169,10 +171,10 @@ def _refined_on(
     )
 
 
-def _last_run(multi_start: MultiStart, winner: Candidate, units: int, dense: int) -> Candidate:
+def _last_run(multi_start: MultiStart, winner: Candidate, n_units: int, dense: int) -> Candidate:
     """Refine the winner, or widen it where normal equations are solved for fewer hidden units."""
-    if dense != units:
-        return multi_start.widened(winner, units)
+    if dense != n_units:
+        return multi_start.widened(winner, n_units)
     return multi_start.refine(winner)
 
 

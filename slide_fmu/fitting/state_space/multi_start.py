@@ -126,7 +126,7 @@ class MultiStart:
         """End the last part."""
         self._ledger.finish()
 
-    def shape(self, order: int, units: int) -> CellShape:
+    def shape(self, order: int, n_units: int) -> CellShape:
         """Return the shape of a cell; one with hidden units has states to spare (the padding).
 
         Raises:
@@ -137,35 +137,35 @@ class MultiStart:
         if pairs:
             require_turned_pairs(pairs, order, len(self.data.roles.drive), n_outputs)
         return CellShape(
-            order + (self.network.padding if units else 0),
-            units,
+            order + (self.network.padding if n_units else 0),
+            n_units,
             n_outputs,
             self.data.roles,
             self.network.units,
             self.network.bias,
             pairs,
             self.terms,
-            self.network.substeps if units else 1,
+            self.network.substeps if n_units else 1,
         )
 
-    def dense_units(self, order: int, units: int) -> int:
+    def dense_units(self, order: int, n_units: int) -> int:
         """Return the number of hidden units for which normal equations are solved: all, up to the
         limit.
 
         Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
         """
-        limit, count = self.training.dense_limit, self.shape(order, units).n_parameters
+        limit, count = self.training.dense_limit, self.shape(order, n_units).n_parameters
         if count <= limit:
-            return units
+            return n_units
         if self.problem.physical is not None:
             raise ValueError(
                 f"training.dense_limit = {limit}; expected at least {count}, the coefficients of "
-                f"{units} units with physical parameters, whose network cannot be widened: raise "
-                "it, or choose fewer units (network.hidden) or a lower parameter_degree"
+                f"{n_units} units with physical parameters, whose network cannot be widened: "
+                "raise it, or choose fewer units (network.hidden) or a lower parameter_degree"
             )
-        while units > 1 and self.shape(order, units).n_parameters > limit // 2:
-            units -= 1
-        return units
+        while n_units > 1 and self.shape(order, n_units).n_parameters > limit // 2:
+            n_units -= 1
+        return n_units
 
     @property
     def terms(self) -> int:
@@ -224,7 +224,7 @@ class MultiStart:
             starts["impulse responses"] = realize(self._impulse_responses, order)
         return starts
 
-    def start(self, linear: Candidate, units: int, number: int) -> Candidate:
+    def start(self, linear: Candidate, n_units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
         The number of the start, from 0, fixes the random numbers together with the seed.
@@ -233,7 +233,7 @@ class MultiStart:
             ValueError: the linear model cannot be divided into sub-steps.
         """
         old, order = linear.shape, linear.shape.n_states
-        shape = self.shape(order, units)
+        shape = self.shape(order, n_units)
         features = self.data.part.features
         _, states = simulate(old, linear.state.best, features, self.data.part.phi)
         cells = old.cells(linear.state.best)
@@ -242,7 +242,7 @@ class MultiStart:
         cells = in_substeps(cells, shape.substeps)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
-        name = f"start {number}, {order} states, {units} units"
+        name = f"start {number}, {order} states, {n_units} units"
         return self.run(name, shape, theta, self.data.part, self.training.start_iterations)
 
     def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
@@ -298,14 +298,14 @@ class MultiStart:
             found.append(self.run(name, shape, last, self.data.whole, iterations, prior))
         return min(found, key=lambda one: one.error)
 
-    def widened(self, candidate: Candidate, units: int) -> Candidate:
+    def widened(self, candidate: Candidate, n_units: int) -> Candidate:
         """Run a network of more hidden units than normal equations can be solved for, from a
         smaller one.
 
         At first it answers as the smaller network does.
         """
         old, training = candidate.shape, self.training
-        shape = self.shape(old.n_states - self.network.padding, units)
+        shape = self.shape(old.n_states - self.network.padding, n_units)
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen_all(old.cells(candidate.state.best), shape, generator)
         validation = self._objective.least_squares(shape, self.data.validation).validation
@@ -317,7 +317,7 @@ class MultiStart:
             )
 
         begin = Descent.begin(theta, validation(theta))
-        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
+        done = self._ledger.run(f"widened to {n_units}", begin, stretch, training.stretches)
         self._ledger.show()
         return Candidate(shape, done)
 

@@ -84,7 +84,7 @@ class Chosen:
 
     Attributes:
         order: number of states that carry the response.
-        units: number of hidden units.
+        n_units: number of hidden units.
         judged: the network of this size as far as the search has run it; None without a search.
         larger: a network of more states that is worth the same effort, since the order is a guess
             from linear models; None where it is known.
@@ -92,7 +92,7 @@ class Chosen:
     """
 
     order: int
-    units: int
+    n_units: int
     judged: Candidate | None = None
     larger: Candidate | None = None
     tried: tuple[TriedSize, ...] = ()
@@ -100,15 +100,15 @@ class Chosen:
 
 def choose_sizes(multi_start: MultiStart) -> Chosen:
     """Return order and number of hidden units as the recipe says, or as a search finds them."""
-    order, units = multi_start.network.order, multi_start.network.hidden
-    if order != "auto" and units != "auto":
-        return Chosen(order, units)
-    search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(units))
+    order, n_units = multi_start.network.order, multi_start.network.hidden
+    if order != "auto" and n_units != "auto":
+        return Chosen(order, n_units)
+    search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(n_units))
     place = (0, 0)
-    if units != "auto" or not multi_start.eigenvalues_known:
+    if n_units != "auto" or not multi_start.eigenvalues_known:
         # where the order is known, linear models of more states only imitate what units will learn
         place = search.climb(place, [STATES])
-    if units == "auto":
+    if n_units == "auto":
         place = search.climb(place, [STATES, UNITS])
     larger = None
     if order == "auto" and not multi_start.eigenvalues_known:
@@ -139,9 +139,9 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
 
 
-def _numbers_of_units(units: int | str) -> list[int]:
-    if isinstance(units, int):
-        return [units]
+def _numbers_of_units(n_units: int | str) -> list[int]:
+    if isinstance(n_units, int):
+        return [n_units]
     numbers = [0, FIRST_UNITS]
     while numbers[-1] < MOST_UNITS:
         numbers.append(2 * numbers[-1])
@@ -185,12 +185,12 @@ class _Search:
     def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
         """Return the size at a place, with all that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
-        order, units = self._orders[place[0]], self._units[place[1]]
-        return Chosen(order, units, self._judged[place], larger, tried)
+        order, n_units = self._orders[place[0]], self._units[place[1]]
+        return Chosen(order, n_units, self._judged[place], larger, tried)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
         """Return the places one step beyond, as far as the search goes."""
-        beyond = [(place[0] + states, place[1] + units) for states, units in steps]
+        beyond = [(place[0] + states, place[1] + more) for states, more in steps]
         return [(i, j) for i, j in beyond if i < len(self._orders) and j < len(self._units)]
 
     def _best_of(self, places: list[Place]) -> Place | None:
@@ -202,8 +202,8 @@ class _Search:
     def _candidate(self, place: Place) -> Candidate:
         """Return the network of a size, which is judged if it was not yet."""
         if place not in self._judged:
-            order, units = self._orders[place[0]], self._units[place[1]]
-            found = judge(self._multi_start, order, units)
+            order, n_units = self._orders[place[0]], self._units[place[1]]
+            found = judge(self._multi_start, order, n_units)
             noise = noise_in(found, self._multi_start.data.validation)
             if noise:  # the lowest level is the nearest to white noise
                 self._noise = min(noise, self._noise or noise)
@@ -271,19 +271,19 @@ def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> boo
     return left < min(GOOD, FITTED * noise)
 
 
-def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
+def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     """Return a network of a size after a few short runs, of which the best was longer.
 
     It runs on while that pays as a larger network would have to pay: iterations are cheaper.
     """
     training, linear_ones = multi_start.training, 2 * LINEAR_ITERATIONS
-    if units == 0:
+    if n_units == 0:
         multi_start.plan(linear_ones, f"{order} states")
         return multi_start.linear(order)
     rounds = SEARCH_STARTS * training.start_iterations + MOST_ROUNDS * training.kept_iterations
-    multi_start.plan(linear_ones + rounds, f"{order} states and {units} units")
-    linear, units = multi_start.linear(order), multi_start.dense_units(order, units)
-    starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
+    multi_start.plan(linear_ones + rounds, f"{order} states and {n_units} units")
+    linear, n_units = multi_start.linear(order), multi_start.dense_units(order, n_units)
+    starts = [multi_start.start(linear, n_units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
     found = multi_start.judged(best)
     if _is_accurate(multi_start, found):

@@ -65,10 +65,10 @@ def test_search_beside_noise_finds_units_that_lower_the_whole_error_little(
     found = multi_start(tmp_path, 0.15, 0.03, "auto")
     chosen = choose_sizes(found)
     errors = {size.units: size.validation_error for size in chosen.tried}
-    assert chosen.units > 0
+    assert chosen.n_units > 0
     assert errors[0] is not None
-    assert errors[chosen.units] is not None
-    assert 0.8 * errors[0] < errors[chosen.units] < errors[0]
+    assert errors[chosen.n_units] is not None
+    assert 0.8 * errors[0] < errors[chosen.n_units] < errors[0]
 
 
 @pytest.mark.parametrize(

@@ -80,16 +80,20 @@ def _of_coefficients(
     shape: CellShape, theta: torch.Tensor, segments: Segments, n_terms: int
 ) -> NormalEquations:
     """Accumulate the normal equations of a cell whose weights follow physical parameters."""
-    thin, cost = thinning(shape, segments), 0.0
-    blocks, gradient = _Blocks(n_terms, shape.n_weights, theta), torch.zeros_like(theta)
+    thin, n_weights, cost = thinning(shape, segments), shape.n_weights, 0.0
+    blocks = theta.new_zeros(n_terms**2, n_weights**2)  # of J'J, for each pair of terms
+    gradient = torch.zeros_like(theta)
     for chunk in _chunks(shape, segments):
         of_each, phi = _EachSegment(thin), chunk.phi
         assert phi is not None
         _run(shape, shape.weights(theta, phi), chunk, of_each.add)
-        blocks.add(*of_each.products(phi))
+        different, products = of_each.products(phi)
+        factors = (different[:, :, None] * different[:, None, :]).flatten(1)
+        blocks.addmm_(factors.T, products.flatten(1))
         gradient += of_each.gradient(phi)
         cost += of_each.cost
-    return NormalEquations(cost, blocks.matrix(), gradient)
+    apart = blocks.view(n_terms, n_terms, n_weights, n_weights)
+    return NormalEquations(cost, apart.transpose(1, 2).reshape(len(theta), -1), gradient)
 
 
 def _chunks(shape: CellShape, segments: Segments) -> list[Segments]:
@@ -143,24 +147,6 @@ class _EachSegment:
     def gradient(self, phi: torch.Tensor) -> torch.Tensor:
         """Return J'r by all coefficients, of terms (B, K): shape (K n_weights,)."""
         return (phi.T @ torch.stack(self._gradients).sum(0)).flatten()
-
-
-class _Blocks:
-    """The blocks of J'J by all coefficients, summed over the chunks. Final."""
-
-    def __init__(self, n_terms: int, n_weights: int, like: torch.Tensor) -> None:
-        self._sizes = n_terms, n_terms, n_weights, n_weights
-        self._sum = like.new_zeros(n_terms**2, n_weights**2)
-
-    def add(self, phi: torch.Tensor, products: torch.Tensor) -> None:
-        """Add the products J'J of terms: (G, K), and (G, n_weights, n_weights)."""
-        factors = (phi[:, :, None] * phi[:, None, :]).flatten(1)
-        self._sum.addmm_(factors.T, products.flatten(1))
-
-    def matrix(self) -> torch.Tensor:
-        """Return J'J, shape (K n_weights, K n_weights)."""
-        count = self._sizes[0] * self._sizes[2]
-        return self._sum.view(self._sizes).transpose(1, 2).reshape(count, count)
 
 
 class _Rows:

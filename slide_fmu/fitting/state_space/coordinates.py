@@ -1,8 +1,7 @@
-"""A cell is rewritten so that it answers as before: other coordinates, more states, more hidden
-units.
+"""A cell is rewritten so that it answers as before: other coordinates, more states, wider layers.
 
-Random starts of the units need this: the units see states of unit size, and a start answers as the
-linear model that it comes from.
+Random starts of the hidden units need this: these see states of unit size, and a start answers as
+the linear model that it comes from.
 """
 
 from __future__ import annotations

@@ -149,10 +149,10 @@ class MultiStart:
         )
 
     def dense_units(self, order: int, n_units: int) -> int:
-        """Return the number of hidden units for which normal equations are solved: all, up to the
-        limit.
+        """Return the number of hidden units for which normal equations are solved.
 
-        Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
+        It is all of them up to the limit. Beyond it, it is that of half the limit: the fit is
+        widened from there by gradient steps.
         """
         limit, count = self.training.dense_limit, self.shape(order, n_units).n_parameters
         if count <= limit:
@@ -299,8 +299,7 @@ class MultiStart:
         return min(found, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, n_units: int) -> Candidate:
-        """Run a network of more hidden units than normal equations can be solved for, from a
-        smaller one.
+        """Give a network more hidden units than normal equations can be solved for, and run it.
 
         At first it answers as the smaller network does.
         """

@@ -1,4 +1,4 @@
-"""What a cell leaves over is what it could still learn, what it cannot, and noise.
+"""A cell leaves over what it could still learn, what it cannot learn, and noise.
 
 The residual is regressed on random units of the cell's states and features, as they are and as
 they pass through the cell's own poles: what hidden units would add to the outputs at first order.

@@ -1,5 +1,4 @@
-"""The search for sizes: more states or more hidden units, while they pay and there is more to
-learn.
+"""A search finds sizes: more states or hidden units, while they pay and there is more to learn.
 
 It begins at the order that eigenvalues tell, if they are known. Else impulse responses show one,
 which is a guess: it falls to the fewest states with which a linear model does as well.

@@ -89,7 +89,7 @@ def _with_remark(histories: dict[str, History], remark: str | None) -> dict[str,
 
 
 def _with_estimator(work: Work, fit: Fit) -> Fit:
-    """Fit the error estimator of a surrogate; it is left out where it says no more than none."""
+    """Fit the error estimator of a surrogate; it is left out where a constant says as much."""
     recipe, surrogate = work.recipe.estimator, fit.surrogate
     assert recipe is not None
     learnt, validation = work.splits("estimator", OF_ESTIMATOR)

@@ -1,14 +1,22 @@
-"""Files in which a run keeps what it found are read again; a damaged one is named."""
+"""Files in which a run keeps what it found are read again; a damaged one is named.
+
+A ``Memo`` keeps a result with what it was made from, so that nothing is found twice, and nothing
+of another recipe or model is taken.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import operator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
+
+from slide_fmu.core.files import write_whole
 
 REMOVED = "remove it, and it is made again"
 """The remedy for what can be found again by the same command."""
@@ -62,6 +70,43 @@ def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[
 def sealed(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return an object for JSON with its hash, by which ``read_kept`` notices a flipped bit."""
     return {**record, DIGEST: _digest(record)}
+
+
+@dataclass(frozen=True)
+class Memo:
+    """A memo is a JSON file that keeps a result with what it was made from.
+
+    Attributes:
+        path: the file.
+        made_from: what the result depends on, as JSON has it.
+        same: tells whether what a kept result was made from, and this, are the same.
+    """
+
+    path: Path
+    made_from: Mapping[str, Any]
+    same: Callable[[Any, Any], bool] = operator.eq
+
+    def found(self, name: str) -> Any | None:
+        """Return the result of a name; None where none is kept that was made from the same.
+
+        Raises:
+            DamagedFileError: the file is damaged.
+            OSError: it cannot be read.
+        """
+        if not self.path.exists():
+            return None
+        record = read_kept(self.path, (*self.made_from, name))
+        kept = {key: record[key] for key in self.made_from}
+        return record[name] if self.same(kept, self.made_from) else None
+
+    def keep(self, name: str, result: Any) -> None:
+        """Write a result, which JSON can hold, under a name.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        text = json.dumps(sealed({**self.made_from, name: result}), indent=1)
+        write_whole(self.path, (text + "\n").encode("utf-8"))
 
 
 def _digest(record: Mapping[str, Any]) -> str:

@@ -1,12 +1,17 @@
 """A checkpoint is a file from which a training goes on; it begins with the hash of what follows.
 
-So a file that a disk or a transfer has damaged is never taken for the training it was.
+So a file that a disk or a transfer has damaged is never taken for the training it was. The name of
+the file has a key of what the training depends on: its code, its data, its recipe and its machine.
+The CPU time that the training has taken so far stands in another file.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import io
+import json
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +21,10 @@ from typing import Any
 import torch
 
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.kept import Memo
+from slide_fmu.core.progress import Heard, Stages
+from slide_fmu.data.store import Split
+from slide_fmu.features.base import Offered
 from slide_fmu.fitting.errors import TrainingError
 
 DIGEST = hashlib.sha256().digest_size
@@ -52,3 +61,83 @@ def reading(path: Path) -> Iterator[None]:
         raise TrainingError(
             f"checkpoint {path} cannot be read ({error}); remove it to train from the start"
         ) from error
+
+
+PACKAGE = Path(__file__).parents[1]
+ROOMS = (
+    *("core", "features", "excitation", "network", "systems", "records"),
+    *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting"),
+)
+"""A training runs the code of these rooms: all that this one imports, directly or by others. A
+test compares this list with the imports, so that no change of their code can pass unseen by the
+checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
+
+
+def checkpoint_key(*parts: Any) -> str:
+    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
+    text = json.dumps([_code(), *parts], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def content_of(split: Split) -> str:
+    """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
+    total = hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes())
+    if split.parameters is not None:
+        total.update(split.parameters.tobytes())
+    return total.hexdigest()
+
+
+def machine_of(offered: Offered) -> object:
+    """Return the numbers of the machine that features may be formed of, and data need not show."""
+    chain, law = offered.chain, dataclasses.astuple(offered.law)
+    if chain is None:
+        return None
+    return {"law": law, **{name: values.tolist() for name, values in vars(chain).items()}}
+
+
+def _code() -> str:
+    """Return a digest of the training's code and of torch, to which checkpoints belong."""
+    total = hashlib.sha256(torch.__version__.encode())
+    for room in ROOMS:
+        for source in sorted((PACKAGE / room).rglob("*.py")):
+            name = source.relative_to(PACKAGE).as_posix()
+            total.update(name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return total.hexdigest()
+
+
+WRITE_EVERY = 1.0
+"""The time is written after so many further seconds of it."""
+
+
+class CpuTime:
+    """A CPU time counts the seconds of this process, on all its cores, from where a file stands.
+
+    The file lies beside the checkpoint of the training that it belongs to. A damaged one raises a
+    DamagedFileError. Final.
+    """
+
+    def __init__(self, place: Path) -> None:
+        self._memo = Memo(place, {})
+        self._before: float = self._memo.found("seconds") or 0.0
+        self._begin = time.process_time()
+        self._written = self._before
+
+    @property
+    def seconds(self) -> float:
+        """The CPU time until now, in s."""
+        return self._before + time.process_time() - self._begin
+
+    def counted(self, stages: Stages) -> Stages:
+        """Return the stages of a training; whenever their progress is called, the time is kept."""
+
+        def keep_at_times() -> None:
+            if self.seconds - self._written > WRITE_EVERY:
+                self.keep()
+
+        return lambda name: Heard(stages(name), keep_at_times)
+
+    def keep(self) -> float:
+        """Write the time to the file, and return it in s."""
+        self._written = self.seconds
+        self._memo.keep("seconds", self._written)
+        return self._written

@@ -3,8 +3,14 @@
 The head learns the 95 % quantile of the absolute error by the pinball loss (Koenker and Bassett,
 1978), from trajectories that neither network has learnt from. Where an error estimate is made of
 it, it learns the RMS error to be expected as well, by the likelihood of normally distributed
-errors (Nix and Weigend, 1994). Further trajectories make bounds (``conformal``), and say how large
-the watched means usually are.
+errors (Nix and Weigend, 1994). Further trajectories say how large the watched means usually are,
+and make bounds by conformal calibration: factors with which a scale of the error becomes a bound.
+
+Samples of one trajectory resemble each other, so a trajectory counts as one observation: a factor
+is the least one such that the share of its samples that a trajectory has covered is, on average
+over N trajectories, at least c (N + 1) / N. For a further trajectory that is exchangeable with
+these, the expected share is then at least c (pooled-CDF split conformal prediction: Dunn,
+Wasserman, Ramdas, 2023, "Distribution-free prediction sets for two-layer hierarchical models").
 """
 
 from __future__ import annotations
@@ -27,7 +33,6 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.conformal import conformal_factors
 from slide_fmu.fitting.feature_choice import STILL
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
@@ -47,6 +52,7 @@ from slide_fmu.surrogate.error_bound import (
     ErrorBound,
     calibrated,
     filling_length,
+    least_trajectories,
     local_scales,
     statistics_of,
     values_count,
@@ -130,7 +136,7 @@ def fit_bound(
     for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
         _require_finite(name, mix)
     mixes, calibrations = [learnt], [calibration]
-    if judges_given(surrogate):
+    if surrogate.forecast is not None and surrogate.forecast.judged:
         known = (see(split, None) for split in splits[:2])
         for mix, mixes_of in zip(known, (mixes, calibrations), strict=True):
             mixes_of.append(mix)
@@ -154,18 +160,45 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
 
 
 def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
-    """Return the factors for all confidences, (3, n_outputs)."""
-    found = _scales(head, calibration.statistics)[..., : calibration.errors.shape[2]]
+    """Return the factors for all confidences, (3, n_outputs).
+
+    Too few trajectories for a confidence above the usual one bound nothing.
+    """
+    n_outputs = calibration.errors.shape[2]
+    found = _scales(head, calibration.statistics)[..., :n_outputs]
     # errors of zero count as the least that the head knows: factors are positive
     ratios = np.maximum(calibration.errors / found, 2.0**-MOST_EXPONENT)
-    return np.stack([_factors(ratios, confidence) for confidence in CONFIDENCES])
+    enough = calibrated(len(ratios))
+    return np.stack(
+        [
+            np.full(n_outputs, NO_BOUND)
+            if confidence > USUAL_CONFIDENCE and confidence not in enough
+            else conformal_factors(ratios, confidence)
+            for confidence in CONFIDENCES
+        ]
+    )
 
 
-def _factors(ratios: FloatArray, confidence: float) -> FloatArray:
-    """Return the factors for a confidence; too few trajectories for it bound nothing."""
-    if confidence > USUAL_CONFIDENCE and confidence not in calibrated(len(ratios)):
-        return np.full(ratios.shape[2], NO_BOUND)
-    return conformal_factors(ratios, confidence)
+def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
+    """Give the factor of every output, (n_outputs,).
+
+    Args:
+        ratios: absolute errors over the scale of the error, shape (n_trajectories, N, n_outputs).
+        confidence: expected share of covered samples in a further trajectory.
+
+    Raises:
+        ValueError: there are too few trajectories for the confidence.
+    """
+    count, least = len(ratios), least_trajectories(confidence)
+    if count < least:
+        raise ValueError(
+            f"calibration for a confidence of {confidence:g} with {count} trajectories; expected "
+            f"at least {least}: raise data.calibration"
+        )
+    share = confidence * (count + 1) / count
+    pooled = np.sort(ratios.reshape(-1, ratios.shape[-1]), axis=0)
+    place = math.ceil(share * len(pooled)) - 1
+    return np.asarray(pooled[place])
 
 
 def _require_finite(name: str, mix: _Seen) -> None:
@@ -178,11 +211,6 @@ def _require_finite(name: str, mix: _Seen) -> None:
             "stay bounded there: excite it less (bound.excitation), or let both learn from "
             "trajectories beyond the range (data.beyond)"
         )
-
-
-def judges_given(surrogate: Surrogate) -> bool:
-    """Tell whether the bound is about outputs that were given by forecast inputs."""
-    return surrogate.hold == "first_order" and not surrogate.planned
 
 
 def _thinned(mix: _Seen, most: float) -> _Seen:
@@ -219,14 +247,16 @@ def _seen(
     networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
     if plain is None:
         plain = surrogate.predict_newest_batch(split.inputs)
-    elif forecast is not None and judges_given(surrogate):
+    elif forecast is not None and forecast.judged:
         found = forecast.along(split.inputs, surrogate.inputs, surrogate.input_scaling)
         ahead = surrogate.input_scaling.apply(found)
     predicted = surrogate.output_scaling.apply(plain)
     with np.errstate(all="ignore"):
         errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
         statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted, ahead)
+        afterwards = statistics
+        if ahead is not None:
+            afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
     return _Seen(*(part[:, filled] for part in (statistics, afterwards, watched, errors)))

@@ -11,21 +11,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
-from slide_fmu.core.progress import Heard, Stages
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.progress import Heard, Stages, quiet
+from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
 from slide_fmu.data.store import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.director import OTHER, kinds_of
-from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.errors import TrainingError
-from slide_fmu.fitting.family import FITS
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.problem import Problem, seen_records
+from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import (
     LeastSquaresRecipe,
     NetworkTable,
@@ -39,7 +38,7 @@ WORTHWHILE = 0.8
 """A later, richer choice is taken when its error is below this part of the one taken before."""
 SAMPLES = 6_000
 """A choice is judged on trajectories of about so many samples."""
-ORDER, UNITS = 8, 8
+ORDER, HIDDEN = 8, 8
 """The networks that are compared have at most this size."""
 TURNED_ORDER, TURNED_PAIRS = 12, 4
 """The order of a network in turning axes, where the recipe gives none, and its pairs at most."""
@@ -53,9 +52,6 @@ SHORT = {
 }
 """The training of each."""
 
-Values = tuple[FloatArray, FloatArray]
-"""Scaled inputs (n_trajectories, N, n_inputs) and outputs (n_trajectories, N + 1, n_outputs)."""
-
 
 @dataclass(frozen=True, eq=False)
 class Trials:
@@ -64,7 +60,8 @@ class Trials:
     Attributes:
         offered: what features can be formed of.
         window: the surrogate's window.
-        splits: trajectories to learn from, and others to judge by; the first ones are used.
+        splits: trajectories to learn from, and others to judge by; the first ones are used, of
+            about ``SAMPLES`` samples.
         eigenvalues: as of ``Problem``.
         folder: place of the checkpoints.
     """
@@ -74,6 +71,11 @@ class Trials:
     splits: tuple[Split, Split]
     eigenvalues: NDArray[np.complex128] | None
     folder: Path
+
+    def few(self) -> tuple[Split, Split]:
+        """Return the first trajectories of both splits."""
+        learnt, judged = (_first(split) for split in self.splits)
+        return learnt, judged
 
 
 def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
@@ -137,17 +139,16 @@ def search_features(
         tables = [table for table in tables if table.drive == ("inputs",)]
     if len(tables) == 1:
         return tables[0], {}
-    few = [_first(split) for split in trials.splits]
+    trials = dataclasses.replace(trials, splits=trials.few())
     about = {"window": dataclasses.asdict(trials.window), "training": training.model_dump()}
-    contents = [content_of(split) for split in few]
+    contents = [content_of(split) for split in trials.splits]
     key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
-    values = _scaled(few, trials.offered)
     show, best = Heard(progress(STAGE), with_error=not training.even_out), math.inf
     taken, histories = tables[0], dict[str, History]()
     for index, table in enumerate(tables):
         show(index, len(tables), best)
         place = trials.folder / f"choice-{key}-{index}.pt"
-        history = _try(table, training, (trials, values, place))
+        history = _try(table, training, trials, place)
         if history is None:
             continue
         histories[f"{STAGE}: {described(table)}"] = history
@@ -176,27 +177,25 @@ def described(table: StateSpaceRecipe) -> str:
 
 
 def _try(
-    table: StateSpaceRecipe,
-    training: LeastSquaresRecipe,
-    on: tuple[Trials, list[Values], Path],
+    table: StateSpaceRecipe, training: LeastSquaresRecipe, trials: Trials, place: Path
 ) -> History | None:
     """Fit a choice shortly; give its best error as a history of one entry, None if it diverges."""
-    trials, (learnt, judged), place = on
-    most = {"order": ORDER, "hidden": UNITS}
+    most = {"order": ORDER, "hidden": HIDDEN}
     given = {key: getattr(table, key) for key in most}
     sizes = {k: n if given[k] == "auto" else min(n, given[k]) for k, n in most.items()}
     table, short = table.model_copy(update=sizes), training.model_copy(update=SHORT)
-    features = choose_features(table.feature_names(), trials.offered, learnt[0])
-
-    def seen(values: Values) -> tuple[torch.Tensor, torch.Tensor]:
-        parts = features.along(values[0]), values[1]
-        one, other = (torch.as_tensor(part, dtype=torch.float64) for part in parts)
-        return one, other
-
-    data = seen(learnt), seen(judged)
-    problem = Problem(trials.window, features, *data, place, trials.eigenvalues)
+    learnt, judged = (trials.offered.scaling.apply(split.inputs) for split in trials.splits)
+    features = choose_features(table.feature_names(), trials.offered, learnt)
+    scaling = _scaling(trials.splits[0])
+    training_data, validation = (
+        seen_records(features, inputs, scaling.apply(split.outputs))
+        for inputs, split in zip((learnt, judged), trials.splits, strict=True)
+    )
+    problem = Problem(
+        trials.window, features, training_data, validation, place, trials.eigenvalues
+    )
     try:
-        _, history = FITS[StateSpaceRecipe].fit(problem, table, short, _silent)
+        history = fit_state_space(problem, table, short, quiet).history
     except TrainingError:
         return None
     best = int(np.argmin(history.validation_error))
@@ -205,20 +204,12 @@ def _try(
 
 
 def _first(split: Split) -> Split:
-    """The first trajectories, of about ``SAMPLES`` samples."""
     count = -(-SAMPLES // split.inputs.shape[1])
     return Split(split.inputs[:count], split.outputs[:count], split.kinds[:count])
 
 
-def _scaled(few: list[Split], offered: Offered) -> list[Values]:
-    """Values of the splits, outputs about their mean over their standard deviation."""
-    outputs = few[0].outputs.reshape(-1, few[0].outputs.shape[2])
+def _scaling(split: Split) -> Affine:
+    """Scale outputs by their mean and standard deviation; measured ones may lack samples."""
+    outputs = split.outputs.reshape(-1, split.outputs.shape[2])
     outputs = outputs[np.isfinite(outputs).all(axis=1)]
-    mean, deviation = outputs.mean(0), outputs.std(0)
-    return [
-        (offered.scaling.apply(split.inputs), (split.outputs - mean) / deviation) for split in few
-    ]
-
-
-def _silent(done: int, total: int, error: float | None = None) -> None:
-    """Take in a progress that is not shown: that of the trials is."""
+    return Affine(outputs.mean(0), outputs.std(0))

@@ -12,12 +12,10 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.training import block_mean_square, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 
@@ -128,7 +126,7 @@ def fit_feed_forward(
     network: FeedForwardRecipe,
     training: TrainingRecipe,
     progress: Progress,
-) -> tuple[Network, History]:
+) -> FittedNetwork:
     """Train the paper's feed-forward network by Adam.
 
     Raises:
@@ -145,4 +143,4 @@ def fit_feed_forward(
     validation = WindowData(*problem.validation, window)
     objective = block_mean_square(window.n_out, training.newest_weight)
     history = train(module, data, validation, training, problem.checkpoint, progress, objective)
-    return module.freeze(), history
+    return FittedNetwork(module.freeze(), history, network)

@@ -1,47 +1,52 @@
-"""From a recipe and its trajectories to a surrogate with error estimator and error bound."""
+"""From a recipe and its trajectories to a surrogate with error estimator and error bound.
+
+The companion of a bound is the same network again, or a larger one, from other trajectories. It
+shows the scale of the surrogate's error only when it is about as accurate: else the difference of
+both is its own error. Where it is more accurate, the difference is the surrogate's error itself.
+So a recipe may give it more hidden units and a longer training (``bound.companion``). Sizes that
+the recipe leaves open are those that were found for the surrogate. A training may end in a worse
+minimum, so there are several attempts (``bound.attempts``). One that goes on from the surrogate's
+network cannot, and takes little time; but it lacks what the surrogate lacks, and then the
+difference of both does not show it.
+"""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
-import torch
+import numpy as np
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.core.scaling import range_scaling
 from slide_fmu.data.identity import identity
-from slide_fmu.data.store import Split, read_split, require_origin, require_trajectories
-from slide_fmu.features.base import Offered
-from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of, machine_of
-from slide_fmu.fitting.companion import STAGE as COMPANION
-from slide_fmu.fitting.companion import fit_companion
-from slide_fmu.fitting.error_bound import fit_bound, judges_given
-from slide_fmu.fitting.estimate_worth import useless_estimate
+from slide_fmu.data.store import Split, require_origin, require_trajectories
+from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fitting.estimator import fit_estimator
+from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.network import fit_network
+from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
+from slide_fmu.fitting.plain_call import useless_estimate
+from slide_fmu.fitting.preparation import Work
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.offers import offered_features
+from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
-from slide_fmu.surrogate.error_bound import ErrorBound
-from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
 
 OF_ESTIMATOR = "estimator_validation"
 """The estimator's weights are chosen by these trajectories."""
 
+COMPANION = "companion"
+"""The stage has this name in the progress and in the figures."""
+
+ACCURATE = 1.3
+"""A companion is accurate enough if its validation error is at most this factor on the
+surrogate's. A less accurate one makes bounds wider, since its own error is most of the
+disagreement."""
+
 BOUND = "error bound"
 """The stage of the head has this name in the progress and in the figures."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A fit is a surrogate, and how its trainings went, by stage."""
-
-    surrogate: Surrogate
-    histories: dict[str, History]
 
 
 def fit_surrogate(
@@ -70,105 +75,120 @@ def fit_surrogate(
     recipe.require_resolved()
     require_origin(store, recipe, identity(recipe, system))
     require_trajectories(store, recipe)
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    scaling = range_scaling(system.inputs) if known is None else known.input_scaling
-    offered = offered_features(recipe, system, scaling)
-    surrogate, histories = fit_network(
-        recipe, (system, offered, known), (store, checkpoints), device, progress
-    )
-    machine, places = (system, offered, known), (store, checkpoints)
+    work = Work.of(recipe, system, store, checkpoints, progress, known)
+    fit = fit_network(work)
     if recipe.estimator is not None:
-        estimator, more = _fit_estimator(recipe, surrogate, offered, places, device, progress)
-        with_estimator = dataclasses.replace(surrogate, estimator=estimator)
-        useless = useless_estimate(with_estimator, _in_range(recipe, store))
-        surrogate = surrogate if useless else with_estimator
-        histories |= with_remark(more, useless)
-    if recipe.bound is not None:
-        error = min(histories["surrogate"].validation_error)
-        bound, more = _fit_bound(recipe, surrogate, error, machine, places, device, progress)
-        surrogate = dataclasses.replace(surrogate, bound=bound)
-        if surrogate.forecast is not None and judges_given(surrogate):
-            judged = dataclasses.replace(surrogate.forecast, judged=True)
-            surrogate = dataclasses.replace(surrogate, forecast=judged)
-        if bound.span is not None:
-            calibration = read_split(store, "calibration", recipe.count("calibration"))
-            useless = useless_estimate(surrogate, calibration)
-            more = with_remark(more, useless)
-            if useless:
-                surrogate = dataclasses.replace(surrogate, bound=bound.without_estimate())
-        histories |= more
-    return Fit(surrogate, histories)
+        fit = _with_estimator(work, fit)
+    return fit if recipe.bound is None else _with_bound(work, fit)
 
 
-def with_remark(histories: dict[str, History], remark: str | None) -> dict[str, History]:
+def _with_remark(histories: dict[str, History], remark: str | None) -> dict[str, History]:
     """Return histories, the last of which carries a remark."""
     *_, last = histories
-    return {**histories, last: dataclasses.replace(histories[last], remark=remark)}
+    return {**histories, last: replace(histories[last], remark=remark)}
 
 
-def _in_range(recipe: Recipe, store: Path) -> Split:
+def _with_estimator(work: Work, fit: Fit) -> Fit:
+    """Fit the error estimator of a surrogate; it is left out where a constant says as much."""
+    recipe, surrogate = work.recipe.estimator, fit.surrogate
+    assert recipe is not None
+    learnt, validation = work.splits("estimator", OF_ESTIMATOR)
+    key = checkpoint_key(
+        surrogate.to_bytes().hex(),
+        machine_of(work.offered),
+        content_of(learnt),
+        content_of(validation),
+        recipe.model_dump(mode="json"),
+    )
+    place = work.checkpoints / f"estimator-{key}.pt"
+    estimator, more = fit_estimator(
+        surrogate, work.offered, (learnt, validation), recipe, place, work.device, work.progress
+    )
+    with_estimator = replace(surrogate, estimator=estimator)
+    useless = useless_estimate(with_estimator, _in_range(work.recipe, validation))
+    histories = fit.histories | _with_remark(more, useless)
+    return replace(fit, surrogate=surrogate if useless else with_estimator, histories=histories)
+
+
+def _in_range(recipe: Recipe, split: Split) -> Split:
     """Return the trajectories in range that chose the estimator; all if there are none."""
     assert recipe.estimator is not None
-    split = read_split(store, OF_ESTIMATOR, recipe.count(OF_ESTIMATOR))
     beyond = recipe.estimator.draws_beyond
     kept = [i for i in range(len(split.inputs)) if recipe.system.is_record or not beyond(i)]
     parts = {name: values[kept] for name, values in vars(split).items() if values is not None}
     return Split(**parts) if kept else split
 
 
-def _fit_estimator(
-    recipe: Recipe,
-    surrogate: Surrogate,
-    offered: Offered,
-    places: tuple[Path, Path],
-    device: torch.device,
-    progress: Stages,
-) -> tuple[ErrorEstimator, dict[str, History]]:
-    """Fit the error estimator; places are the store and the checkpoints."""
-    assert recipe.estimator is not None
-    store, checkpoints = places
-    learnt, validation = (
-        read_split(store, name, recipe.count(name)) for name in ("estimator", OF_ESTIMATOR)
-    )
-    key = checkpoint_key(
-        surrogate.to_bytes().hex(),
-        machine_of(offered),
-        content_of(learnt),
-        content_of(validation),
-        recipe.estimator.model_dump(mode="json"),
-    )
-    place, splits = checkpoints / f"estimator-{key}.pt", (learnt, validation)
-    return fit_estimator(surrogate, offered, splits, recipe.estimator, place, device, progress)
-
-
-def _fit_bound(
-    recipe: Recipe,
-    surrogate: Surrogate,
-    error: float,
-    machine: tuple[Source, Offered, Surrogate | None],
-    places: tuple[Path, Path],
-    device: torch.device,
-    progress: Stages,
-) -> tuple[ErrorBound, dict[str, History]]:
-    """Fit the companion, then the bound of a surrogate with a validation error.
-
-    Machine and places are as of ``fit_network``.
-    """
+def _with_bound(work: Work, fit: Fit) -> Fit:
+    """Fit the companion, then the bound of a surrogate; a useless error estimate is left out."""
+    recipe, surrogate = work.recipe, fit.surrogate
     assert recipe.bound is not None
-    store, checkpoints = places
-    fitted, course = fit_companion(recipe, surrogate, error, machine, places, device, progress)
+    fitted, course = _fit_companion(work, fit)
     companion = fitted.network
     assert isinstance(companion, StateSpace)
-    names = "bound", "calibration", *([FURTHER] if recipe.further_kinds() else [])
-    splits = [read_split(store, name, recipe.count(name)) for name in names]
+    splits = work.splits("bound", "calibration", *([FURTHER] if recipe.further_kinds() else []))
+    if surrogate.forecast is not None:  # planned motions are known ahead
+        forecast = replace(surrogate.forecast, judged=not surrogate.planned)
+        surrogate = replace(surrogate, forecast=forecast)
     key = checkpoint_key(
         surrogate.to_bytes().hex(),
         fitted.to_bytes().hex(),
         *(content_of(split) for split in splits),
         recipe.bound.model_dump(mode="json"),
     )
-    place = checkpoints / f"bound-{key}.pt"
+    place = work.checkpoints / f"bound-{key}.pt"
     bound, history = fit_bound(
-        surrogate, companion, splits, recipe.bound, place, device, progress(BOUND)
+        surrogate, companion, splits, recipe.bound, place, work.device, work.progress(BOUND)
     )
-    return bound, {COMPANION: course, BOUND: history}
+    surrogate, more = replace(surrogate, bound=bound), {COMPANION: course, BOUND: history}
+    if bound.span is not None:
+        useless = useless_estimate(surrogate, splits[1])
+        more = _with_remark(more, useless)
+        if useless:
+            surrogate = replace(surrogate, bound=bound.without_estimate())
+    return replace(fit, surrogate=surrogate, histories=fit.histories | more)
+
+
+def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
+    """Fit the companion of a surrogate; return the most accurate of all attempts.
+
+    Raises:
+        StoreError: trajectories are missing.
+        TrainingError: a training diverged.
+    """
+    recipe, surrogate = work.recipe, fit.surrogate
+    assert recipe.bound is not None
+    split = "train" if recipe.data.companion == "train" else "companion"
+    accurate = ACCURATE * min(fit.histories[SURROGATE].validation_error)
+    # where features were tried, the companion tries them too, and finds its own sizes
+    searched = any(name.startswith(FEATURES) for name in fit.histories)
+    sized = recipe if searched else fit.recipe
+    goes_on = recipe.bound.companion.start == "surrogate"
+    found: list[tuple[float, Surrogate, History]] = []
+    for attempt in range(recipe.bound.attempts):
+        stage = COMPANION if attempt == 0 else f"{COMPANION}, attempt {attempt + 1}"
+        # the surrogate is chosen by the usual trajectories: by them, its network might just stay
+        judged_by = split if goes_on else "validation"
+        part = Part(stage, split, judged_by, surrogate.output_scaling)
+        begun = surrogate if goes_on else work.known
+        other = fit_network(
+            replace(work, recipe=companion_recipe(sized, attempt), known=begun), part
+        )
+        if goes_on and _same(other.surrogate, surrogate):
+            goes_on = False  # it teaches nothing: the next attempt begins anew
+            if attempt + 1 < recipe.bound.attempts:
+                continue
+        history = other.histories[stage]
+        error = min(history.validation_error)
+        found.append((error, other.surrogate, history))
+        if goes_on or error <= accurate:
+            break
+    _, companion, history = min(found, key=lambda one: one[0])
+    return companion, history
+
+
+def _same(one: Surrogate, other: Surrogate) -> bool:
+    """Tell whether the networks of two surrogates are the same."""
+    networks = one.network, other.network
+    cells = [network.cell.arrays() for network in networks if isinstance(network, StateSpace)]
+    return all(np.array_equal(cells[0][name], cells[1][name]) for name in cells[0])

@@ -12,7 +12,7 @@ class TriedSize:
 
     Attributes:
         order: number of states that carry the response.
-        units: number of units; 0 for a linear network.
+        units: number of hidden units; 0 for a linear network.
         parameters: number of parameters.
         validation_error: RMS in scaled units; None where no run was stable.
         learnable_error: RMS of the part of that error that could be predicted from the inputs;
@@ -28,11 +28,11 @@ class TriedSize:
 
 @dataclass(frozen=True)
 class TriedUnits:
-    """A kind of units was tried on data whose largest amplitudes were held out.
+    """A kind of hidden units was tried on data whose largest amplitudes were held out.
 
     Attributes:
         units: the kind, as in recipes.
-        number: number of units.
+        number: number of hidden units.
         substeps: number of sub-steps.
         validation_error: RMS in scaled units within the amplitudes that were learnt from.
         error_beyond: RMS in scaled units at those that were held out; infinite where the network
@@ -55,7 +55,7 @@ class History:
         training_error: error of the batches since the entry before, as the objective reports it.
         validation_error: error on the validation windows, as the objective reports it.
         sizes: what the search for sizes has judged, in its order; empty without a search.
-        units: kinds of units that were tried; empty where the recipe says the kind.
+        units: kinds of hidden units that were tried; empty where the recipe says the kind.
         remark: what the user should know about the result; None if there is nothing.
         relative: whether the errors are relative RMSE: those of outputs over their standard
             deviation, all samples weighted alike.

@@ -2,6 +2,9 @@
 
 Where inputs move linearly, its FMU forecasts what they do within the step. That errs too, and an
 error bound shall hold the error that the importer gets: so the FMU itself is run that way.
+
+An error estimate is kept where it says more about these errors than the best constant would: one
+that a constant beats would only look like an estimate.
 """
 
 from __future__ import annotations
@@ -12,15 +15,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slide_fmu.core.measures import best_constant, moving_rms
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.store import Split
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[NDArray[np.float64]]:
+def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[FloatArray]:
     """Predict the outputs at samples 1 .. N, (n_trajectories, N, n_outputs), of each split.
 
     Every trajectory has its own parameters. Where inputs are held, or are planned motions, they
@@ -38,7 +42,7 @@ def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[NDA
             return [_plain(surrogate, fmu, split) for split in splits]
 
 
-def _plain(surrogate: Surrogate, fmu: UnpackedFmu, split: Split) -> NDArray[np.float64]:
+def _plain(surrogate: Surrogate, fmu: UnpackedFmu, split: Split) -> FloatArray:
     names, found = [signal.name for signal in surrogate.outputs], []
     for inputs, parameters in zip(split.inputs, _parameters(surrogate, split), strict=True):
         # inputs[k] is reached at the end of step k: so it is set before the next one
@@ -48,11 +52,9 @@ def _plain(surrogate: Surrogate, fmu: UnpackedFmu, split: Split) -> NDArray[np.f
     return np.stack(found)
 
 
-def _known(surrogate: Surrogate, split: Split) -> NDArray[np.float64]:
+def _known(surrogate: Surrogate, split: Split) -> FloatArray:
     if split.parameters is None:
-        values = surrogate.network.stream(surrogate.input_scaling.apply(split.inputs))
-        newest = values[:, :, -len(surrogate.outputs) :].astype(np.float64)
-        return surrogate.output_scaling.invert(newest)
+        return surrogate.predict_newest_batch(split.inputs)
     pairs = zip(split.inputs, _parameters(surrogate, split), strict=True)
     return np.stack([surrogate.predict_newest(inputs, given) for inputs, given in pairs])
 
@@ -63,3 +65,55 @@ def _parameters(surrogate: Surrogate, split: Split) -> list[dict[str, float]]:
         return [{} for _ in split.inputs]
     names = [parameter.name for parameter in surrogate.parameters]
     return [dict(zip(names, row, strict=True)) for row in split.parameters.tolist()]
+
+
+def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
+    """Say why the error estimate of a surrogate is not kept; None where it is worth reading.
+
+    It is judged on trajectories in range that the surrogate has not learnt from, and by which the
+    figures of the FMU are not measured.
+    It is not if for one of the outputs its mean relative deviation from the true errors, over all
+    spans in the split, is not below that of the constant for which it is least.
+    """
+    span = surrogate.estimated_samples
+    first = surrogate.window.memory_length
+    if surrogate.estimator is None:
+        assert surrogate.bound is not None
+        first = max(first, surrogate.bound.estimate_length - span)
+    (given,) = plain_predictions(surrogate, [split])
+    errors = (given - split.outputs[:, 1:])[:, first:]
+    if errors.shape[1] < span:
+        return None
+    true = np.concatenate([moving_rms(one, span) for one in errors])
+    last = errors.shape[1] - span + 1
+    found = _estimates(surrogate, split, given)[:, -last:].reshape(-1, errors.shape[2])
+    for index, signal in enumerate(surrogate.outputs):
+        known = true[:, index] > 0
+        if not known.any():
+            continue
+        error, estimate = true[known, index], found[known, index]
+        own, constant = (
+            float(np.mean(np.abs(value - error) / error))
+            for value in (estimate, best_constant(error))
+        )
+        if not own < constant:
+            return (
+                "the FMU has no error estimate, since it would say no more than a constant: on "
+                f"{len(split.inputs)} trajectories that nothing has learnt from it is "
+                f"{100 * own:.3g} % off on average for {signal.name}, the best constant "
+                f"{100 * constant:.3g} %"
+            )
+    return None
+
+
+def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:
+    """Return the estimates of the FMU in a plain call, which gave these outputs.
+
+    Both have the shape (n_trajectories, N, n_outputs).
+    """
+    if surrogate.estimator is not None:
+        return np.stack([surrogate.estimate_error(inputs) for inputs in split.inputs])
+    assert surrogate.bound is not None
+    scaled = surrogate.input_scaling.apply(split.inputs)
+    predicted = surrogate.output_scaling.apply(given)
+    return surrogate.bound.estimates(scaled, predicted) * surrogate.output_scaling.scale

@@ -1,4 +1,11 @@
-"""A problem is what a network family is given to learn from."""
+"""A problem is what a network family is given to learn from.
+
+Inputs and outputs of motions go through four forms, each of which the next step needs: a ``Split``
+of the store has them in their units; ``Records`` have them scaled, as features that a network
+sees; ``WindowData`` cut windows of records on the fly, at every phase, for networks without a
+state; and ``Segments`` are long pieces of records side by side, for networks with a state, which
+run along them.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +21,25 @@ from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.history import History
+from slide_fmu.network.base import Network
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import NetworkTable
 
 Which = Literal["training", "validation", "beyond"]
 """The records of a problem: to learn from, to choose by, and beyond the range of the inputs."""
+
+Records = tuple[torch.Tensor, torch.Tensor]
+"""Features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1, n_outputs), both in
+scaled units."""
+
+
+def seen_records(features: FeatureMap, inputs: FloatArray, outputs: FloatArray) -> Records:
+    """Return records of scaled inputs, (n_trajectories, N, n_inputs), as a network sees them.
+
+    They have the precision of the features and of the outputs.
+    """
+    return torch.as_tensor(features.along(inputs)), torch.as_tensor(outputs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,16 +72,15 @@ class Problem:
     Attributes:
         window: the surrogate's window.
         features: what the network sees of the inputs.
-        training: features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1,
-            n_outputs) to learn from, both in scaled units.
-        validation: features and outputs of the same kind, by which the weights are chosen.
+        training: records to learn from.
+        validation: records by which the weights are chosen.
         checkpoint: file that holds the state of an interrupted fit.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
             pair, without those of rigid-body modes; None where they are not known, as for
             measured records.
+        beyond: records beyond the range of the inputs, learnt with a low weight; None if there
+            are none.
         start: network that the fit begins with; None if it searches for one.
-        beyond: features and outputs of the same kind beyond the range of the inputs, learnt with
-            a low weight; None if there are none.
         physical: the physical parameters that the weights shall follow; None if there are none.
         noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each, by whose
             spectrum residuals are weighted; None where it is not known.
@@ -67,16 +88,31 @@ class Problem:
 
     window: Window
     features: FeatureMap
-    training: tuple[torch.Tensor, torch.Tensor]
-    validation: tuple[torch.Tensor, torch.Tensor]
+    training: Records
+    validation: Records
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
-    beyond: tuple[torch.Tensor, torch.Tensor] | None = None
+    beyond: Records | None = None
     start: StateSpace | None = None
     physical: Physical | None = None
     noise: tuple[FloatArray, ...] | None = None
 
-    def records(self, which: Which) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return features and outputs of records; those beyond the range must be there."""
-        found: tuple[torch.Tensor, torch.Tensor] = getattr(self, which)
+    def records(self, which: Which) -> Records:
+        """Return records of the problem; those beyond the range must be there."""
+        found: Records = getattr(self, which)
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class FittedNetwork:
+    """A network was fitted to a problem.
+
+    Attributes:
+        network: the network, frozen.
+        history: course of its training.
+        table: the recipe's table of the network, with the sizes that were found.
+    """
+
+    network: Network
+    history: History
+    table: NetworkTable

@@ -2,7 +2,7 @@
 
 A family joins with a package beside ``feed_forward`` and ``state_space`` (its final class of
 ``Network``, its byte layout, its gradient) and one row of ``FAMILIES``. Its fit joins in
-``slide_fmu.fitting.family``, its recipe's tables in ``slide_fmu.recipe.learning``, its C in
+``slide_fmu.fitting.network``, its recipe's tables in ``slide_fmu.recipe.learning``, its C in
 ``slide_fmu/fmu/runtime``. The second reader of the bytes is the C runtime,
 ``slide_fmu/fmu/runtime/network/network.c`` with the readers in its table; both reject the same
 bytes. All numbers are little-endian.

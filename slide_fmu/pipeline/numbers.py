@@ -13,25 +13,18 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept, sealed
+from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
-from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.fingerprint import same_motion
 from slide_fmu.data.identity import identity
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.checks import guarded_recipe
-from slide_fmu.pipeline.resolved import Resolved
+from slide_fmu.pipeline.resolved import Resolved, memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.pipeline.simulation_time import simulation_time
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
-from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source, recipe_system
 from slide_fmu.records.model import MeasuredRecords
@@ -185,13 +178,8 @@ def kept_cost(recipe: Recipe, folder: RunFolder) -> float | None:
     """
     if not folder.cost.exists() or not _needs_cost(recipe):
         return None
-    record = read_kept(folder.cost, ("recipe", "probe", "seconds"))
-    about, motion = _identity(recipe)
-    if with_former_beyond(record["recipe"]) != about or not same_motion(
-        np.array(record["probe"]), motion
-    ):
-        return None
-    return float(record["seconds"])
+    found: float | None = _memo(recipe, folder.cost).found("seconds")
+    return found
 
 
 def _measure_cost(recipe: Recipe, folder: RunFolder, bar: Stages) -> None:
@@ -199,11 +187,9 @@ def _measure_cost(recipe: Recipe, folder: RunFolder, bar: Stages) -> None:
     progress = bar("time of a simulation")
     progress(0, 1)
     seconds, _, _ = guarded_recipe(recipe, recipe_system(recipe), simulation_time)
-    (about, motion), data = _identity(recipe), recipe.data
-    cost = seconds * (data.duration + data.burn_in)
-    record = {"recipe": about, "probe": motion.tolist(), "seconds": cost}
+    cost = seconds * (recipe.data.duration + recipe.data.burn_in)
     folder.path.mkdir(parents=True, exist_ok=True)
-    write_whole(folder.cost, json.dumps(sealed(record), indent=1).encode("utf-8"))
+    _memo(recipe, folder.cost).keep("seconds", cost)
     progress(1, 1)
 
 
@@ -229,17 +215,12 @@ def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
     """
     if not folder.numbers.exists() or recipe.system.is_record:
         return Curve()
-    record = read_kept(folder.numbers, ("recipe", "probe", "curve"))
-    about, motion = _identity(recipe)
-    if with_former_beyond(record["recipe"]) != about or not same_motion(
-        np.array(record["probe"]), motion
-    ):
-        return Curve()
-    return Curve.of_figures(record["curve"])
+    found = _memo(recipe, folder.numbers).found("curve")
+    return Curve() if found is None else Curve.of_figures(found)
 
 
-def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
-    """Return what a curve depends on: the recipe but for numbers and seeds, and the model."""
+def _memo(recipe: Recipe, place: Path) -> Memo:
+    """Return the memo of what follows from the recipe but for numbers and seeds, and the model."""
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed", "budget_minutes"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
     if recipe.parameters:
@@ -247,7 +228,7 @@ def _identity(recipe: Recipe) -> tuple[dict[str, Any], FloatArray]:
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))
-    return about, identity(of_seed_0, recipe_source(recipe))
+    return memo_of(place, about, identity(of_seed_0, recipe_source(recipe)))
 
 
 def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
@@ -260,7 +241,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
     from slide_fmu.fitting.learning_curve import LearningCurve
 
     torch.set_num_threads(1)
-    curve, (about, motion) = kept_curve(recipe, folder), _identity(recipe)
+    curve, memo = kept_curve(recipe, folder), _memo(recipe, folder.numbers)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(recipe, recipe_source(recipe), folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
@@ -274,8 +255,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
         seconds = known.get(train, time.monotonic() - begin)
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
-        record = {"recipe": about, "probe": motion.tolist(), "curve": curve.figures()}
-        write_whole(folder.numbers, json.dumps(sealed(record), indent=1).encode("utf-8"))
+        memo.keep("curve", curve.figures())
 
 
 def _end(points: list[CurvePoint], budget: float | None) -> str | None:

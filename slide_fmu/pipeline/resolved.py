@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept, sealed
+from slide_fmu.core.kept import Memo
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.fingerprint import same_motion
@@ -54,7 +52,8 @@ def resolved_lengths(
     check_recipe(recipe)
     system = recipe_source(recipe)
     asked, motion = recipe.model_dump(mode="json", include=DECIDES), identity(recipe, system)
-    kept = _kept(place, asked, motion)
+    memo = memo_of(place, asked, motion)
+    kept: Resolved | None = memo.found("values")
     if kept is not None:
         return kept, None
     if isinstance(system, System):
@@ -63,8 +62,7 @@ def resolved_lengths(
         found = find_lengths(recipe, system, Patience(patience))
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
-    record = {"values": found.values, "recipe": asked, "probe": motion.tolist()}
-    write_whole(place, json.dumps(sealed(record), indent=1).encode("utf-8"))
+    memo.keep("values", found.values)
     return found.values, found.sizing
 
 
@@ -82,14 +80,12 @@ def _lengths(recipe: Recipe, patience: float) -> Lengths:
     return max(found, key=lambda lengths: lengths.recipe.window.n_in)
 
 
-def _kept(place: Path, asked: dict[str, Any], motion: FloatArray) -> Resolved | None:
-    """Return the values in a file, if they were found for the same recipe and model."""
-    if not place.exists():
-        return None
-    record = read_kept(place, ("values", "recipe", "probe"))
-    if with_former_beyond(record["recipe"]) != asked or not same_motion(
-        np.array(record["probe"]), motion
-    ):
-        return None
-    values: Resolved = record["values"]
-    return values
+def memo_of(place: Path, asked: dict[str, Any], motion: FloatArray) -> Memo:
+    """Return the memo of what tables of a recipe, and its model's short motion, decide."""
+    return Memo(place, {"recipe": asked, "probe": motion.tolist()}, _same_model)
+
+
+def _same_model(kept: dict[str, Any], now: dict[str, Any]) -> bool:
+    """Tell whether recipe and model are the same, but for rounding."""
+    probes = (np.array(one["probe"]) for one in (kept, now))
+    return with_former_beyond(kept["recipe"]) == now["recipe"] and same_motion(*probes)

@@ -122,7 +122,7 @@ def errors_of(noises: tuple[Noise, ...], seed: int, known: bool) -> tuple[list[f
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         problem = Problem(WINDOW, FEATURES, *parts, Path(folder) / "fit.pt", noise=at_rest)
-        network, _ = fit_state_space(problem, NETWORK, training, lambda *_: None)
+        network = fit_state_space(problem, NETWORK, training, lambda *_: None).network
     spent = time.process_time() - begin
     inputs, truth = motion(TESTED, 10 * seed + 5, count)
     left = (network.stream(inputs)[0] - truth[1:] / scale)[2 * WINDOW.n_in :]

@@ -26,7 +26,7 @@ from scipy.ndimage import uniform_filter1d
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
-from slide_fmu.fitting.conformal import conformal_factors
+from slide_fmu.fitting.error_bound import conformal_factors
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe

@@ -96,7 +96,7 @@ def fit(
     with tempfile.TemporaryDirectory() as folder:
         parts = (part.tensors() for part in data)
         problem = Problem(WINDOW, FEATURES, *parts, Path(folder) / "fit.pt")
-        found, _ = fit_state_space(problem, network, training, progress)
+        found = fit_state_space(problem, network, training, progress).network
     return found, time.process_time() - begin
 
 

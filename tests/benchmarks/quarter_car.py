@@ -144,7 +144,7 @@ def train(effort: Effort, seed: int, progress: Progress) -> Surrogate:
     )
     with tempfile.TemporaryDirectory() as folder:
         problem = Problem(WINDOW, features, *tensors, Path(folder) / "fit.pt")
-        fitted, _ = fit_state_space(problem, network, training, progress)
+        fitted = fit_state_space(problem, network, training, progress).network
     forecast = fit_forecast(ROAD, parts[0][0], planned=False)
     scalings = scaling, of_outputs
     return Surrogate("quarter_car", WINDOW, ROAD, OUTPUTS, *scalings, fitted, None, forecast)

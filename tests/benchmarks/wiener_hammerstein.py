@@ -107,7 +107,8 @@ def fit(record: Record, recipe: StateSpaceRecipe, seed: int, advance: Progress) 
         parts = record.learnt(LEARN), record.learnt(CHOOSE)
         problem = Problem(WINDOW, FEATURES, *parts, checkpoint)
         training = LeastSquaresRecipe(seed=seed)
-        network, history = fit_state_space(problem, recipe, training, progress)
+        found = fit_state_space(problem, recipe, training, progress)
+        network, history = found.network, found.history
     seconds = time.process_time() - begin
     return Fitted(network, to_millivolts * min(history.validation_error), seconds)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError, read_kept, sealed
+from slide_fmu.core.kept import DamagedFileError, Memo, read_kept, sealed
 
 WHOLE = json.dumps({"a": 1, "b": [2.5], "more": None}).encode()
 
@@ -51,3 +51,25 @@ def test_object_of_a_former_version_without_a_hash_is_read(tmp_path: Path) -> No
     path = tmp_path / "kept.json"
     path.write_text('{"values": 3}')
     assert read_kept(path, ("values",)) == {"values": 3}
+
+
+def test_memo_gives_what_was_made_from_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "memo.json"
+    memo = Memo(path, {"recipe": {"n_in": 96}, "probe": [0.5]})
+    assert memo.found("values") is None
+    memo.keep("values", {"a": [1, 2.5]})
+    assert memo.found("values") == {"a": [1, 2.5]}
+    assert Memo(path, {"recipe": {"n_in": 97}, "probe": [0.5]}).found("values") is None
+    nearly = Memo(path, {"recipe": {"n_in": 96}, "probe": [0.6]}, lambda kept, now: True)
+    assert nearly.found("values") == {"a": [1, 2.5]}
+
+
+def test_damaged_memo_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "memo.json"
+    Memo(path, {"key": "x"}).keep("figures", 96)
+    path.write_text(path.read_text().replace("96", "97"))
+    with pytest.raises(DamagedFileError, match=r"memo.json is damaged .*remove it"):
+        Memo(path, {"key": "x"}).found("figures")
+    path.write_text('{"figures": 96}')
+    with pytest.raises(DamagedFileError, match=r"expected .* keys key, figures"):
+        Memo(path, {"key": "x"}).found("figures")

@@ -9,8 +9,8 @@ import pytest
 
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress
-from slide_fmu.fitting import cpu_time
-from slide_fmu.fitting.cpu_time import CpuTime
+from slide_fmu.fitting import checkpoint
+from slide_fmu.fitting.checkpoint import CpuTime
 
 
 def work(seconds: float) -> None:
@@ -28,7 +28,7 @@ def heard(calls: list[tuple[object, ...]]) -> Progress:
 def test_time_of_a_training_that_was_killed_counts_up_to_its_last_progress(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cpu_time, "WRITE_EVERY", 0.01)
+    monkeypatch.setattr(checkpoint, "WRITE_EVERY", 0.01)
     place, calls = tmp_path / "checkpoints" / "x.cpu_seconds", []
     first = CpuTime(place)
     progress = first.counted(lambda _: heard(calls))("training")

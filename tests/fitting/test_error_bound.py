@@ -19,8 +19,6 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.fitting import error_bound
 from slide_fmu.fitting import fit as fit_module
-from slide_fmu.fitting.companion import STAGE as COMPANION
-from slide_fmu.fitting.companion import with_sizes_of
 from slide_fmu.fitting.error_bound import (
     _objective,
     _Seen,
@@ -29,16 +27,13 @@ from slide_fmu.fitting.error_bound import (
     fit_bound,
     scaling_of_statistics,
 )
-from slide_fmu.fitting.estimate_worth import useless_estimate
-from slide_fmu.fitting.fit import BOUND, Fit, fit_surrogate
+from slide_fmu.fitting.fit import BOUND, COMPANION, Fit, fit_surrogate
+from slide_fmu.fitting.plain_call import useless_estimate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe
 
@@ -157,32 +152,7 @@ def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) 
     networks = fit.surrogate.network, fit.surrogate.bound.companion
     assert [network.cell.e.shape[1] for network in networks] == [6, 9]
     assert [len(fit.histories[name].step) for name in ("surrogate", COMPANION)] == [12, 20]
-
-
-def test_companion_has_the_sizes_that_were_found_for_the_surrogate(fit: Fit) -> None:
-    network = fit.surrogate.network
-    assert isinstance(network, StateSpace)
-    table = {**RECIPE.model_dump()["network"], "order": "auto", "hidden": "auto", "units": "auto"}
-    recipe = Recipe.model_validate({**RECIPE.model_dump(), "network": table})
-    found = with_sizes_of(recipe, network).network
-    assert found == RECIPE.network
-    given = with_sizes_of(RECIPE.model_copy(update={"network": found}), network)
-    assert given.network == found
-
-
-@pytest.mark.parametrize(("units", "padding"), [("tanh", 2), ("mixed", 0), ("cubic", 0)])
-def test_cubes_that_were_found_have_no_padding(units: str, padding: int) -> None:
-    """The trials that find them leave it out."""
-    network = random_surrogate(Shape(2, 1, 1, 1, cell=CellShape(6, 3, units, substeps=2))).network
-    assert isinstance(network, StateSpace)
-    table = {"family": "state_space", "padding": 2} | dict.fromkeys(("order", "hidden"), "auto")
-    for given in ("auto", units):
-        values = {**RECIPE.model_dump(), "network": {**table, "units": given}}
-        found = with_sizes_of(Recipe.model_validate(values), network).network
-        assert isinstance(found, StateSpaceRecipe)
-        kept = padding if given == "auto" else 2
-        assert (found.order, found.padding, found.hidden) == (6 - kept, kept, 3)
-        assert (found.units, found.substeps) == (units, 2 if given == "auto" else 1)
+    assert fit.recipe.network == RECIPE.network.model_copy(update={"drive": ("inputs",)})
 
 
 @pytest.mark.parametrize("confidence", CONFIDENCES)

@@ -16,10 +16,9 @@ from slide_fmu.features.base import Offered
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting import feature_search
 from slide_fmu.fitting.errors import TrainingError
-from slide_fmu.fitting.family import FamilyFit
 from slide_fmu.fitting.feature_search import STAGE, Trials, choices, search_features
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP
 from tests.progress import no_stages
@@ -138,13 +137,14 @@ def faked(monkeypatch: pytest.MonkeyPatch, errors: list[float]) -> None:
     """Fits that end with these errors one after the other; infinite: they diverge."""
     left = iter(errors)
 
-    def fit(problem: Problem, *_: Any) -> tuple[None, History]:
+    def fit(problem: Problem, table: StateSpaceRecipe, *_: Any) -> FittedNetwork:
         error = next(left)
         if not np.isfinite(error):
             raise TrainingError("diverged")
-        return None, History((1, 2), (0.5, 0.4), (2 * error, error))
+        history = History((1, 2), (0.5, 0.4), (2 * error, error))
+        return FittedNetwork(None, history, table)  # type: ignore[arg-type]
 
-    monkeypatch.setitem(feature_search.FITS, StateSpaceRecipe, FamilyFit(fit))  # type: ignore[arg-type]
+    monkeypatch.setattr(feature_search, "fit_state_space", fit)
 
 
 @pytest.mark.parametrize(

@@ -12,17 +12,21 @@ import torch
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import read_checkpoint
-from slide_fmu.fitting.eigenvalues import eigenvalues_at_rest
-from slide_fmu.fitting.family import FITS, FamilyFit
 from slide_fmu.fitting.feed_forward import FeedForwardModule
-from slide_fmu.fitting.fit import Fit, fit_surrogate, range_scaling
-from slide_fmu.fitting.network import require_symmetry, standard_deviation_scaling
+from slide_fmu.fitting.fit import Fit, fit_surrogate
+from slide_fmu.fitting.network import FITS
+from slide_fmu.fitting.preparation import (
+    eigenvalues_at_rest,
+    require_symmetry,
+    standard_deviation_scaling,
+)
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import StateSpaceRecipe
@@ -254,7 +258,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     def reached(problem: Problem, *rest: object) -> Never:
         raise Reached(problem)
 
-    monkeypatch.setitem(FITS, StateSpaceRecipe, FamilyFit(reached, linearized=True))
+    monkeypatch.setitem(FITS, StateSpaceRecipe, reached)
     problems = []
     for beyond in (0, 2, 3):
         counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}

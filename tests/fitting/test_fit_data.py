@@ -17,11 +17,11 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting import checkpoint_keys
-from slide_fmu.fitting import network as module
-from slide_fmu.fitting.family import FITS, FamilyFit
+from slide_fmu.fitting import checkpoint
+from slide_fmu.fitting import preparation as module
 from slide_fmu.fitting.fit import fit_surrogate
-from slide_fmu.fitting.network import STILL, require_motion
+from slide_fmu.fitting.network import FITS
+from slide_fmu.fitting.preparation import STILL, require_motion
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -53,8 +53,8 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
         raise Reached(problem)
 
     with pytest.MonkeyPatch.context() as patch:
-        for table, family in FITS.items():
-            patch.setitem(FITS, table, FamilyFit(reached, family.linearized))
+        for table in FITS:
+            patch.setitem(FITS, table, reached)
         with pytest.raises(Reached) as caught:
             fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)
     found: Problem = caught.value.args[0]
@@ -162,7 +162,7 @@ def test_checkpoints_belong_to_the_code(
     before = names()
     assert names() == before
     assert len(before) == 2
-    monkeypatch.setattr(checkpoint_keys, "_code", lambda: "another")
+    monkeypatch.setattr(checkpoint, "_code", lambda: "another")
     new = names() - before
     assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
 
@@ -170,32 +170,32 @@ def test_checkpoints_belong_to_the_code(
 def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    here = checkpoint_keys._code()
+    here = checkpoint._code()
     copy = tmp_path / "slide_fmu"
-    shutil.copytree(checkpoint_keys.PACKAGE, copy)
-    monkeypatch.setattr(checkpoint_keys, "PACKAGE", copy)
-    assert checkpoint_keys._code() == here
+    shutil.copytree(checkpoint.PACKAGE, copy)
+    monkeypatch.setattr(checkpoint, "PACKAGE", copy)
+    assert checkpoint._code() == here
     seen = {here}
     sources = ["fitting/state_space/cell.py", "fitting/new.py", "surrogate/surrogate.py"]
     sources += ["network/state_space/network.py", "features/serial_chain.py", "core/measures.py"]
     for source in sources:
         with (copy / source).open("a", encoding="utf-8") as file:
             file.write("# changed\n")
-        seen.add(checkpoint_keys._code())
+        seen.add(checkpoint._code())
     (copy / "fitting" / "new.py").rename(copy / "fitting" / "newer.py")
-    seen.add(checkpoint_keys._code())
+    seen.add(checkpoint._code())
     monkeypatch.setattr(torch, "__version__", "0.1")
-    seen.add(checkpoint_keys._code())
+    seen.add(checkpoint._code())
     assert len(seen) == len(sources) + 3
     (copy / "cli" / "app.py").write_text("")  # no part of a training
-    assert checkpoint_keys._code() in seen
+    assert checkpoint._code() in seen
 
 
 def test_rooms_of_a_training_are_all_that_it_imports() -> None:
     graph = grimp.build_graph("slide_fmu")
     own = graph.find_descendants("slide_fmu.fitting")
     reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
-    assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint_keys.ROOMS)
+    assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint.ROOMS)
 
 
 SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))

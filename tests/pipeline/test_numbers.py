@@ -18,8 +18,7 @@ from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
-from slide_fmu.fitting.state_space.fit import prepare
-from slide_fmu.fitting.state_space.objective import FitData
+from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers
@@ -138,9 +137,9 @@ def test_curve_follows_physical_parameters(
 
     def noting(problem: Problem, *others: Any) -> FitData:
         seen.append(problem.physical)
-        return prepare(problem, *others)
+        return fit_data(problem, *others)
 
-    monkeypatch.setattr(learning_curve, "prepare", noting)
+    monkeypatch.setattr(learning_curve, "fit_data", noting)
     text = OPEN + "\n[parameters.mass]\nrange = [1.0, 3.0]\n"
     job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
     assert job.recipe.count("train") == 2 * FEW

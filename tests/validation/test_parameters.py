@@ -16,7 +16,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.fit import Fit, fit_surrogate
-from slide_fmu.fitting.physical import require_chosen_features
+from slide_fmu.fitting.preparation import require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.recipe.recipe import Recipe, RecipeError

@@ -24,7 +24,7 @@ from slide_fmu.data.identity import identity
 from slide_fmu.data.store import Split, read_split, require_origin
 from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fitting.checkpoint_keys import checkpoint_key, content_of
+from slide_fmu.fitting.checkpoint import checkpoint_key, content_of
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward

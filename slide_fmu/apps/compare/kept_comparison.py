@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import damage_named, read_kept, sealed
+from slide_fmu.core.kept import Memo, damage_named
 from slide_fmu.data.unseen import UnseenMotion
 
 
@@ -29,15 +29,12 @@ class KeptComparison:
         Raises:
             DamagedFileError: what is kept is damaged.
         """
-        place = self.path / f"{name}.json"
-        if place.exists():
-            record = read_kept(place, ("key", "figures"))
-            if record["key"] == key:
-                return dict(record["figures"])
-        found = find()
-        text = json.dumps(sealed({"key": key, "figures": found}), indent=2, allow_nan=False)
-        write_whole(place, (text + "\n").encode("utf-8"))
-        return found
+        memo = Memo(self.path / f"{name}.json", {"key": key})
+        found = memo.found("figures")
+        if found is None:
+            found = find()
+            memo.keep("figures", found)
+        return dict(found)
 
     def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
         """Return unseen motions; they are simulated if none of this key are kept.

@@ -25,12 +25,12 @@ class CellShape:
 
     Attributes:
         n_states: number n of states x.
-        n_units: number H of units h.
+        n_units: number H of hidden units h.
         n_outputs: number p of outputs.
         roles: indices of the state input f, the feedthrough w, what LPV units multiply (g), the
             scheduling variables s and the factors r of the outputs among the features.
-        units: activation of the units, one of ``CELL_ACTIVATIONS``; LPV (``gated``) units have a
-            V.
+        units: activation of the units, one of ``CELL_ACTIVATIONS``; LPV (``gated``) hidden units
+            have a V.
         bias: whether there are constant terms.
         turned: pairs of states that LPV units see in the turned frame.
         terms: number K of terms phi_k of physical parameters p, of which every weight is a sum,
@@ -93,7 +93,7 @@ class CellShape:
         return self.terms * self.n_weights
 
     def linear(self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> torch.Tensor:
-        """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without units.
+        """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without hidden units.
 
         A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states).
         Physical parameters do not move it: all terms but the constant one are zero.

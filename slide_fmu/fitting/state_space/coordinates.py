@@ -1,7 +1,7 @@
-"""A cell is rewritten so that it answers as before: other coordinates, more states, more units.
+"""A cell is rewritten so that it answers as before: other coordinates, more states, wider layers.
 
-Random starts of the units need this: the units see states of unit size, and a start answers as the
-linear model that it comes from.
+Random starts of the hidden units need this: these see states of unit size, and a start answers as
+the linear model that it comes from.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
     makes them uncorrelated too.
 
     Raises:
-        ValueError: units see pairs of states in a turned frame; in other coordinates the states
-            would be no pairs.
+        ValueError: hidden units see pairs of states in a turned frame; in other coordinates the
+            states would be no pairs.
     """
     if shape.turned and shape.n_units:
         raise ValueError(
@@ -112,7 +112,7 @@ def widen_all(cells: Sequence[Cell], new: CellShape, generator: torch.Generator)
 def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torch.Tensor:
     """Return the weights, (new.n_weights,), of a larger cell that answers as a smaller one.
 
-    New states are short memories of the features that no output sees; new units have random
+    New states are short memories of the features that no output sees; new hidden units have random
     arguments and act on nothing. Roles and outputs of both cells are the same. Without generator,
     what is new is 0.
     """
@@ -137,7 +137,7 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torc
 
 
 def _random(shape: tuple[int, ...], generator: torch.Generator | None) -> torch.Tensor:
-    """Draw normal numbers, (units, arguments); a sum over the arguments has unit variance.
+    """Draw normal numbers, (hidden units, arguments); a sum over the arguments has unit variance.
 
     They are 0 without a generator.
     """

@@ -15,11 +15,15 @@ import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.memory.stability import check_stability, excited_features
 from slide_fmu.network.activations import CLIPPED
 from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 from slide_fmu.network.state_space.equations import times
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Source
 
 ROOM = 3.0
 """Cubes are clipped at this factor on the largest argument of the training."""
@@ -83,3 +87,27 @@ def _peaks(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.T
     arguments = times(torch.cat(seen, 2), w[..., ::2, :])
     peaks: torch.Tensor = arguments.abs().amax((0, 1))
     return peaks
+
+
+def with_enough_room(surrogate: Surrogate, recipe: Recipe, system: Source) -> Surrogate:
+    """Return a surrogate that passes the test of stability, if less room for its cubes brings it.
+
+    The more room cubes have, the steeper they get, and a network whose cubes are too steep does
+    not forget its state at large amplitudes. The surrogate stays as it is if it passes with all
+    its room, or if less does not help or would change what it answers within the range.
+    """
+    network = surrogate.network
+    if not isinstance(network, StateSpace) or network.cell.activation != MIXED_UNITS:
+        return surrogate
+    if _is_stable(surrogate, recipe, system):
+        return surrogate
+    smaller = with_half_the_room(network)
+    features = excited_features(surrogate, recipe, system, 1.0)
+    if not np.array_equal(network.run(features)[0], smaller.run(features)[0]):
+        return surrogate
+    other = replace(surrogate, network=smaller)
+    return other if _is_stable(other, recipe, system) else surrogate
+
+
+def _is_stable(surrogate: Surrogate, recipe: Recipe, system: Source) -> bool:
+    return all(test.problem is None for test in check_stability(surrogate, recipe, system))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,31 +12,28 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.errors import TrainingError
-from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.history import History, TriedUnits
-from slide_fmu.fitting.problem import Problem, Which
+from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
+from slide_fmu.fitting.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    MultiStart,
+    while_it_pays,
+)
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
-from slide_fmu.fitting.state_space.objective import FitData
-from slide_fmu.fitting.state_space.remarks import remark_on
-from slide_fmu.fitting.state_space.segments import Segments, cut_segments
-from slide_fmu.fitting.state_space.sizes import USED, Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.objective import FitData, fit_data
+from slide_fmu.fitting.state_space.sizes import POOR, USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
-from slide_fmu.fitting.state_space.whitening import Whitening
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
-SEGMENT = 256
-"""A segment has about so many scored samples, if the window does not truncate more."""
-FEWEST = 8
-"""The starts have at least this many segments, where there are as many."""
-ENOUGH = 12_288
-"""Sizes are judged on at least this many samples, where there are as many: fewer would judge a
-linear model, fitted to all data, better than the many parameters of units."""
+PER_PARAMETER = 10
+"""Fewer samples for each parameter than these do not tell good parameters from others."""
 
 ROUND, HELPS = 20, 0.99
 """Where two sizes compete, both are refined by so many iterations, and then in further rounds, as
@@ -51,8 +49,8 @@ def fit_state_space(
     network: StateSpaceRecipe,
     training: LeastSquaresRecipe,
     progress: Progress,
-) -> tuple[StateSpace, History]:
-    """Fit a state-space network; return it with the history of its last run, in scaled units.
+) -> FittedNetwork:
+    """Fit a state-space network; its history is that of its last run, in scaled units.
 
     The progress is called after every iteration of every run.
 
@@ -61,7 +59,7 @@ def fit_state_space(
         ValueError: trajectories are too short for the window, the order is too high for it, or a
             weight is not finite.
     """
-    data = prepare(problem, network, training)
+    data = fit_data(problem, network, training)
     kinds: tuple[TriedUnits, ...] = ()
     if network.units == "auto" and problem.start is None:
         network, kinds = choose_units(problem, network, training, data, progress)
@@ -70,7 +68,7 @@ def fit_state_space(
         multi_start.plan(training.iterations)
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
         multi_start.finish()
-        return freeze(winner, problem, data), _history(winner, data)
+        return FittedNetwork(freeze(winner, problem, data), _history(winner, data), network)
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
     multi_start.finish()
@@ -79,13 +77,14 @@ def fit_state_space(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    history = _history(winner, data)
     learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
     weighted, parameters = problem.noise is not None, winner.shape.n_parameters
     remark = remark_on(winner.error, learnable, parameters, samples, weighted)
-    return freeze(winner, problem, data), replace(
-        history, sizes=chosen.tried, units=kinds, remark=remark
-    )
+    history = replace(_history(winner, data), sizes=chosen.tried, units=kinds, remark=remark)
+    n_states, n_units = winner.shape.n_states, winner.shape.n_units
+    order = n_states - (network.padding if n_units else 0)
+    table = network.model_copy(update={"order": order, "hidden": n_units})
+    return FittedNetwork(freeze(winner, problem, data), history, table)
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
@@ -100,7 +99,8 @@ def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
     }
     constant = shape.join(replace(cell, **arrays))
     others = constant.new_zeros(shape.n_parameters - shape.n_weights)
-    return multi_start.known(shape, torch.cat([constant, others]))
+    theta = torch.cat([constant, others]).to(multi_start.data.whole.features)
+    return Candidate(shape, Iterate(theta, theta, math.inf))
 
 
 def _history(winner: Candidate, data: FitData) -> History:
@@ -114,77 +114,30 @@ def _history(winner: Candidate, data: FitData) -> History:
     return History(steps, training_errors, validation_errors)
 
 
-def prepare(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
-    """Cut trajectories into segments, for the starts and for the whole fit.
-
-    Raises:
-        ValueError: trajectories are not longer than the truncated part of the window.
-    """
-    dtype = getattr(torch, training.precision)
-
-    def segments(which: Which) -> Segments:
-        burn_in = problem.window.n_truncated
-        length = training.segment or max(SEGMENT, burn_in)
-        features, targets = (part.to(dtype) for part in problem.records(which))
-        phi = None
-        if problem.physical is not None:
-            phi = torch.from_numpy(problem.physical.terms(which)).to(features)
-        cut = cut_segments(features, targets, burn_in, length, phi)
-        return cut.evened_out() if training.even_out else cut
-
-    features = problem.training[0].to(dtype)
-    whole = segments("training")
-    pieces = whole.count // len(features)
-    if problem.beyond is not None:
-        whole = whole.and_others(segments("beyond"), training.beyond_weight)
-    if training.flip_signs:
-        whole = whole.and_others(whole.mirrored(), 1.0)
-    searched = "auto" in (network.order, network.hidden)
-    fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
-    validation = segments("validation")
-    if problem.noise is not None:
-        whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
-        whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
-    part = whole.every(_stride(training.part, pieces, whole.count, fewest))
-    start = problem.start
-    roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(whole, part, validation, features, roles)
-
-
-def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
-    """Choose the stride by which the segments of the starts are taken, out of ``count``.
-
-    It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
-    the number of pieces of a trajectory: else only early pieces, say, would be taken.
-    """
-    most = max(1, count // fewest)
-    wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
-    fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
-    return fitting[0]
-
-
 def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     """Return the best network of a size, refined on all data.
 
     A search has run several starts of the size, and the best of them further: that one is taken.
     Sizes that are given have a multi-start of their own.
     """
-    training, order, units = multi_start.training, chosen.order, chosen.units
-    dense = multi_start.dense_units(order, units) if units else 0
-    last = training.iterations if dense == units else training.stretches
+    training, order, n_units = multi_start.training, chosen.order, chosen.n_units
+    dense = multi_start.dense_units(order, n_units) if n_units else 0
+    last = training.iterations if dense == n_units else training.stretches
     winner = chosen.judged
     if winner is None:
-        multi_start.plan(2 * LINEAR_ITERATIONS + (_iterations(training, last) if units else last))
+        multi_start.plan(
+            2 * LINEAR_ITERATIONS + (_iterations(training, last) if n_units else last)
+        )
         winner = multi_start.linear(order)
-        if units:
+        if n_units:
             starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
             winner = multi_start.go_on(starts)[0]
-        return _last_run(multi_start, winner, units, dense)
+        return _last_run(multi_start, winner, n_units, dense)
     larger = chosen.larger
-    alone = dense != units or larger is None or larger.shape.n_units != units
+    alone = dense != n_units or larger is None or larger.shape.n_units != n_units
     if alone or larger is None:
         multi_start.plan(last)
-        return _last_run(multi_start, winner, units, dense)
+        return _last_run(multi_start, winner, n_units, dense)
     used = larger.error < USED * winner.error  # it makes use of its states already
     if used:
         multi_start.plan(last)
@@ -195,28 +148,33 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     other = multi_start.refine(larger, WITH_MORE_STATES, first)
     # what it would reach if every further round helped as much as the first one
     reached = other.error * (other.error / larger.error) ** ((last - first) / ROUND)
-    refined = _while_it_pays(multi_start, refined, last - first, "refined")
+    refined = _refined_on(multi_start, refined, last - first, "refined")
     if reached < USED * refined.error:
-        other = _while_it_pays(multi_start, other, last - first, WITH_MORE_STATES)
+        other = _refined_on(multi_start, other, last - first, WITH_MORE_STATES)
     return other if other.error < USED * refined.error else refined
 
 
-def _while_it_pays(
+def _refined_on(
     multi_start: MultiStart, candidate: Candidate, iterations: int, name: str
 ) -> Candidate:
-    """Refine a network by so many iterations more, or until a round of them hardly helps."""
-    for number, done in enumerate(range(0, iterations, ROUND), start=1):
-        before, count = candidate.error, min(ROUND, iterations - done)
-        candidate = multi_start.refine_again(candidate, f"{name}, again {number}", count)
-        if candidate.error > HELPS * before:
-            break
-    return candidate
+    """Refine a network by this many iterations more, or until a round of them hardly helps."""
+    rounds = [
+        partial(
+            multi_start.refine_again,
+            name=f"{name}, again {number}",
+            iterations=min(ROUND, iterations - done),
+        )
+        for number, done in enumerate(range(0, iterations, ROUND), start=1)
+    ]
+    return while_it_pays(
+        candidate, rounds, lambda after, before: after.error <= HELPS * before.error
+    )
 
 
-def _last_run(multi_start: MultiStart, winner: Candidate, units: int, dense: int) -> Candidate:
-    """Refine the winner, or widen it where normal equations are solved for fewer units."""
-    if dense != units:
-        return multi_start.widened(winner, units)
+def _last_run(multi_start: MultiStart, winner: Candidate, n_units: int, dense: int) -> Candidate:
+    """Refine the winner, or widen it where normal equations are solved for fewer hidden units."""
+    if dense != n_units:
+        return multi_start.widened(winner, n_units)
     return multi_start.refine(winner)
 
 
@@ -254,3 +212,42 @@ def _frozen(shape: CellShape, cell: Cell) -> Cell:
         n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
     }
     return replace(cell, **arrays)
+
+
+def remark_on(
+    error: float, learnable: float, parameters: int, samples: int, weighted: bool = False
+) -> str | None:
+    """Return what is to be said about a network; None if there is nothing.
+
+    The error is that of the validation and ``learnable`` the part of it that could still be
+    learnt, both relative to the outputs' standard deviation, and perhaps weighted by the spectrum
+    of noise; ``samples`` is the number of scored values of outputs that the parameters were learnt
+    from.
+    """
+    found = [_remark_on_error(error, learnable, weighted), remark_on_samples(parameters, samples)]
+    return "; ".join(remark for remark in found if remark is not None) or None
+
+
+def remark_on_samples(parameters: int, samples: int) -> str | None:
+    """Tell that parameters are many beside the samples that they were learnt from."""
+    if samples >= PER_PARAMETER * parameters:
+        return None
+    return (
+        f"the network has {parameters} parameters and was learnt from {samples} samples of "
+        f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: its "
+        "validation error hardly tells how it does elsewhere; give longer records (data.train), "
+        "or fewer units (network.hidden)"
+    )
+
+
+def _remark_on_error(error: float, learnable: float, weighted: bool) -> str | None:
+    """Tell of a poor result: one whose errors the inputs could still explain in good part."""
+    if learnable < POOR:
+        return None
+    how = ", weighted by the spectrum of the noise" if weighted else ""
+    return (
+        f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
+        f"validation{how}), and {100 * learnable:.2g} % could still be learnt from the inputs: "
+        "give more trajectories (data.train), more units (network.hidden) or states "
+        "(network.order), or more starts (training.starts)"
+    )

@@ -8,6 +8,7 @@ Talwalkar, 2016, with rounds of the recipe's own sizes.)
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -20,7 +21,7 @@ from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_de
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
 from slide_fmu.fitting.state_space.ledger import Ledger
-from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares
+from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.linear_start import (
     LinearModel,
     Responses,
@@ -33,8 +34,8 @@ from slide_fmu.fitting.state_space.linear_start import (
     states_shown,
 )
 from slide_fmu.fitting.state_space.objective import FitData, Objective
+from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.fitting.state_space.prior import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
@@ -74,6 +75,28 @@ class Candidate:
         return rows[-1][1] if rows else math.inf
 
 
+def _stand_of(candidate: Candidate) -> Iterate:
+    """Return where the run of a candidate stands, of least squares."""
+    assert isinstance(candidate.state, Iterate)
+    return candidate.state
+
+
+def while_it_pays(
+    candidate: Candidate,
+    rounds: Sequence[Callable[[Candidate], Candidate]],
+    pays: Callable[[Candidate, Candidate], bool],
+) -> Candidate:
+    """Run a candidate on, round after round, until one hardly helps; return the last one.
+
+    A round pays by the candidates after it and before it.
+    """
+    for go_on in rounds:
+        before, candidate = candidate, go_on(candidate)
+        if not pays(candidate, before):
+            break
+    return candidate
+
+
 class MultiStart:
     """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
 
@@ -103,8 +126,8 @@ class MultiStart:
         """End the last part."""
         self._ledger.finish()
 
-    def shape(self, order: int, units: int) -> CellShape:
-        """Return the shape of a cell; one with units has states to spare (the padding).
+    def shape(self, order: int, n_units: int) -> CellShape:
+        """Return the shape of a cell; one with hidden units has states to spare (the padding).
 
         Raises:
             ValueError: more pairs of states are turned than there are.
@@ -114,34 +137,35 @@ class MultiStart:
         if pairs:
             require_turned_pairs(pairs, order, len(self.data.roles.drive), n_outputs)
         return CellShape(
-            order + (self.network.padding if units else 0),
-            units,
+            order + (self.network.padding if n_units else 0),
+            n_units,
             n_outputs,
             self.data.roles,
             self.network.units,
             self.network.bias,
             pairs,
             self.terms,
-            self.network.substeps if units else 1,
+            self.network.substeps if n_units else 1,
         )
 
-    def dense_units(self, order: int, units: int) -> int:
-        """Return the number of units for which normal equations are solved: all, up to the limit.
+    def dense_units(self, order: int, n_units: int) -> int:
+        """Return the number of hidden units for which normal equations are solved.
 
-        Beyond it, it is that of half the limit: the fit is widened from there by gradient steps.
+        It is all of them up to the limit. Beyond it, it is that of half the limit: the fit is
+        widened from there by gradient steps.
         """
-        limit, count = self.training.dense_limit, self.shape(order, units).n_parameters
+        limit, count = self.training.dense_limit, self.shape(order, n_units).n_parameters
         if count <= limit:
-            return units
+            return n_units
         if self.problem.physical is not None:
             raise ValueError(
                 f"training.dense_limit = {limit}; expected at least {count}, the coefficients of "
-                f"{units} units with physical parameters, whose network cannot be widened: raise "
-                "it, or choose fewer units (network.hidden) or a lower parameter_degree"
+                f"{n_units} units with physical parameters, whose network cannot be widened: "
+                "raise it, or choose fewer units (network.hidden) or a lower parameter_degree"
             )
-        while units > 1 and self.shape(order, units).n_parameters > limit // 2:
-            units -= 1
-        return units
+        while n_units > 1 and self.shape(order, n_units).n_parameters > limit // 2:
+            n_units -= 1
+        return n_units
 
     @property
     def terms(self) -> int:
@@ -180,7 +204,7 @@ class MultiStart:
             theta = shape.linear(*model).to(data.features)
             name = f"linear, {order} states, from {source}"
             segments = data.part if many else data.whole
-            found.append(self._descend(name, shape, theta, segments, LINEAR_ITERATIONS))
+            found.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
         return min(found, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
@@ -200,7 +224,7 @@ class MultiStart:
             starts["impulse responses"] = realize(self._impulse_responses, order)
         return starts
 
-    def start(self, linear: Candidate, units: int, number: int) -> Candidate:
+    def start(self, linear: Candidate, n_units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
         The number of the start, from 0, fixes the random numbers together with the seed.
@@ -209,7 +233,7 @@ class MultiStart:
             ValueError: the linear model cannot be divided into sub-steps.
         """
         old, order = linear.shape, linear.shape.n_states
-        shape = self.shape(order, units)
+        shape = self.shape(order, n_units)
         features = self.data.part.features
         _, states = simulate(old, linear.state.best, features, self.data.part.phi)
         cells = old.cells(linear.state.best)
@@ -218,65 +242,46 @@ class MultiStart:
         cells = in_substeps(cells, shape.substeps)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
-        name = f"start {number}, {order} states, {units} units"
-        return self._descend(name, shape, theta, self.data.part, self.training.start_iterations)
+        name = f"start {number}, {order} states, {n_units} units"
+        return self.run(name, shape, theta, self.data.part, self.training.start_iterations)
 
     def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
         """Run the best candidates some iterations more on the same data; return the best first."""
         ranked = sorted(candidates, key=lambda candidate: candidate.error)
         kept = []
         for place, candidate in enumerate(ranked[: self.training.kept]):
-            name = (
-                f"kept {place}, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
-            )
-            iterations = self.training.kept_iterations
-            theta, part = candidate.state.best, self.data.part
-            kept.append(self._descend(name, candidate.shape, theta, part, iterations))
+            shape, iterations = candidate.shape, self.training.kept_iterations
+            name = f"kept {place}, {shape.n_states} states, {shape.n_units} units"
+            kept.append(self.run(name, shape, candidate.state.best, self.data.part, iterations))
         return sorted(kept, key=lambda candidate: candidate.error)
 
-    def judged(self, candidate: Candidate) -> Candidate:
-        """Run the best start of a size as long as those that are kept, on the same data."""
-        shape, iterations = candidate.shape, self.training.kept_iterations
-        name = f"judged, {shape.n_states} states, {shape.n_units} units"
-        return self._descend(name, shape, candidate.state.best, self.data.part, iterations)
+    def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
+        """Run the best start of a size as long as those that are kept, on the same data.
 
-    def judged_again(self, candidate: Candidate, number: int) -> Candidate:
-        """Go on with a judged network for as many iterations again, the ``number``-th time.
-
-        Each time is a run of its own, so that a fit that goes on after it was stopped compares
-        the same errors as one that was not.
+        A network that was judged before goes on, the ``number``-th time. Each time is a run of its
+        own, so that a fit that goes on after it was stopped compares the same errors as one that
+        was not.
         """
-        shape, iterations = candidate.shape, self.training.kept_iterations
-        name = f"judged, {shape.n_states} states, {shape.n_units} units, again {number}"
-        assert isinstance(candidate.state, Iterate)
-        least_squares = self._objective.least_squares(shape, self.data.part)
-        return self._go_down(name, shape, candidate.state, least_squares, iterations)
-
-    def with_more_data(self, candidate: Candidate, iterations: int) -> Candidate:
-        """Run a network on all data of this fit, perhaps one that was learnt from fewer."""
-        name = f"{len(self.data.features)} trajectories"
-        theta = candidate.state.best
-        return self._descend(name, candidate.shape, theta, self.data.whole, iterations)
-
-    def known(self, shape: CellShape, theta: torch.Tensor) -> Candidate:
-        """Return the candidate that a known network is, with its parameters theta, shape (P,)."""
-        theta = theta.to(self.data.whole.features)
-        return Candidate(
-            shape, Iterate.begin(theta, self._objective.least_squares(shape, self.data.part))
-        )
+        name = f"judged, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
+        name += f", again {number}" if number else ""
+        begin = _stand_of(candidate) if number else candidate.state.best
+        iterations = self.training.kept_iterations
+        return self.run(name, candidate.shape, begin, self.data.part, iterations)
 
     def refine(
         self, candidate: Candidate, name: str = "refined", iterations: int | None = None
     ) -> Candidate:
-        """Run the winner on all data, by default as long as the recipe says, under a name."""
+        """Run a network on all data of this fit, by default as long as the recipe says.
+
+        It may have been learnt from fewer data.
+        """
         theta, most = candidate.state.best, iterations or self.training.iterations
-        return self._descend(name, candidate.shape, theta, self.data.whole, most)
+        return self.run(name, candidate.shape, theta, self.data.whole, most)
 
     def refine_again(self, candidate: Candidate, name: str, iterations: int) -> Candidate:
         """Go on with a refined network on all data; the run has a name of its own."""
-        assert isinstance(candidate.state, Iterate)
-        least_squares = self._objective.least_squares(candidate.shape, self.data.whole)
-        return self._go_down(name, candidate.shape, candidate.state, least_squares, iterations)
+        begin = _stand_of(candidate)
+        return self.run(name, candidate.shape, begin, self.data.whole, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, held ever less strongly to what it was at first.
@@ -286,21 +291,20 @@ class MultiStart:
         shape, theta = candidate.shape, candidate.state.best
         least_squares = self._objective.least_squares(shape, self.data.whole)
         found = [Candidate(shape, Iterate.begin(theta, least_squares))]
+        iterations = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
-            problem = Prior.around(shape, theta, strength).joined(least_squares)
-            begin = Iterate.begin(found[-1].state.theta, problem)
-            iterations = max(1, self.training.iterations // len(STRENGTHS))
-            name = f"refined, prior {strength:g}"
-            found.append(self._go_down(name, shape, begin, problem, iterations))
+            last, name = found[-1].state.theta, f"refined, prior {strength:g}"
+            prior = Prior.around(shape, theta, strength)
+            found.append(self.run(name, shape, last, self.data.whole, iterations, prior))
         return min(found, key=lambda one: one.error)
 
-    def widened(self, candidate: Candidate, units: int) -> Candidate:
-        """Run a network of more units than normal equations can be solved for, from a smaller one.
+    def widened(self, candidate: Candidate, n_units: int) -> Candidate:
+        """Give a network more hidden units than normal equations can be solved for, and run it.
 
         At first it answers as the smaller network does.
         """
         old, training = candidate.shape, self.training
-        shape = self.shape(old.n_states - self.network.padding, units)
+        shape = self.shape(old.n_states - self.network.padding, n_units)
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen_all(old.cells(candidate.state.best), shape, generator)
         validation = self._objective.least_squares(shape, self.data.validation).validation
@@ -312,22 +316,23 @@ class MultiStart:
             )
 
         begin = Descent.begin(theta, validation(theta))
-        done = self._ledger.run(f"widened to {units}", begin, stretch, training.stretches)
+        done = self._ledger.run(f"widened to {n_units}", begin, stretch, training.stretches)
         self._ledger.show()
         return Candidate(shape, done)
 
-    def _descend(
-        self, name: str, shape: CellShape, theta: torch.Tensor, segments: Segments, iterations: int
+    def run(
+        self,
+        name: str,
+        shape: CellShape,
+        begin: torch.Tensor | Iterate,
+        segments: Segments,
+        iterations: int,
+        prior: Prior | None = None,
     ) -> Candidate:
-        """Do a run of Levenberg-Marquardt from the parameters theta, shape (P,)."""
-        least_squares = self._objective.least_squares(shape, segments)
-        begin = Iterate.begin(theta, least_squares)
-        return self._go_down(name, shape, begin, least_squares, iterations)
-
-    def _go_down(
-        self, name: str, shape: CellShape, begin: Iterate, problem: LeastSquares, iterations: int
-    ) -> Candidate:
-        """Do a run of Levenberg-Marquardt from where another one stands, or begins."""
+        """Do a run of Levenberg-Marquardt from parameters, (P,), or from where another stands."""
+        problem = self._objective.least_squares(shape, segments, prior)
+        if isinstance(begin, torch.Tensor):
+            begin = Iterate.begin(begin, problem)
         step = partial(levenberg_marquardt.advance, problem=problem)
         done = self._ledger.run(name, begin, step, iterations)
         self._ledger.show()

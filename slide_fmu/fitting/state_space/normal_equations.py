@@ -6,10 +6,16 @@ units: A + T E diag(gates) V_x T'). The states, the units and their slopes are t
 that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
 every second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient,
 which decides where a fit ends, has all.
+
+The weights of a segment's cell with physical parameters are sum over k of phi_k Theta_k, so its
+rows of J by the cells of coefficients are phi_k times those by its own weights: J'J is the sum
+over the segments b of (phi_b phi_b') kron J_b'J_b. The sensitivities, which cost most, stay those
+of one cell.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +23,6 @@ from functools import partial
 import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.each_segment import Blocks, EachSegment
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
 
@@ -75,16 +80,20 @@ def _of_coefficients(
     shape: CellShape, theta: torch.Tensor, segments: Segments, n_terms: int
 ) -> NormalEquations:
     """Accumulate the normal equations of a cell whose weights follow physical parameters."""
-    thin, cost = thinning(shape, segments), 0.0
-    blocks, gradient = Blocks(n_terms, shape.n_weights, theta), torch.zeros_like(theta)
+    thin, n_weights, cost = thinning(shape, segments), shape.n_weights, 0.0
+    blocks = theta.new_zeros(n_terms**2, n_weights**2)  # of J'J, for each pair of terms
+    gradient = torch.zeros_like(theta)
     for chunk in _chunks(shape, segments):
-        of_each, phi = EachSegment(thin), chunk.phi
+        of_each, phi = _EachSegment(thin), chunk.phi
         assert phi is not None
         _run(shape, shape.weights(theta, phi), chunk, of_each.add)
-        blocks.add(*of_each.products(phi))
+        different, products = of_each.products(phi)
+        factors = (different[:, :, None] * different[:, None, :]).flatten(1)
+        blocks.addmm_(factors.T, products.flatten(1))
         gradient += of_each.gradient(phi)
         cost += of_each.cost
-    return NormalEquations(cost, blocks.matrix(), gradient)
+    apart = blocks.view(n_terms, n_terms, n_weights, n_weights)
+    return NormalEquations(cost, apart.transpose(1, 2).reshape(len(theta), -1), gradient)
 
 
 def _chunks(shape: CellShape, segments: Segments) -> list[Segments]:
@@ -99,6 +108,45 @@ def thinning(shape: CellShape, segments: Segments) -> int:
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
     return thin
+
+
+class _EachSegment:
+    """The rows of J and the residuals of a chunk of B segments, by segment. Final.
+
+    Args:
+        thin: each so manyth row of J goes into J'J.
+
+    Attributes:
+        cost: sum of squares.
+    """
+
+    def __init__(self, thin: int) -> None:
+        self._thin = thin
+        self._rows: list[torch.Tensor] = []
+        self._gradients: list[torch.Tensor] = []
+        self.cost = 0.0
+
+    def add(self, rows: torch.Tensor, residuals: torch.Tensor) -> None:
+        """Add rows of J (samples, B, p, n_weights), and residuals (samples, B, p)."""
+        some = rows[:: self._thin]
+        self._rows.append(math.sqrt(len(rows) / len(some)) * some)
+        self._gradients.append(torch.einsum("sbpj,sbp->bj", rows, residuals))
+        self.cost += float(residuals.square().sum())
+
+    def products(self, phi: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the G different terms of the chunk, (G, K), and J'J of each, (G, n, n).
+
+        Segments of one trajectory have the same terms, (B, K): theirs are one product, which
+        spares most of the memory that all would take.
+        """
+        different, group = torch.unique(phi, dim=0, return_inverse=True)
+        rows = torch.cat(self._rows).transpose(0, 1).flatten(1, 2)  # (B, rows, n_weights)
+        parts = [rows[group == g].flatten(0, 1) for g in range(len(different))]
+        return different, torch.stack([part.T @ part for part in parts])
+
+    def gradient(self, phi: torch.Tensor) -> torch.Tensor:
+        """Return J'r by all coefficients, of terms (B, K): shape (K n_weights,)."""
+        return (phi.T @ torch.stack(self._gradients).sum(0)).flatten()
 
 
 class _Rows:
@@ -194,7 +242,7 @@ class _Sensitivities:
             own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
 
     def _plain(self, k: int, units: Units) -> _Step:
-        """Return the step of units that see states and state input."""
+        """Return the step of hidden units that see states and state input."""
         arguments = torch.cat([self.state, self._arguments[k]], 1)
         gain = self._e * units.slope[:, None, :]
         return gain @ self._equations.w_x, [(gain, arguments)]

@@ -1,4 +1,4 @@
-"""What the runs of a state-space fit make small: squares of residuals, and penalties."""
+"""The runs of a state-space fit make squares of residuals small, and penalties."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.fitting.problem import Problem
+from slide_fmu.fitting.feature_choice import roles_of
+from slide_fmu.fitting.problem import Problem, Which
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.levenberg_marquardt import LeastSquares
 from slide_fmu.fitting.state_space.linear_start import excited_eigenvalues
@@ -19,10 +20,25 @@ from slide_fmu.fitting.state_space.normal_equations import (
     normal_equations,
     sum_of_squares,
 )
-from slide_fmu.fitting.state_space.pole_penalty import PolePenalty, pole_grid, pole_radii
-from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.fitting.state_space.smoothness import Smoothness
+from slide_fmu.fitting.state_space.penalties import (
+    PolePenalty,
+    Prior,
+    Smoothness,
+    pole_grid,
+    pole_radii,
+)
+from slide_fmu.fitting.state_space.segments import Segments, cut_segments
+from slide_fmu.fitting.state_space.whitening import Whitening
 from slide_fmu.network.state_space.cell import Roles
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+
+SEGMENT = 256
+"""A segment has about so many scored samples, if the window does not truncate more."""
+FEWEST = 8
+"""The starts have at least this many segments, where there are as many."""
+ENOUGH = 12_288
+"""Sizes are judged on at least this many samples, where there are as many: fewer would judge a
+linear model, fitted to all data, better than the many parameters of hidden units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +58,55 @@ class FitData:
     validation: Segments
     features: torch.Tensor
     roles: Roles
+
+
+def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
+    """Cut trajectories into segments, for the starts and for the whole fit.
+
+    Raises:
+        ValueError: trajectories are not longer than the truncated part of the window.
+    """
+    dtype = getattr(torch, training.precision)
+
+    def segments(which: Which) -> Segments:
+        burn_in = problem.window.n_truncated
+        length = training.segment or max(SEGMENT, burn_in)
+        features, targets = (part.to(dtype) for part in problem.records(which))
+        phi = None
+        if problem.physical is not None:
+            phi = torch.from_numpy(problem.physical.terms(which)).to(features)
+        cut = cut_segments(features, targets, burn_in, length, phi)
+        return cut.evened_out() if training.even_out else cut
+
+    features = problem.training[0].to(dtype)
+    whole = segments("training")
+    pieces = whole.count // len(features)
+    if problem.beyond is not None:
+        whole = whole.and_others(segments("beyond"), training.beyond_weight)
+    if training.flip_signs:
+        whole = whole.and_others(whole.mirrored(), 1.0)
+    searched = "auto" in (network.order, network.hidden)
+    fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
+    validation = segments("validation")
+    if problem.noise is not None:
+        whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
+        whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
+    part = whole.every(_stride(training.part, pieces, whole.count, fewest))
+    start = problem.start
+    roles = roles_of(network, problem.features) if start is None else start.roles
+    return FitData(whole, part, validation, features, roles)
+
+
+def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
+    """Choose the stride by which the segments of the starts are taken, out of ``count``.
+
+    It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
+    the number of pieces of a trajectory: else only early pieces, say, would be taken.
+    """
+    most = max(1, count // fewest)
+    wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
+    fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
+    return fitting[0]
 
 
 class Objective:
@@ -71,10 +136,13 @@ class Objective:
         penalty = PolePenalty.of(self.problem.window, slowest, residuals)
         return replace(penalty, radius=penalty.radius ** (1 / shape.substeps), grid=grid)
 
-    def least_squares(self, shape: CellShape, segments: Segments) -> LeastSquares:
+    def least_squares(
+        self, shape: CellShape, segments: Segments, prior: Prior | None = None
+    ) -> LeastSquares:
         """Return the problem on segments with the penalties on poles and on coefficients.
 
-        The validation error of an unstable A is infinite, so that it is never chosen.
+        There may be a prior towards known weights besides. The validation error of an unstable A
+        is infinite, so that it is never chosen.
         """
         count, physical = segments.targets.numel(), self.problem.physical
         validation, penalty = self.data.validation, self.penalty(shape, count)
@@ -96,4 +164,5 @@ class Objective:
             fine = math.isfinite(squares) and float(radii.max()) < 1
             return math.sqrt(squares / validation.counted) if fine else math.inf
 
-        return LeastSquares(normal, cost, segments.counted, error)
+        problem = LeastSquares(normal, cost, segments.counted, error)
+        return problem if prior is None else prior.joined(problem)

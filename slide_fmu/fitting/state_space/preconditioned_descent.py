@@ -15,7 +15,7 @@ import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.normal_equations import normal_equations
-from slide_fmu.fitting.state_space.pole_penalty import pole_radii
+from slide_fmu.fitting.state_space.penalties import pole_radii
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.training import SEED_STRIDE
 
@@ -34,8 +34,8 @@ RECOVERY = 1.2
 DAMPING = 0.005
 """This part of the diagonal is added to it, so that the matrix can be factorized."""
 FLOOR = 0.1
-"""The same part of this share of the diagonal's mean is added: units that act on nothing have no
-curvature."""
+"""The same part of this share of the diagonal's mean is added: hidden units that act on nothing
+have no curvature."""
 FAILED = 1.5
 """A validation error of this many times the best one sends the fit back to the best weights."""
 

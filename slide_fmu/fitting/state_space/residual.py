@@ -1,10 +1,14 @@
-"""Is there more to learn? What a cell leaves over is predicted from what it has seen.
+"""A cell leaves over what it could still learn, what it cannot learn, and noise.
 
 The residual is regressed on random units of the cell's states and features, as they are and as
-they pass through the cell's own poles: what units would add to the outputs at first order. It is
-scored on segments that were left out (cross-validation), so that noise, and what lies before the
-window, do not count. Where residuals are weighted by the spectrum of noise, they and what predicts
-them are filtered alike.
+they pass through the cell's own poles: what hidden units would add to the outputs at first order.
+It is scored on segments that were left out (cross-validation), so that noise, and what lies before
+the window, do not count. Where residuals are weighted by the spectrum of noise, they and what
+predicts them are filtered alike.
+
+White noise in what was measured hides how accurate a network is: errors are compared without it.
+Two networks that are off by 0.34 % and 0.32 % of an output with a noise of 0.316 % are not nearly
+alike: without the noise they are off by 0.12 % and 0.05 %.
 """
 
 from __future__ import annotations
@@ -12,9 +16,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 import torch
 
+from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.fitting.state_space.segments import Segments
 
 UNITS = 32
@@ -29,6 +36,10 @@ FOLDS = 3
 """Every so manyth segment is left out in turn: other stretches of the same trajectories stay."""
 RIDGES = (1e-3, 1e-2, 1e-1)
 """The regression is regularised by these parts of the regressors' mean square; the best counts."""
+PART = 0.5
+"""Noise below this part of an error does not matter, and is not told from the error for sure."""
+RESOLUTION = 0.1
+"""Without the noise an error is known down to this part of the noise."""
 
 
 def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segments]) -> float:
@@ -67,6 +78,29 @@ def _regression(
             coefficients = torch.linalg.solve(matrix + torch.diag(damping), right)
             after[index] += float((wanted - others @ coefficients).square().sum())
     return before, after
+
+
+def noise_in(candidate: Candidate, validation: Segments) -> float:
+    """Return the RMS of the white noise in a network's validation error, in scaled units.
+
+    It is 0 where the error is mostly the network's own, or not finite.
+    """
+    if not math.isfinite(candidate.error) or len(validation.targets) < SHORTEST_PIECE:
+        return 0.0
+    with torch.no_grad():
+        found, _ = simulate(
+            candidate.shape, candidate.state.best, validation.features, validation.phi
+        )
+    left = validation.whitened(validation.targets - found[validation.burn_in :])
+    residuals = left.double().cpu().numpy()
+    floors = noise_of_residuals([residuals[:, k] for k in range(residuals.shape[1])]).floor
+    noise = float(np.sqrt(np.mean(np.square(floors))))
+    return noise if noise > PART * candidate.error else 0.0
+
+
+def without_noise(error: float, noise: float) -> float:
+    """Return what is left of an error without a noise that has no part in the other rest."""
+    return math.sqrt(max(error**2 - noise**2, (RESOLUTION * noise) ** 2))
 
 
 _Regressed = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
@@ -121,7 +155,7 @@ class _Units:
         ]
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return what units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
+        """Return what hidden units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
         outputs, states = simulate(self._shape, self._theta, segments.features, segments.phi)
         features = segments.features
         seen = torch.cat([_before(states), features, _before(features)], 2)

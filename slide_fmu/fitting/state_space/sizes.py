@@ -1,11 +1,11 @@
-"""The search for sizes: more states or more units, while they pay and there is more to learn.
+"""A search finds sizes: more states or hidden units, while they pay and there is more to learn.
 
 It begins at the order that eigenvalues tell, if they are known. Else impulse responses show one,
 which is a guess: it falls to the fewest states with which a linear model does as well.
 
 A step to a larger network counts as worthwhile when its validation error falls to ``WORTHWHILE``,
 at equal effort on equal data. Where no single step is, the search looks one step further, as long
-as the residual can still be predicted from the inputs: a few units may gain little alone.
+as the residual can still be predicted from the inputs: a few hidden units may gain little alone.
 """
 
 from __future__ import annotations
@@ -13,11 +13,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from slide_fmu.fitting.history import TriedSize
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
-from slide_fmu.fitting.state_space.noise import PART, noise_in, without_noise
-from slide_fmu.fitting.state_space.residual import learnable_share
+from slide_fmu.fitting.state_space.multi_start import (
+    LINEAR_ITERATIONS,
+    Candidate,
+    MultiStart,
+    while_it_pays,
+)
+from slide_fmu.fitting.state_space.residual import (
+    PART,
+    learnable_share,
+    noise_in,
+    without_noise,
+)
 
 SEARCH_STARTS = 3
 """A size is judged by this many random starts, of which the best goes on."""
@@ -26,24 +36,25 @@ MOST_ROUNDS = 3
 WORTHWHILE = 0.8
 """A larger network is chosen when its error is below this part of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
-"""The search tries 0 units, then the first number, then doubles it up to the second."""
+"""The search tries 0 hidden units, then the first number, then doubles it up to the second."""
 MORE_STATES = 8
 """At most this many states are tried beyond the first guess."""
 NEGLIGIBLE = 1e-3
 """A linear network that is good suffices where less can be learnt, relative to the outputs'
-deviation. One that is not good does not: units may predict what merely looks unpredictable."""
+deviation. One that is not good does not: hidden units may predict what merely looks
+unpredictable."""
 UNFINISHED, POOR = 3e-3, 1e-2
 """Where more than the first could still be learnt, the search looks a step further; where it is
 more than the second in the end, the user is told."""
 
 AS_GOOD = 1.01
 """A linear model of few states counts as good as one of more when its error is at most this many
-times the other's. Most of a linear model's error may be what units will learn: a small rise of the
-whole is a large one of the rest."""
+times the other's. Most of a linear model's error may be what hidden units will learn: a small rise
+of the whole is a large one of the rest."""
 USED = 0.98
-"""Units make use of more states where the error falls below this part, after all iterations: short
-runs do not tell. Linear models, most of whose error is due to what only units learn, do not show
-such states."""
+"""Hidden units make use of more states where the error falls below this part, after all
+iterations: short runs do not show it. Linear models, most of whose error is due to what only
+hidden units learn, do not show such states."""
 MORE_SHOWN = 2
 """Impulse responses may hide so many states, as they may show too many."""
 GOOD = 5e-3
@@ -61,9 +72,9 @@ FITTED = 0.3
 one would learn the noise. The fit on all data brings the rest."""
 
 Place = tuple[int, int]
-"""A size, by its positions among the orders and among the numbers of units."""
+"""A size, by its positions among the orders and among the numbers of hidden units."""
 STATES, UNITS = (1, 0), (0, 1)
-"""A step to more states, and a step to more units."""
+"""A step to more states, and a step to more hidden units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +83,7 @@ class Chosen:
 
     Attributes:
         order: number of states that carry the response.
-        units: number of units.
+        n_units: number of hidden units.
         judged: the network of this size as far as the search has run it; None without a search.
         larger: a network of more states that is worth the same effort, since the order is a guess
             from linear models; None where it is known.
@@ -80,23 +91,23 @@ class Chosen:
     """
 
     order: int
-    units: int
+    n_units: int
     judged: Candidate | None = None
     larger: Candidate | None = None
     tried: tuple[TriedSize, ...] = ()
 
 
 def choose_sizes(multi_start: MultiStart) -> Chosen:
-    """Return order and number of units as the recipe says, or as a search finds them."""
-    order, units = multi_start.network.order, multi_start.network.hidden
-    if order != "auto" and units != "auto":
-        return Chosen(order, units)
-    search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(units))
+    """Return order and number of hidden units as the recipe says, or as a search finds them."""
+    order, n_units = multi_start.network.order, multi_start.network.hidden
+    if order != "auto" and n_units != "auto":
+        return Chosen(order, n_units)
+    search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(n_units))
     place = (0, 0)
-    if units != "auto" or not multi_start.eigenvalues_known:
+    if n_units != "auto" or not multi_start.eigenvalues_known:
         # where the order is known, linear models of more states only imitate what units will learn
         place = search.climb(place, [STATES])
-    if units == "auto":
+    if n_units == "auto":
         place = search.climb(place, [STATES, UNITS])
     larger = None
     if order == "auto" and not multi_start.eigenvalues_known:
@@ -127,9 +138,9 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
 
 
-def _numbers_of_units(units: int | str) -> list[int]:
-    if isinstance(units, int):
-        return [units]
+def _numbers_of_units(n_units: int | str) -> list[int]:
+    if isinstance(n_units, int):
+        return [n_units]
     numbers = [0, FIRST_UNITS]
     while numbers[-1] < MOST_UNITS:
         numbers.append(2 * numbers[-1])
@@ -158,7 +169,7 @@ class _Search:
         return place
 
     def with_more_states(self, place: Place) -> Candidate | None:
-        """Return the network of more states than at a place, for units to make use of.
+        """Return the network of more states than at a place, for hidden units to make use of.
 
         There is none for a linear network, whose states the guess of the order has counted, and
         none where a network leaves hardly more than noise.
@@ -173,12 +184,12 @@ class _Search:
     def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
         """Return the size at a place, with all that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
-        order, units = self._orders[place[0]], self._units[place[1]]
-        return Chosen(order, units, self._judged[place], larger, tried)
+        order, n_units = self._orders[place[0]], self._units[place[1]]
+        return Chosen(order, n_units, self._judged[place], larger, tried)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
         """Return the places one step beyond, as far as the search goes."""
-        beyond = [(place[0] + states, place[1] + units) for states, units in steps]
+        beyond = [(place[0] + states, place[1] + more) for states, more in steps]
         return [(i, j) for i, j in beyond if i < len(self._orders) and j < len(self._units)]
 
     def _best_of(self, places: list[Place]) -> Place | None:
@@ -190,8 +201,8 @@ class _Search:
     def _candidate(self, place: Place) -> Candidate:
         """Return the network of a size, which is judged if it was not yet."""
         if place not in self._judged:
-            order, units = self._orders[place[0]], self._units[place[1]]
-            found = judge(self._multi_start, order, units)
+            order, n_units = self._orders[place[0]], self._units[place[1]]
+            found = judge(self._multi_start, order, n_units)
             noise = noise_in(found, self._multi_start.data.validation)
             if noise:  # the lowest level is the nearest to white noise
                 self._noise = min(noise, self._noise or noise)
@@ -203,7 +214,7 @@ class _Search:
         return without_noise(self._candidate(place).error, self._noise)
 
     def _is_good(self, place: Place) -> bool:
-        """Tell whether the network has units, and is accurate enough for the search."""
+        """Tell whether the network has hidden units, and is accurate enough for the search."""
         samples = samples_of_part(self._multi_start)
         return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise, samples)
 
@@ -259,30 +270,38 @@ def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> boo
     return left < min(GOOD, FITTED * noise)
 
 
-def judge(multi_start: MultiStart, order: int, units: int) -> Candidate:
+def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     """Return a network of a size after a few short runs, of which the best was longer.
 
     It runs on while that pays as a larger network would have to pay: iterations are cheaper.
     """
     training, linear_ones = multi_start.training, 2 * LINEAR_ITERATIONS
-    if units == 0:
+    if n_units == 0:
         multi_start.plan(linear_ones, f"{order} states")
         return multi_start.linear(order)
     rounds = SEARCH_STARTS * training.start_iterations + MOST_ROUNDS * training.kept_iterations
-    multi_start.plan(linear_ones + rounds, f"{order} states and {units} units")
-    linear, units = multi_start.linear(order), multi_start.dense_units(order, units)
-    starts = [multi_start.start(linear, units, number) for number in range(SEARCH_STARTS)]
+    multi_start.plan(linear_ones + rounds, f"{order} states and {n_units} units")
+    linear, n_units = multi_start.linear(order), multi_start.dense_units(order, n_units)
+    starts = [multi_start.start(linear, n_units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
     found = multi_start.judged(best)
-    for number in range(1, MOST_ROUNDS):
-        noise = noise_in(found, multi_start.data.validation)
-        if _good(found, noise, samples_of_part(multi_start)):
-            break
-        before, found = found.error, multi_start.judged_again(found, number)
-        errors = (without_noise(error, noise) for error in (found.error, before))
-        if not next(errors) < WORTHWHILE * next(errors):
-            break
-    return found
+    if _is_accurate(multi_start, found):
+        return found
+    further = [partial(multi_start.judged, number=number) for number in range(1, MOST_ROUNDS)]
+    return while_it_pays(found, further, partial(_pays, multi_start))
+
+
+def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
+    """Tell whether a network is good, by the noise that it shows itself."""
+    noise = noise_in(candidate, multi_start.data.validation)
+    return _good(candidate, noise, samples_of_part(multi_start))
+
+
+def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
+    """A round pays that helps as much as more hidden units would have to, and is not enough."""
+    noise = noise_in(before, multi_start.data.validation)
+    error, former = (without_noise(one.error, noise) for one in (after, before))
+    return error < WORTHWHILE * former and not _is_accurate(multi_start, after)
 
 
 def still_learnable(multi_start: MultiStart, candidate: Candidate) -> float:

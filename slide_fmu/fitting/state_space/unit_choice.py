@@ -1,4 +1,4 @@
-"""The kind of units is chosen by what networks do beyond what they have learnt.
+"""The kind of hidden units is chosen by what networks do beyond what they have learnt.
 
 Plain validation cannot tell: within the range tanh units are as good as any. So the stretches with
 the largest amplitudes are held out, small networks are learnt from the rest, and ranked by their
@@ -31,7 +31,7 @@ HELD_OUT = 0.25
 FEWEST_HELD_OUT = 2
 """With fewer of them nothing can be told, and tanh units are taken."""
 TRIAL_UNITS = 8
-"""Trials have so many units where a search is to find their number."""
+"""Trials have so many hidden units where a search is to find their number."""
 TRIAL_STARTS = 2
 """A trial has so many random starts, the best of which goes on."""
 FEWER = (1, 2, 4)
@@ -42,7 +42,8 @@ TURN, MOST_TIMES = 0.05, 8
 than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A map
 that is no motion has none, so that one step is tried too."""
 AS_GOOD = 1.02
-"""Fewer units do as well where the product of both errors is at most this many times the least."""
+"""Fewer hidden units do as well if the product of both errors is at most this factor on the least.
+"""
 CLEARLY = 0.8
 """Other units are taken where the product of both errors is below this part of that of tanh."""
 FAR, GROWTH = 10.0, 10.0
@@ -132,36 +133,30 @@ class _Trials:
         return self._linear
 
     def of(self, recipe: StateSpaceRecipe) -> TriedUnits:
-        """Learn a network of the recipe's kind, number of units and sub-steps; test it beyond."""
+        """Learn a network of a recipe's kind and number of hidden units, and test it beyond.
+
+        Every trial has a checkpoint of its own.
+        """
         number = TRIAL_UNITS if recipe.hidden == "auto" else int(recipe.hidden)
-        found = self._learn(self._multi_start(recipe, number), number)
+        file, training = self._problem.checkpoint, self._training
+        name = f"units-{recipe.units}-{number}-{recipe.substeps}-{file.name}"
+        problem = replace(self._problem, checkpoint=file.with_name(name))
+        multi_start = MultiStart(problem, recipe, training, self._small, self._progress)
+        orders = orders_to_try(multi_start) if self._linear is None else []
+        iterations = TRIAL_STARTS * training.start_iterations + training.kept_iterations
+        first = 2 * LINEAR_ITERATIONS if orders else 0
+        multi_start.plan(first + iterations, f"trial of {number} {recipe.units} units")
+        if orders:
+            self._linear = multi_start.linear(orders[0])
+        linear = self.linear
+        dense = multi_start.dense_units(linear.shape.n_states, number)
+        starts = [multi_start.start(linear, dense, start) for start in range(TRIAL_STARTS)]
+        found = multi_start.judged(min(starts, key=lambda start: start.error))
+        multi_start.finish()
         theta = with_room(found.shape, found.state.best, self._small.whole)
         beyond = _error(found.shape, theta, self._large)
         self.done.append(TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond))
         return self.done[-1]
-
-    def _multi_start(self, recipe: StateSpaceRecipe, number: int) -> MultiStart:
-        """Return the multi-start of a trial, with a checkpoint of its own."""
-        file = self._problem.checkpoint
-        name = f"units-{recipe.units}-{number}-{recipe.substeps}-{file.name}"
-        problem = replace(self._problem, checkpoint=file.with_name(name))
-        return MultiStart(problem, recipe, self._training, self._small, self._progress)
-
-    def _learn(self, multi_start: MultiStart, units: int) -> Candidate:
-        """Learn a small network of so many units from the smaller amplitudes."""
-        training, kind = multi_start.training, multi_start.network.units
-        orders = None if self._linear is not None else orders_to_try(multi_start)
-        iterations = TRIAL_STARTS * training.start_iterations + training.kept_iterations
-        first = 0 if orders is None else 2 * LINEAR_ITERATIONS
-        multi_start.plan(first + iterations, f"trial of {units} {kind} units")
-        if orders is not None:
-            self._linear = multi_start.linear(orders[0])
-        linear = self.linear
-        units = multi_start.dense_units(linear.shape.n_states, units)
-        starts = [multi_start.start(linear, units, number) for number in range(TRIAL_STARTS)]
-        found = multi_start.judged(min(starts, key=lambda start: start.error))
-        multi_start.finish()
-        return found
 
 
 def _score(tried: TriedUnits) -> float:

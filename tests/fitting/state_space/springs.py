@@ -81,11 +81,12 @@ def spring(
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a fit gives, after how many iterations of all runs, and the weights as bytes."""
+    """What a fit gives, after how many iterations of all runs, with its table and its weights."""
 
     network: StateSpace
     history: History
     iterations: int
+    table: Any
 
     @property
     def content(self) -> bytes:
@@ -151,8 +152,9 @@ def fit(
         last = done
         progress(done, total, best)
 
-    network_of, history = fit_state_space(problem, *recipes, tell)
-    return Fitted(network_of, history, last)
+    found = fit_state_space(problem, *recipes, tell)
+    assert isinstance(found.network, StateSpace)
+    return Fitted(found.network, found.history, last, found.table)
 
 
 def relative_error(network: StateSpace, records: Pair) -> float:

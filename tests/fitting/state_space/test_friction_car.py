@@ -15,10 +15,11 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import draw, simulate_draw, split_stream
-from slide_fmu.fitting.eigenvalues import eigenvalues_at_rest
+from slide_fmu.fitting.preparation import eigenvalues_at_rest
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import fit_state_space
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import Pair, map_of
 from tests.friction_car import FrictionCar, friction_recipe
@@ -61,9 +62,11 @@ def test_network_of_the_car_with_friction_is_not_linear(
 ) -> None:
     monkeypatch.setattr(sizes, "MOST_UNITS", 16)
     problem = problem_of(tmp_path, FrictionCar(slip=0.005, road=0.1))
-    network, history = fit_state_space(
+    found = fit_state_space(
         problem, StateSpaceRecipe(order=5), LeastSquaresRecipe(**QUICK), silent
     )
+    network, history = found.network, found.history
+    assert isinstance(network, StateSpace)
     linear, larger = history.sizes
     assert (linear.units, larger.units, len(network.cell.w)) == (0, 16, 16)
     assert linear.validation_error is not None
@@ -76,9 +79,8 @@ def test_network_of_the_car_with_friction_is_not_linear(
 @pytest.mark.extended
 def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar(friction=0.0))
-    network, history = fit_state_space(
-        problem, StateSpaceRecipe(), LeastSquaresRecipe(**QUICK), silent
-    )
+    found = fit_state_space(problem, StateSpaceRecipe(), LeastSquaresRecipe(**QUICK), silent)
+    network, history = found.network, found.history
     assert network.is_affine
     assert history.remark is None
 
@@ -86,9 +88,10 @@ def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
 @pytest.mark.extended
 def test_linear_network_of_the_car_with_friction_is_told_to_be_poor(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar())
-    _, history = fit_state_space(
+    found = fit_state_space(
         problem, StateSpaceRecipe(order=4, hidden=0), LeastSquaresRecipe(**QUICK), silent
     )
+    history = found.history
     assert history.sizes == ()
     assert history.remark is not None
     assert "could still be learnt from the inputs: give more trajectories" in history.remark

@@ -10,9 +10,10 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space.cell import simulate
-from slide_fmu.fitting.state_space.fit import begun_with, prepare
+from slide_fmu.fitting.state_space.fit import begun_with
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.prior import Prior
+from slide_fmu.fitting.state_space.objective import fit_data
+from slide_fmu.fitting.state_space.penalties import Prior
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_theta
@@ -46,7 +47,7 @@ def test_start_answers_as_the_known_network_for_every_parameter(
 ) -> None:
     problem = replace(parametric_problem(tmp_path), start=known)
     network, training = StateSpaceRecipe(), LeastSquaresRecipe(**QUICK)
-    data = prepare(problem, network, training)
+    data = fit_data(problem, network, training)
     found = begun_with(known, MultiStart(problem, network, training, data, silent))
     assert found.shape.terms == 3
     segments = data.whole

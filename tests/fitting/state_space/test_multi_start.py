@@ -16,9 +16,9 @@ from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.fitting.state_space import multi_start as multi_start_module
-from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
-from slide_fmu.fitting.state_space.pole_penalty import PolePenalty
+from slide_fmu.fitting.state_space.objective import fit_data
+from slide_fmu.fitting.state_space.penalties import PolePenalty
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
@@ -77,7 +77,7 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     """Refused before anything is fitted."""
     problem = problem_of(tmp_path, names=("inputs", "changes"))
     table = StateSpaceRecipe(units="gated", schedule=("inputs",), order=3, hidden=2)
-    data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, table, LeastSquaresRecipe(**QUICK))
     table = table.model_copy(update={"turned_pairs": 2})
     training = LeastSquaresRecipe(**QUICK)
     multi_start = MultiStart(problem, table, training, data, lambda *state: None)
@@ -96,7 +96,7 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
     training, found = LeastSquaresRecipe(**QUICK), []
     for static in (("inputs",), ("inputs", "changes"), ("changes",)):
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
-        data = prepare(problem, table, training)
+        data = fit_data(problem, table, training)
         multi_start = MultiStart(problem, table, training, data, lambda *state: None)
         found.append(multi_start._impulse_responses.values)
     assert torch.equal(found[1], found[0])
@@ -137,7 +137,7 @@ def test_penalty_knows_the_slowest_pole_of_the_system(
 
 def weighted_error(problem: Problem, network: dict[str, Any], found: Fitted) -> float:
     """RMS error of the network on all segments, each as often as its weight squared."""
-    data = prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)).whole
+    data = fit_data(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)).whole
     values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
     squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2
     weights = data.weights.numpy() ** 2
@@ -221,15 +221,15 @@ def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -
 def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], float]:
     """Whether the runs of a linear model saw the starts' part or all data, and its error."""
     table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
-    data = prepare(problem, table, training)
+    data = fit_data(problem, table, training)
     multi_start = MultiStart(problem, table, training, data, lambda *state: None)
-    fitted, descend = [], multi_start._descend
+    fitted, descend = [], multi_start.run
 
     def heard(name: str, shape: Any, theta: torch.Tensor, segments: Any, count: int) -> Any:
         fitted.append(segments)
         return descend(name, shape, theta, segments, count)
 
-    multi_start._descend = heard  # type: ignore[method-assign]
+    multi_start.run = heard  # type: ignore[method-assign]
     error = multi_start.linear(2).error
     assert len(fitted) == 2
     assert all(segments is data.whole or segments is data.part for segments in fitted)
@@ -241,7 +241,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
 ) -> None:
     network = {"order": 2, "hidden": 0}
     problem = problem_of(tmp_path, 0.0)
-    data = prepare(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
     count = data.whole.targets.numel()
     for most, in_part in ((count, False), (count - 1, True)):
         monkeypatch.setattr(multi_start_module, "MOST_RESIDUALS", most)

@@ -11,10 +11,9 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.state_space import sizes
-from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
-from slide_fmu.fitting.state_space.noise import noise_in, without_noise
-from slide_fmu.fitting.state_space.objective import FitData
+from slide_fmu.fitting.state_space.objective import FitData, fit_data
+from slide_fmu.fitting.state_space.residual import noise_in, without_noise
 from slide_fmu.fitting.state_space.sizes import choose_sizes
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, QUICK, problem_of
@@ -26,7 +25,7 @@ def multi_start(folder: Path, cubic: float, noise: float, units: int | str = 0) 
     problem = problem_of(folder, cubic)
     network = StateSpaceRecipe(order=2, hidden=units)
     training = LeastSquaresRecipe(**QUICK)
-    data: FitData = noisy(prepare(problem, network, training), noise)
+    data: FitData = noisy(fit_data(problem, network, training), noise)
     return MultiStart(problem, network, training, data, silent)
 
 
@@ -66,10 +65,10 @@ def test_search_beside_noise_finds_units_that_lower_the_whole_error_little(
     found = multi_start(tmp_path, 0.15, 0.03, "auto")
     chosen = choose_sizes(found)
     errors = {size.units: size.validation_error for size in chosen.tried}
-    assert chosen.units > 0
+    assert chosen.n_units > 0
     assert errors[0] is not None
-    assert errors[chosen.units] is not None
-    assert 0.8 * errors[0] < errors[chosen.units] < errors[0]
+    assert errors[chosen.n_units] is not None
+    assert 0.8 * errors[0] < errors[chosen.n_units] < errors[0]
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def test_network_of_more_states_is_offered_beside_a_guessed_order(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     chosen = choose_sizes(search(monkeypatch, {4: 1e-3, 6: 2e-3}))
-    assert (chosen.order, chosen.units) == (4, sizes.FIRST_UNITS)
+    assert (chosen.order, chosen.n_units) == (4, sizes.FIRST_UNITS)
     assert chosen.larger is not None
     assert chosen.larger.error == 2e-3
     assert {tried.order for tried in chosen.tried if tried.units} == {4, 6}
@@ -86,7 +86,7 @@ def test_linear_models_of_more_states_do_not_raise_a_known_order(
 ) -> None:
     """Twice the states halve the error of the linear model; with units the smaller one counts."""
     chosen = choose_sizes(search(monkeypatch, {2: two, 4: four}, 2, eigenvalues=True))
-    assert (chosen.order, chosen.units) == (order, sizes.FIRST_UNITS)
+    assert (chosen.order, chosen.n_units) == (order, sizes.FIRST_UNITS)
 
 
 @pytest.mark.parametrize(("more", "states"), [(0.9, 6), (0.97, 6), (0.99, 4), (2.0, 4)])

@@ -11,7 +11,7 @@ import torch
 from slide_fmu.core.window import Window
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
-from slide_fmu.fitting.state_space.pole_penalty import (
+from slide_fmu.fitting.state_space.penalties import (
     LARGEST_RADIUS,
     REMAINING,
     ROOM,

@@ -7,7 +7,7 @@ import torch
 
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares, advance
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
-from slide_fmu.fitting.state_space.prior import Prior
+from slide_fmu.fitting.state_space.penalties import Prior
 from tests.fitting.state_space.cells import plain, random_theta
 
 SHAPE = plain(3, 2, 4, 1)

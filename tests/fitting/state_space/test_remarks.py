@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slide_fmu.fitting.state_space.remarks import PER_PARAMETER, remark_on, remark_on_samples
+from slide_fmu.fitting.state_space.fit import PER_PARAMETER, remark_on, remark_on_samples
 from slide_fmu.fitting.state_space.sizes import POOR
 
 

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
-from slide_fmu.fitting.state_space.smoothness import CHANGE, FEW, Smoothness
+from slide_fmu.fitting.state_space.penalties import CHANGE, FEW, Smoothness
 from tests.fitting.state_space.cells import plain
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.fitting.state_space import fit as fit_module
+from slide_fmu.fitting.state_space import objective as objective_module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
-from slide_fmu.fitting.state_space.fit import FEWEST, _stride, freeze, prepare
+from slide_fmu.fitting.state_space.fit import freeze
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
+from slide_fmu.fitting.state_space.objective import FEWEST, _stride, fit_data
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -78,7 +79,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
     records = two_inputs()
     names = table.feature_names()
     problem = problem_of(folder, names=names, training=records, validation=records)
-    data = prepare(problem, table, LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, table, LeastSquaresRecipe(**QUICK))
     roles = data.roles
     if turned:
         roles = replace(roles, turn=roles.schedule[:2])
@@ -152,7 +153,7 @@ def test_differences_are_formed_before_the_precision_is_lost(
     torch.testing.assert_close(formed, exact, rtol=0, atol=SINGLE * float(exact.abs().max()))
     table = StateSpaceRecipe(drive=DIFFERENCES)
     found, expected = (
-        prepare(problem, table, LeastSquaresRecipe(**QUICK, precision=kind))
+        fit_data(problem, table, LeastSquaresRecipe(**QUICK, precision=kind))
         for kind in (precision, "float64")
     )
     dtype = getattr(torch, precision)
@@ -192,7 +193,7 @@ def test_starts_have_some_segments_at_least(part: int, pieces: int, count: int) 
 def test_starts_have_early_and_late_segments(tmp_path: Path) -> None:
     """Four segments of each trajectory, and every second of them would be the same two."""
     given = StateSpaceRecipe(order=2, hidden=8)
-    data = prepare(problem_of(tmp_path), given, LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem_of(tmp_path), given, LeastSquaresRecipe(**QUICK))
     assert (data.whole.count, QUICK["part"], data.part.count) == (24, 2, 8)
     expected = data.whole.every(3)
     assert torch.equal(data.part.features, expected.features)
@@ -203,8 +204,8 @@ def test_sizes_are_judged_on_enough_samples(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, enough: int, segments: int
 ) -> None:
     """Few data are all taken, of many a part: every third of 24 segments of 33 samples."""
-    monkeypatch.setattr(fit_module, "ENOUGH", enough)
-    data = prepare(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
+    monkeypatch.setattr(objective_module, "ENOUGH", enough)
+    data = fit_data(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
     assert (len(data.whole.targets), data.whole.count) == (33, 24)
     assert data.part.count == segments
 
@@ -222,7 +223,7 @@ def test_flipped_signs_are_added(tmp_path: Path) -> None:
     names = DIFFERENCES[:2]
     table = StateSpaceRecipe(drive=names)
     plain, flipped = (
-        prepare(
+        fit_data(
             problem_of(tmp_path, names=names), table, LeastSquaresRecipe(**QUICK, flip_signs=flip)
         )
         for flip in (False, True)
@@ -265,7 +266,7 @@ def test_trajectories_beyond_the_range_are_added_with_their_weight(
     training = LeastSquaresRecipe(**QUICK, flip_signs=flip_signs, beyond_weight=0.25)
     inputs, outputs = spring(4, 3, 160, CUBIC, BEYOND)
     plain, both = (
-        prepare(problem_of(tmp_path, names=names, beyond=beyond), table, training)
+        fit_data(problem_of(tmp_path, names=names, beyond=beyond), table, training)
         for beyond in (None, (inputs, outputs))
     )
     assert torch.equal(both.features, plain.features)
@@ -331,7 +332,7 @@ def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
     }
     problem, table = problem_of(tmp_path, **pairs), StateSpaceRecipe(**NONLINEAR)
     plain, even = (
-        prepare(problem, table, LeastSquaresRecipe(**QUICK, flip_signs=True, even_out=even_out))
+        fit_data(problem, table, LeastSquaresRecipe(**QUICK, flip_signs=True, even_out=even_out))
         for even_out in (False, True)
     )
     own = plain.whole.count // 4
@@ -351,7 +352,7 @@ def test_validation_error_is_a_mean_by_the_weights(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, training=violent(1), validation=violent(2))
     found = fit(problem, NONLINEAR, even_out=True)
     training = LeastSquaresRecipe(**QUICK, even_out=True)
-    data = prepare(problem, StateSpaceRecipe(**NONLINEAR), training).validation
+    data = fit_data(problem, StateSpaceRecipe(**NONLINEAR), training).validation
     values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
     squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2
     expected = math.sqrt(np.average(squares.mean((1, 2)), weights=data.weights.numpy() ** 2))

@@ -14,8 +14,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent
-from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
+from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
@@ -75,7 +75,7 @@ def test_nonlinear_system_is_learnt(nonlinear: Fitted, tmp_path: Path) -> None:
 
 def test_validation_error_is_that_of_the_numpy_network(nonlinear: Fitted, tmp_path: Path) -> None:
     problem = problem_of(tmp_path)
-    data = prepare(problem, StateSpaceRecipe(**NONLINEAR), LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, StateSpaceRecipe(**NONLINEAR), LeastSquaresRecipe(**QUICK))
     features = data.validation.features.numpy().swapaxes(0, 1).astype(np.float32)
     values = nonlinear.network.run(features)[0][:, WINDOW.n_truncated :]
     error = values - data.validation.targets.numpy().swapaxes(0, 1)

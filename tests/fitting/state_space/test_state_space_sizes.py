@@ -127,3 +127,16 @@ def test_noise_that_only_the_validation_has_is_not_answered_with_more_units(
     found = fit(problem_of(tmp_path, validation=(inputs, outputs + noise)), {"order": 2})
     assert found.history.sizes[-1].units == sizes.FIRST_UNITS
     assert found.error > sizes.GOOD
+
+
+@pytest.mark.usefixtures("few_units")
+@pytest.mark.parametrize("network", [{"order": 2}, {"hidden": 0}, {"units": "auto"}])
+def test_table_of_a_fit_has_the_sizes_of_its_network(
+    tmp_path: Path, network: dict[str, Any]
+) -> None:
+    """With it, another fit needs no search."""
+    found = fit(problem_of(tmp_path), network)
+    cell, table = found.network.cell, found.table
+    padding = table.padding if table.hidden else 0
+    assert (table.order + padding, table.hidden) == (len(cell.a), len(cell.w))
+    assert (table.units, table.substeps) == (cell.activation, cell.substeps)

@@ -16,17 +16,16 @@ from slide_fmu.core.autoregression import Autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.fit import prepare
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
-from slide_fmu.fitting.state_space.noise import noise_in
 from slide_fmu.fitting.state_space.normal_equations import (
     BLOCK,
     normal_equations,
     sum_of_squares,
 )
+from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.preconditioned_descent import _gradient
-from slide_fmu.fitting.state_space.residual import learnable_share
+from slide_fmu.fitting.state_space.residual import learnable_share, noise_in
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.whitening import OWN_ERROR, Filter, Whitening, _taps
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -278,10 +277,10 @@ def test_known_spectrum_of_noise_makes_a_fit_more_accurate(tmp_path: Path) -> No
 
 def test_segments_of_a_problem_with_noise_have_its_whitening(tmp_path: Path) -> None:
     recipes = StateSpaceRecipe(order=2, hidden=2), LeastSquaresRecipe(**QUICK)
-    data = prepare(problem_of(tmp_path), *recipes)
+    data = fit_data(problem_of(tmp_path), *recipes)
     parts = ("whole", "part", "validation")
     assert all(getattr(data, part).whitening is None for part in parts)
-    data = prepare(problem_of(tmp_path, noise=(0.1 * drift(2000)[:, None],)), *recipes)
+    data = fit_data(problem_of(tmp_path, noise=(0.1 * drift(2000)[:, None],)), *recipes)
     assert all(getattr(data, part).whitening is data.whole.whitening for part in parts)
     centred = data.whole.targets - data.whole.targets.mean((0, 1))
     kept = data.whole.whitened(centred).square().mean()

@@ -50,7 +50,7 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Lea
     def fit(recipe: TrainingRecipe, place: Path, progress: Progress) -> Baseline:
         training, validation = (_tensors(lesson, which) for which in ("training", "validation"))
         problem = Problem(lesson.window, lesson.features, training, validation, place)
-        network, _ = fit_feed_forward(problem, FEED_FORWARD, recipe, progress)
+        network = fit_feed_forward(problem, FEED_FORWARD, recipe, progress).network
         return Frozen(network, lesson.window, n_outputs)
 
     return _within(budget, "feed_forward", fit, lesson.seed, progress, "2 x 100 ReLU units")

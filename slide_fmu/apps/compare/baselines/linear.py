@@ -11,7 +11,7 @@ import torch
 from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen, Learnt
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -54,5 +54,5 @@ def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
         problem = Problem(
             lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"
         )
-        found, _ = fit_state_space(problem, network, training, lambda *_: None)
+        found = fit_state_space(problem, network, training, quiet).network
     return [(f"order {order}", Frozen(found, lesson.window, lesson.n_outputs))]

@@ -1,9 +1,17 @@
-"""A penalty keeps the poles of A inside the circle in which the window forgets them.
+"""Penalties join a fit's sum of squares: on poles, on coefficients, and towards known weights.
 
 Far beyond the trained amplitude tanh units are saturated and the cell moves as x[k+1] = A x[k] +
 bounded terms. With all poles of A inside the unit circle it stays bounded for every input
 (boundedness); inside a circle whose poles decay within the truncated part of the window, it
-forgets its state there too (fading memory). The penalty joins the sum of squares.
+forgets its state there too (fading memory). A penalty keeps the poles inside that circle.
+
+A few specimens, as those of measured records, determine the polynomials of the weights where they
+lie, but a cell has many directions in which its outputs hardly change: between the specimens it
+may be any other. A penalty draws all coefficients but the constant ones towards zero.
+
+Records are often short compared with the weights of a network that was learnt from a simulation.
+They determine a few of its weights for sure, and the noise would move all others. A prior holds
+the weights to those that were known.
 """
 
 from __future__ import annotations
@@ -15,8 +23,10 @@ import torch
 
 from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.core.parameters import grid_of
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.fitting.state_space.cell import CellShape
+from slide_fmu.fitting.state_space.levenberg_marquardt import LeastSquares
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
 
 REMAINING = 0.03
@@ -27,6 +37,13 @@ LARGEST_RADIUS = 0.999
 """The circle's radius is at most this, however long the window."""
 BEYOND = 0.1
 """Physical parameters are looked at so far beyond their ranges, as a share of these."""
+FEW = 8
+"""Parameters of at least so many different values for each term need no penalty."""
+CHANGE = 1e-2
+"""A coefficient of 1 counts as much as this RMS error of the outputs' scale."""
+STRENGTHS = (1.0, 1e-1, 1e-2, 1e-4)
+"""Strengths of the prior, one after the other: a weight that changes by its own size counts as
+much as this squared error, in scaled units, summed over all samples."""
 
 
 @dataclass(frozen=True)
@@ -129,3 +146,84 @@ def pole_radii(
     """
     poles: torch.Tensor = torch.linalg.eigvals(shape.split(shape.weights(theta, grid)).a)
     return poles.abs()
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """The penalty is weight * sum of the squares of all coefficients but the constant ones.
+
+    Attributes:
+        weight: 0 where there are no parameters, or values of them enough.
+    """
+
+    weight: float
+
+    @staticmethod
+    def of(terms: FloatArray | None, residuals: int) -> Smoothness:
+        """Return the penalty for the terms of all trajectories, (n_trajectories, n_terms)."""
+        if terms is None:
+            return Smoothness(0.0)
+        different = len({tuple(row) for row in terms.tolist()})
+        return Smoothness(residuals * CHANGE**2 if different < FEW * terms.shape[1] else 0.0)
+
+    def cost(self, shape: CellShape, theta: torch.Tensor) -> float:
+        """Return the value of the penalty at the parameters theta, shape (P,)."""
+        return self.weight * float(theta[shape.n_weights :].square().sum())
+
+    def join(
+        self, normal: NormalEquations, shape: CellShape, theta: torch.Tensor
+    ) -> NormalEquations:
+        """Add the penalty to normal equations."""
+        if not self.weight:
+            return normal
+        follows = torch.ones_like(theta)
+        follows[: shape.n_weights] = 0
+        return NormalEquations(
+            normal.cost + self.cost(shape, theta),
+            normal.matrix + self.weight * torch.diag(follows),
+            normal.gradient + self.weight * follows * theta,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """The prior is strength * sum over all weights of ((theta - centre) / size)^2.
+
+    Attributes:
+        centre: known weights, shape (P,).
+        precision: strength / size^2, shape (P,).
+    """
+
+    centre: torch.Tensor
+    precision: torch.Tensor
+
+    @staticmethod
+    def around(shape: CellShape, theta: torch.Tensor, strength: float) -> Prior:
+        """Return the prior around weights (P,); their sizes are those of them and their matrix.
+
+        Coefficients of terms of physical parameters have the sizes of the constant ones.
+        """
+        squares = theta[: shape.n_weights].square()
+        first = 0
+        for size in shape.sizes:
+            part = squares[first : first + size]
+            if size:
+                part += part.mean().clamp_min(1e-12)
+            first += size
+        return Prior(theta, strength / squares.repeat(shape.terms))
+
+    def joined(self, problem: LeastSquares) -> LeastSquares:
+        """Return a least-squares problem with the prior in its sum of squares."""
+
+        def cost(theta: torch.Tensor) -> float:
+            return problem.cost(theta) + float(self.precision @ (theta - self.centre).square())
+
+        def normal(theta: torch.Tensor) -> NormalEquations:
+            found, apart = problem.normal(theta), theta - self.centre
+            return NormalEquations(
+                found.cost + float(self.precision @ apart.square()),
+                found.matrix + torch.diag(self.precision),
+                found.gradient + self.precision * apart,
+            )
+
+        return LeastSquares(normal, cost, problem.count, problem.validation)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slide_fmu.fitting import settled as module
-from slide_fmu.fitting.settled import settled
+from slide_fmu.fitting.state_space import cubes as module
+from slide_fmu.fitting.state_space.cubes import with_enough_room
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
@@ -24,7 +24,7 @@ def passes(cell: Cell) -> bool:
 
 
 def settled_cell(cell: Cell) -> Cell:
-    network = settled(surrogate_of(network_of(cell)), RECIPE, SYSTEM).network
+    network = with_enough_room(surrogate_of(network_of(cell)), RECIPE, SYSTEM).network
     assert isinstance(network, StateSpace)
     return network.cell
 

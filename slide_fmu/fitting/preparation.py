@@ -1,0 +1,367 @@
+"""The data of a fit are prepared in one way, whichever network is to learn from them.
+
+First come scalings and what is known of the system (``scales_of``), then the features that the
+network sees (``prepare``), then the problem that a network family is given (``Prepared.problem``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from slide_fmu.core.parameter_basis import ParameterBasis
+from slide_fmu.core.parameters import corners_of
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.scaling import Affine, range_scaling
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.units import behind
+from slide_fmu.core.window import Window
+from slide_fmu.data.store import Split, read_split
+from slide_fmu.features.base import Offered
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.feature_choice import choose_features, require_odd
+from slide_fmu.fitting.feature_search import Trials, choices, search_features
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.problem import Physical, Problem, Records, seen_records
+from slide_fmu.memory.modes import spectrum
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.offers import offered_features
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import Linearizable, Source, System
+
+LEARNT_BY = {"window", "network", "training", "parameters"}
+"""Tables of a recipe by which its network is learnt."""
+STILL = 1e-9
+"""A standard deviation below this part of the range is rounding, not motion."""
+
+Eigenvalues = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """All fits of one surrogate have this in common.
+
+    Attributes:
+        recipe: what is to be fitted.
+        source: where the trajectories come from.
+        offered: what features are formed of; its scaling is that of the inputs.
+        store: folder of the trajectories.
+        checkpoints: folder for the states of interrupted trainings.
+        progress: opens the progress of each training.
+        known: surrogate whose network, features and scalings a fit begins with; None if it begins
+            anew.
+    """
+
+    recipe: Recipe
+    source: Source
+    offered: Offered
+    store: Path
+    checkpoints: Path
+    progress: Stages
+    known: Surrogate | None = None
+
+    @staticmethod
+    def of(
+        recipe: Recipe,
+        source: Source,
+        store: Path,
+        checkpoints: Path,
+        progress: Stages,
+        known: Surrogate | None = None,
+    ) -> Work:
+        """Return the work of a recipe, whose inputs are scaled by their ranges, or as known.
+
+        Raises:
+            RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the
+                system's.
+        """
+        scaling = range_scaling(source.inputs) if known is None else known.input_scaling
+        offered = offered_features(recipe, source, scaling)
+        return Work(recipe, source, offered, store, checkpoints, progress, known)
+
+    @property
+    def device(self) -> torch.device:
+        """Networks are fitted on a GPU where there is one."""
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+
+    @property
+    def linearized(self) -> bool:
+        """Tell whether the fit begins with the eigenvalues of the linearized system.
+
+        Its data are in double precision then, whatever the training's precision.
+        """
+        return isinstance(self.recipe.network, StateSpaceRecipe)
+
+    @property
+    def start(self) -> StateSpace | None:
+        """The network that the fit begins with, if there is one."""
+        network = None if self.known is None else self.known.network
+        return network if isinstance(network, StateSpace) else None
+
+    def splits(self, *names: str) -> list[Split]:
+        """Read splits of the recipe.
+
+        Raises:
+            StoreError: trajectories are missing.
+        """
+        return [read_split(self.store, name, self.recipe.count(name)) for name in names]
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """Scales are what the data of a fit are relative to, before its features are chosen.
+
+    Attributes:
+        outputs: scaling of the outputs.
+        eigenvalues: eigenvalues in 1/s of the system linearized at rest; None where they are not
+            known, or of no use.
+        at_corners: the same at each corner of the physical parameters' box; none without these.
+        noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each; None
+            where it is not known.
+        key: key of the data, the machine and the recipe, for the names of checkpoints.
+    """
+
+    outputs: Affine
+    eigenvalues: Eigenvalues | None
+    at_corners: list[Eigenvalues | None]
+    noise: tuple[FloatArray, ...] | None
+    key: str
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Prepared data fix scalings and features; trajectories may be more than they came from.
+
+    Attributes:
+        work: what the fits have in common.
+        scales: scalings, and what is known of the system.
+        table: the recipe's table of the network, with its features.
+        features: what the network sees of the inputs.
+        tried: how each choice of features did, by its name; empty where there was one alone.
+    """
+
+    work: Work
+    scales: Scales
+    table: NetworkTable
+    features: FeatureMap
+    tried: dict[str, History]
+
+    def problem(self, splits: Sequence[Split], checkpoint: Path) -> Problem:
+        """Return the problem that trajectories are for a network family.
+
+        The splits are those to learn from, to validate by, and perhaps those beyond the range. The
+        checkpoint is the file for the state of an interrupted fit.
+        """
+        work, scales = self.work, self.scales
+        training, validation, *beyond = (self._records(split) for split in splits)
+        return Problem(
+            window_of(work.recipe),
+            self.features,
+            training,
+            validation,
+            checkpoint,
+            scales.eigenvalues,
+            beyond[0] if beyond else None,
+            work.start,
+            _physical(work.recipe, splits, scales.at_corners),
+            scales.noise,
+        )
+
+    def _records(self, split: Split) -> Records:
+        recipe = self.work.recipe
+        precision = "float64" if self.work.linearized else recipe.training.precision
+        scaled = self.work.offered.scaling.apply(split.inputs)
+        records = seen_records(self.features, scaled, self.scales.outputs.apply(split.outputs))
+        one, other = (part.to(self.work.device, getattr(torch, precision)) for part in records)
+        return one, other
+
+
+def window_of(recipe: Recipe) -> Window:
+    """Return the window of a recipe's surrogate."""
+    return Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+
+
+def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None) -> Scales:
+    """Return what the data of a fit are relative to.
+
+    The splits are as of ``Prepared.problem``. The scaling of the outputs is by default that of the
+    known surrogate, else that of the first split.
+
+    Raises:
+        ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
+            moves.
+        UnstableModeError: a mode of the system linearized at rest grows.
+    """
+    recipe, source = work.recipe, work.source
+    if any(training.flip_signs for training in recipe.trainings()):
+        require_symmetry((*source.inputs, *source.outputs))
+    require_motion(source.inputs, splits[0].inputs)
+    own = standard_deviation_scaling(source.outputs, splits[0])
+    outputs = outputs or (own if work.known is None else work.known.output_scaling)
+    eigenvalues = eigenvalues_at_rest(source) if work.linearized else None
+    noise = _noise_of(source, outputs)
+    key = checkpoint_key(
+        *(content_of(split) for split in splits),
+        str(eigenvalues),
+        machine_of(work.offered),
+        *(v.tolist() for s in (work.offered.scaling, outputs) for v in vars(s).values()),
+        recipe.model_dump(mode="json", include=LEARNT_BY),
+        *([] if work.known is None else [work.known.to_bytes().hex()]),
+        *(stretch.tobytes().hex() for stretch in noise or ()),
+    )
+    return Scales(outputs, eigenvalues, _eigenvalues_at_corners(recipe, source), noise, key)
+
+
+def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
+    """Choose the features of a fit: those of a known network, those that are named, or the best.
+
+    Raises:
+        RecipeError: the features are left open, with physical parameters.
+        TrainingError: no choice of features has a finite error.
+        ValueError: features never change, or do not change their sign where signs are flipped.
+    """
+    recipe, start = work.recipe, work.start
+    table, tried = recipe.network, dict[str, History]()
+    if start is not None:
+        features = start.features
+    else:
+        require_chosen_features(recipe, work.offered, len(work.source.outputs))
+        learnt, judging = splits[:2]
+        trials = Trials(
+            work.offered,
+            window_of(recipe),
+            (learnt, judging),
+            scales.eigenvalues,
+            work.checkpoints,
+        )
+        table, tried = search_features(table, recipe.training, trials, work.progress)
+        scaled = work.offered.scaling.apply(splits[0].inputs)
+        features = choose_features(table.feature_names(), work.offered, scaled)
+    if recipe.training.flip_signs:
+        require_odd(features)
+    return Prepared(work, scales, table, features, tried)
+
+
+def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
+    """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
+
+    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
+    not offer to be linearized.
+
+    Raises:
+        UnstableModeError: a mode grows.
+    """
+    if not isinstance(system, Linearizable):
+        return None
+    start = np.array([signal.start_value for signal in system.inputs])
+    found = spectrum(system.linearize(system.rest_state(start)))
+    return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
+
+
+def _eigenvalues_at_corners(recipe: Recipe, source: Source) -> list[Eigenvalues | None]:
+    """Return what ``eigenvalues_at_rest`` gives at all corners of the parameters' box.
+
+    There are none where the recipe has no parameters, or the source cannot be set, as records.
+    """
+    if not (recipe.parameters and isinstance(source, System)):
+        return []
+    corners = corners_of(recipe.physical())
+    return [eigenvalues_at_rest(recipe_source(recipe.at(corner))) for corner in corners]
+
+
+def _physical(
+    recipe: Recipe, splits: Sequence[Split], corners: Sequence[Eigenvalues | None]
+) -> Physical | None:
+    """Return the physical parameters of trajectories; None where the recipe has none."""
+    parameters = recipe.physical()
+    if not parameters:
+        return None
+    assert isinstance(recipe.network, StateSpaceRecipe)
+    basis = ParameterBasis.of_degree(parameters, recipe.network.parameter_degree)
+    training, validation, *beyond = (split.parameters for split in splits)
+    assert training is not None
+    assert validation is not None
+    known = [values for values in corners if values is not None]
+    eigenvalues = np.concatenate(known) if known and len(known) == len(corners) else None
+    return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
+
+
+def _noise_of(source: Source, scaling: Affine) -> tuple[FloatArray, ...] | None:
+    """Return the noise of outputs in the units of their scaling; None where it is not known."""
+    if not isinstance(source, MeasuredRecords) or source.noise is None:
+        return None
+    return tuple(stretch / scaling.scale for stretch in source.noise.stretches)
+
+
+def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:
+    """Refuse to search for the features of a network with parameters: the search knows none.
+
+    Raises:
+        RecipeError: the recipe leaves the features open, and there are several choices.
+    """
+    network = recipe.network
+    if not recipe.parameters or not isinstance(network, StateSpaceRecipe):
+        return
+    if len(choices(network, offered, n_outputs)) > 1:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: network.drive is left open, with parameters "
+            f"{list(recipe.parameters)}; expected names of features, since those that are tried "
+            "know no parameters: name them (network.drive)"
+        )
+
+
+def require_symmetry(signals: tuple[Signal, ...]) -> None:
+    """Refuse to flip the signs of signals whose ranges do not lie evenly about 0.
+
+    Raises:
+        ValueError: a range is not symmetric; the message names the signal.
+    """
+    for signal in signals:
+        if signal.low != -signal.high:
+            raise ValueError(
+                f"flip_signs = true in a training, but the range of {signal.name!r} is "
+                f"{signal.low} .. {signal.high}{behind(signal.unit)}; flipping needs ranges "
+                "about 0 and "
+                "a system that answers -u with -y: set flip_signs = false, or declare a "
+                "symmetric range"
+            )
+
+
+def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
+    """Refuse data (..., n_signals) in which a signal never moves.
+
+    Raises:
+        ValueError: nothing can be learnt about a signal, which the message names.
+    """
+    deviations = values.reshape(-1, len(signals)).std(axis=0)
+    for signal, value in zip(signals, deviations, strict=True):
+        if not value > STILL * (signal.high - signal.low):
+            raise ValueError(
+                f"{signal.name!r} is constant in the training data; expected it to move within "
+                f"{signal.low} .. {signal.high}{behind(signal.unit)}: check data.excitation and "
+                "the "
+                "signal's range"
+            )
+
+
+def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
+    """Scale by the middle of the signals' ranges and the standard deviation in the data.
+
+    Raises:
+        ValueError: an output never moves.
+    """
+    outputs = split.outputs.reshape(-1, len(signals))
+    outputs = outputs[np.isfinite(outputs).all(axis=1)]
+    require_motion(signals, outputs)
+    deviation = outputs.std(axis=0)
+    return Affine(range_scaling(signals).offset, deviation)

@@ -97,9 +97,8 @@ def other_type(content: bytes) -> bytes:
 
 def test_other_types_in_the_provenance(tmp_path: Path) -> None:
     problems = check(edited(tmp_path, PROVENANCE, other_type), run=False).problems
-    assert problems
-    for problem in problems:  # of each file that follows from it
-        assert problem.startswith(f"{PROVENANCE} says something else than slide-fmu writes")
+    expected = f"{PROVENANCE} says something else than slide-fmu writes"
+    assert any(problem.startswith(expected) for problem in problems)
 
 
 @pytest.mark.parametrize(

@@ -1,22 +1,71 @@
-"""This room chooses motions with a surrogate: set points that excite the system little.
+"""This app chooses motions with a surrogate: set points that excite the system little.
 
 A motion goes from rest to rest. Its coordinates are what a user thinks in (``coordinates``); it
 comes from a family that keeps its limits (``limits``, ``profile``), is answered by the surrogate
-(``response``), beside what is usual in the field (``shapers``), and may be optimised (``shape``).
+(``response``), next to what is usual in the field (``shapers``), and may be optimised
+(``shape``). A name is imported when it is first used, since ``app`` must be read quickly.
 """
 
-from slide_fmu.apps.motion.choose import Family, choose
-from slide_fmu.apps.motion.compensate import Compensated, compensate
-from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
-from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
-from slide_fmu.apps.motion.earliest import Found, earliest
-from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.move import Move
-from slide_fmu.apps.motion.problem import Past, Problem
-from slide_fmu.apps.motion.quietest import quietest
-from slide_fmu.apps.motion.records import MotionError, Records
-from slide_fmu.apps.motion.response import Response
-from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from slide_fmu.apps.motion.choose import Family, choose
+    from slide_fmu.apps.motion.compensate import Compensated, compensate
+    from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
+    from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
+    from slide_fmu.apps.motion.earliest import Found, earliest
+    from slide_fmu.apps.motion.limits import Limits
+    from slide_fmu.apps.motion.move import Move
+    from slide_fmu.apps.motion.problem import Past, Problem
+    from slide_fmu.apps.motion.quietest import quietest
+    from slide_fmu.apps.motion.records import MotionError, Records
+    from slide_fmu.apps.motion.response import Response
+    from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
+
+_HOMES = {
+    "choose": (
+        "Family",
+        "choose",
+    ),
+    "compensate": (
+        "Compensated",
+        "compensate",
+    ),
+    "coordinates": (
+        "Coordinate",
+        "coordinates_of",
+        "inputs_of",
+    ),
+    "costs": (
+        "Answers",
+        "largest",
+        "residual",
+        "settled",
+    ),
+    "earliest": (
+        "Found",
+        "earliest",
+    ),
+    "limits": ("Limits",),
+    "move": ("Move",),
+    "problem": (
+        "Past",
+        "Problem",
+    ),
+    "quietest": ("quietest",),
+    "records": (
+        "MotionError",
+        "Records",
+    ),
+    "response": ("Response",),
+    "task": (
+        "MoveTask",
+        "PathTask",
+        "read_task",
+    ),
+}
+"""The modules that the public names come from."""
 
 __all__ = [
     "Answers",
@@ -44,3 +93,10 @@ __all__ = [
     "residual",
     "settled",
 ]
+
+
+def __getattr__(name: str) -> object:
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

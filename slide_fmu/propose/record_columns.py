@@ -9,7 +9,7 @@ from typing import Any
 
 from slide_fmu.propose.draft_signals import Ranges
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.records.measured import (
+from slide_fmu.records.record import (
     MissingColumnsError,
     NoTimesError,
     Record,

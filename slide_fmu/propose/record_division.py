@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.measured import PARTS, SHARES
 from slide_fmu.records.alike import alike_inputs, groups_of_records
-from slide_fmu.records.measured import Record
+from slide_fmu.records.record import Record
 from slide_fmu.records.period_cuts import whole_periods
 from slide_fmu.records.periods import find_period
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import RecordError, Text
+from slide_fmu.records.record import RecordError, Text
 from slide_fmu.records.table import Choice, Table
 
 NUMBERS = "biufc"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.finding import Finding
 from slide_fmu.records.levels import quantization, saturations
-from slide_fmu.records.measured import Record
+from slide_fmu.records.record import Record
 from slide_fmu.records.outliers import outliers
 
 EMPTY = 0.5

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import Text
+from slide_fmu.records.record import Text
 
 DATE = r"\d{4}-\d\d-\d\d[T ]\d\d"
 """What a date and time of day begin with, as of ISO 8601."""

@@ -11,7 +11,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.csv_column import CsvColumn
 from slide_fmu.records.csv_format import NOTHING, CsvFormat, find_format
 from slide_fmu.records.csv_lines import ShortLines, require_no_surplus
-from slide_fmu.records.measured import RecordError, Text
+from slide_fmu.records.record import RecordError, Text
 from slide_fmu.records.table import Choice, Table, library
 from slide_fmu.records.time_column import may_be_time
 

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.table import UNIT, named
 from slide_fmu.records.time_column import INDEX
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.records.csv_format import BLANKS, CsvFormat
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 
 
 def require_no_surplus(chunk: Any, samples: int, form: CsvFormat, path: str) -> None:

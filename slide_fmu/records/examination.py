@@ -9,7 +9,7 @@ import numpy as np
 from slide_fmu.records.alike import alike_inputs, groups_of_records
 from slide_fmu.records.column_findings import column_findings
 from slide_fmu.records.finding import Finding
-from slide_fmu.records.measured import Record
+from slide_fmu.records.record import Record
 from slide_fmu.records.period_cuts import whole_periods
 from slide_fmu.records.periods import find_period
 from slide_fmu.records.timing import clock_unit_findings, time_findings

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.records.arrays import NUMBERS, Column, columns_of, table_of
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.table import Choice, Table, library
 
 

@@ -13,7 +13,7 @@ from scipy.io.matlab import MatReadError
 
 from slide_fmu.records.arrays import NUMBERS, Column, Rows, columns_of, table_of
 from slide_fmu.records.hdf5_file import read_hdf5
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.table import Choice, Table
 
 NUMERIC = (

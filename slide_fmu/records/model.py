@@ -11,11 +11,12 @@ import numpy as np
 from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
 from slide_fmu.records.reading import READERS, read_record, read_records
+from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice, Specification
@@ -44,6 +45,8 @@ class MeasuredRecords(Source):
         files: names of the files, by the number that pieces have of them.
         digests: SHA-256 of each file, by the same number.
         identity: SHA-256 of each file as numbers, shape (number of files, 32).
+        numbers: numbers of the inputs of all pieces end to end, shape (sum of N,); the same where
+            inputs are the same (``slide_fmu.records.repeats``).
         noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
     """
 
@@ -58,6 +61,7 @@ class MeasuredRecords(Source):
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
         self.pieces, self.remarks, self.noise = pieces, remarks, noise
+        self.numbers = same_inputs([piece.trajectory.inputs for piece in pieces])
         self.files = tuple(Path(record.path).name for record in records)
         self.digests = tuple(record.digest for record in records)
         rows = [list(bytes.fromhex(digest)) for digest in self.digests]

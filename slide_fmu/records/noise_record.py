@@ -15,7 +15,7 @@ from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.clock import Clock, clock_of_record
 from slide_fmu.records.column_findings import column_findings
-from slide_fmu.records.measured import Record, RecordError
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.preparation import stretches_of
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
 from slide_fmu.records.timing import time_findings

@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.finding import Finding
-from slide_fmu.records.measured import Record
+from slide_fmu.records.record import Record
 from slide_fmu.records.preparation import Pairing, Preparation, longest_stretch
 
 LAGS = 12

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import RecordError, Text
+from slide_fmu.records.record import RecordError, Text
 from slide_fmu.records.table import Choice, Table, library, named
 
 

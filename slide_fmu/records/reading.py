@@ -14,7 +14,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.csv_file import read_csv
 from slide_fmu.records.hdf5_file import read_hdf5
 from slide_fmu.records.mat_file import read_mat
-from slide_fmu.records.measured import NoTimesError, Record, RecordError, shortened
+from slide_fmu.records.record import NoTimesError, Record, RecordError, shortened
 from slide_fmu.records.parquet_file import read_parquet
 from slide_fmu.records.table import MOST_NUMBERS, Choice, Table
 from slide_fmu.records.time_column import (

@@ -1,61 +1,180 @@
-"""The noise of outputs is seen without any model where inputs repeat a period."""
+"""Inputs that come again, such as periods of a multisine or one drive signal run several times.
+
+An error that is measured on inputs which were learnt from says little about other inputs. Samples
+whose inputs are the same, up to noise, get the same number here, wherever they are in the records,
+and the division of records keeps samples of one number in one part.
+
+The method: lags at which the inputs are alike are the peaks of their autocorrelation over all
+records, laid end to end. At each of these lags the inputs are compared window by window.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import find_peaks
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from slide_fmu.core.measures import rms
-from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.records.periods import ALIKE, find_period
+from slide_fmu.core.signals import FloatArray
+
+ALIKE = 0.02
+"""Inputs are alike if the power of their difference is at most this part of their own power.
+
+Noise of a tenth of a recorded input (20 dB) makes as much.
+"""
+
+MOVES = 0.05
+"""Inputs at rest are no repetition: a window has at least this part of the mean power."""
+
+WINDOW = 30
+"""Inputs are compared over a window of this many correlation times, or chance makes them alike."""
+
+LEAST = 0.05
+"""Inputs repeat if at least this part of all samples does at one lag."""
+
+LAGS = 30
+"""This many lags are examined, those of the strongest correlation."""
 
 FEWEST = 100
-"""So many pairs of samples, at least, tell the noise."""
+"""The noise of outputs is known from at least this many pairs of samples."""
 
 
-def noise_of_repeats(stretches: Iterable[Trajectory], lead: int) -> FloatArray | None:
+def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
+    """Number the samples of records, (N, n_inputs) each: those of the same inputs have one number.
+
+    All inputs are the same together, up to noise. Samples at rest, and inputs that are not finite,
+    are the same as no other.
+
+    Returns:
+        Numbers of all samples, records laid end to end, shape (sum of N,). They rise from 0 in the
+        order in which inputs first come.
+    """
+    scaled = _standardized(np.concatenate(inputs))
+    length = len(scaled)
+    found = [(lag, np.flatnonzero(again)) for lag, again in _repetitions(scaled)]
+    if not found:
+        return np.arange(length)
+    first = np.concatenate([before for _, before in found])
+    second = np.concatenate([before + lag for lag, before in found])
+    return connected(first, second, length)
+
+
+def connected(
+    first: NDArray[np.intp], second: NDArray[np.intp], count: int
+) -> NDArray[np.intp]:
+    """Number ``count`` things: pairs of them, shape (pairs,) each, and pairs of pairs, share one.
+
+    Returns:
+        Numbers that rise from 0 in the order in which they first come, shape (count,).
+    """
+    pairs = coo_array((np.ones(len(first), bool), (first, second)), shape=(count, count))
+    return in_order(connected_components(pairs, directed=False)[1])
+
+
+def in_order(numbers: NDArray[np.integer]) -> NDArray[np.intp]:
+    """Replace numbers, shape (N,), by others that rise from 0 in the order they first come."""
+    _, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return np.asarray(rank[inverse])
+
+
+def _standardized(inputs: FloatArray) -> FloatArray:
+    """Scale inputs, (N, n_inputs), to mean 0 and deviation 1; leave out those that never move.
+
+    What is not finite counts as the mean.
+    """
+    kept = np.where(np.isfinite(inputs), inputs, np.nan)
+    kept = kept[:, [bool(np.nanmax(c) > np.nanmin(c)) for c in kept.T if np.isfinite(c).any()]]
+    centred = np.nan_to_num(kept - np.nanmean(kept, axis=0)) if kept.size else kept
+    return np.asarray(centred / centred.std(axis=0)) if kept.size else centred
+
+
+def noise_of_repeats(
+    outputs: Sequence[FloatArray], numbers: NDArray[np.intp], lead: int
+) -> FloatArray | None:
     """Estimate the RMS of the outputs' noise, shape (n_outputs,), in their units.
 
-    Outputs of a system that forgets within ``lead`` samples are the same, one period after the
-    other, but for noise: half of the variance of their difference is that of the noise, white or
-    not. What inputs differ from period to period, as far as that is no noise of their own sensors,
-    counts as noise too.
+    Outputs of a system that forgets within ``lead`` samples are the same where inputs come again,
+    but for noise: half of the variance of their difference is that of the noise, of any colour.
+    What inputs differ, as far as that is no noise of their own sensors, counts as noise too.
 
-    None where the inputs repeat no period for longer than the system remembers.
+    Args:
+        outputs: one output for each input, shape (N, n_outputs) for each record.
+        numbers: those of ``same_inputs``.
+        lead: number of samples that a system remembers.
+
+    Returns:
+        None where inputs do not come again for longer than the system remembers.
     """
-    differences = [_differences(stretch, lead) for stretch in stretches]
-    found = [difference for difference in differences if len(difference)]
-    if sum(len(difference) for difference in found) < FEWEST:
-        return None
-    return np.asarray(rms(np.concatenate(found)) / np.sqrt(2.0))
+    order = np.argsort(numbers, kind="stable")
+    again = numbers[order[1:]] == numbers[order[:-1]]
+    later, before = order[1:][again], order[:-1][again]
+    lags = np.zeros(len(numbers), np.intp)
+    lags[later] = later - before
+    changes = np.diff(lags, prepend=-1) != 0
+    changes[np.cumsum([0, *(len(one) for one in outputs[:-1])])] = True
+    place = np.arange(len(numbers))
+    since = place - np.maximum.accumulate(np.where(changes, place, 0))
+    kept = later[since[later] >= lead]
+    values = np.concatenate(outputs)
+    found = values[kept] - values[kept - lags[kept]]
+    found = found[np.isfinite(found).all(axis=1)]
+    return np.asarray(rms(found) / np.sqrt(2.0)) if len(found) >= FEWEST else None
 
 
-def _differences(stretch: Trajectory, lead: int) -> FloatArray:
-    """Return what outputs differ from those one period before, (pairs, n_outputs)."""
-    inputs, outputs = stretch.inputs, stretch.outputs[1:]
-    period = find_period(inputs)
-    if period is None:
-        return np.empty((0, outputs.shape[1]))
-    later, before = outputs[period.samples :], outputs[: -period.samples]
-    found = (later - before)[_same_past(inputs, period.samples, lead)]
-    return np.asarray(found[np.isfinite(found).all(axis=1)])
+def _repetitions(scaled: FloatArray) -> list[tuple[int, NDArray[np.bool_]]]:
+    """Find lags, and tell for each which samples, shape (N - lag,), come again that much later."""
+    correlation = _autocorrelation(scaled)
+    apart = np.flatnonzero(correlation < 0.5)
+    if not len(apart):
+        return []
+    width = WINDOW * int(apart[0])
+    if 2 * width > len(scaled):
+        return []
+    peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=max(1, width // 2))
+    peaks = peaks[peaks >= width]  # less is a tone, of which nobody can hold a part back
+    strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
+    found = [(int(lag), _alike(scaled, int(lag), width)) for lag in np.sort(strongest)]
+    return [one for one in found if np.count_nonzero(one[1]) >= LEAST * len(scaled)]
 
 
-def _same_past(inputs: FloatArray, period: int, lead: int) -> NDArray[np.bool_]:
-    """Tell after which inputs all that a system remembers came one period before too.
+def _autocorrelation(scaled: FloatArray) -> FloatArray:
+    """Compute the autocorrelation of inputs, shape (N,), relative to their power."""
+    length = len(scaled)
+    size = next_fast_len(2 * length, real=True)
+    products = np.zeros(length)
+    for channel in scaled.T:
+        products += irfft(np.abs(rfft(channel, size)) ** 2, size)[:length]
+    return np.asarray(products / max(products[0], 1e-300)) if length else products
 
-    Inputs have the shape (N, n_inputs); the answer, (N - period,), is about those from the second
-    period on.
-    """
-    centred = inputs - inputs.mean(axis=0)
-    power = np.mean(centred**2, axis=0)
-    off = np.mean((inputs[period:] - inputs[:-period]) ** 2 / np.maximum(power, 1e-300), axis=1)
-    total = np.concatenate([[0.0], np.cumsum(off)])
-    same = np.zeros(len(off), bool)
-    remembered = lead + 1
-    if len(off) >= remembered:
-        mean = (total[remembered:] - total[:-remembered]) / remembered
-        same[remembered - 1 :] = mean <= ALIKE
-    return same
+
+def _alike(scaled: FloatArray, lag: int, width: int) -> NDArray[np.bool_]:
+    """Tell which samples lie in a window that comes again, alike, a lag later, shape (N - lag,)."""
+    length = len(scaled) - lag
+    if length < width:
+        return np.zeros(length, bool)
+    off = _sums(np.sum((scaled[lag:] - scaled[:-lag]) ** 2, axis=1), width)
+    power = np.sum([_variances(channel, width) for channel in scaled.T], axis=0)
+    power = np.minimum(power[:-lag], power[lag:])
+    begins = np.flatnonzero((off <= ALIKE * power) & (power > MOVES * width * scaled.shape[1]))
+    marks = np.zeros(length + 1)
+    np.add.at(marks, begins, 1.0)
+    np.add.at(marks, begins + width, -1.0)
+    return np.asarray(np.cumsum(marks)[:length] > 0.5)
+
+
+def _sums(values: FloatArray, width: int) -> FloatArray:
+    """Compute the sums over all windows, (N,) to (N - width + 1,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[width:] - total[:-width])
+
+
+def _variances(values: FloatArray, width: int) -> FloatArray:
+    """Compute the sums of squares about the mean of all windows."""
+    return _sums(values**2, width) - _sums(values, width) ** 2 / width

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import MissingColumnsError, RecordError, Text
+from slide_fmu.records.record import MissingColumnsError, RecordError, Text
 from slide_fmu.records.time_column import may_be_time
 
 MOST_NUMBERS = 50_000_000

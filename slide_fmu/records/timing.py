@@ -8,7 +8,7 @@ import numpy as np
 
 from slide_fmu.records.clock import EVEN, Clock, clock_of_record, drift
 from slide_fmu.records.finding import Finding
-from slide_fmu.records.measured import GIVE_STEP, Record
+from slide_fmu.records.record import GIVE_STEP, Record
 
 LOST = 0.5
 """Two clocks that drift apart by more than this part of a step over the record are two."""

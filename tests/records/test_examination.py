@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.records.examination import examine
 from slide_fmu.records.levels import quantization, saturations
-from slide_fmu.records.measured import RecordError, Text
+from slide_fmu.records.record import RecordError, Text
 from slide_fmu.records.outliers import outliers
 from slide_fmu.records.periods import find_period, groups_of_periods
 from tests.records.samples import clean_signals, multisine, record, the_one

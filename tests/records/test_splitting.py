@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.core.signals import Trajectory
 from slide_fmu.records.blocks import Block, Split, Splitting
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.preparation import Piece
 from slide_fmu.records.splitting import split_pieces
 from tests.records.samples import multisine

@@ -16,7 +16,7 @@ from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.records.clock import clock_of_record
 from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.model import PAIRINGS
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Preparation, prepared

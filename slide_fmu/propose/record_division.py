@@ -12,9 +12,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.measured import PARTS, SHARES
 from slide_fmu.records.alike import alike_inputs, groups_of_records
-from slide_fmu.records.record import Record
 from slide_fmu.records.period_cuts import whole_periods
 from slide_fmu.records.periods import find_period
+from slide_fmu.records.record import Record
 
 MANY = 10
 """So many records and more are divided as whole ones."""

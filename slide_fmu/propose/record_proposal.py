@@ -23,11 +23,11 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.records.clock import clock_of_record, neat_step
-from slide_fmu.records.examination import examine
-from slide_fmu.records.record import Record, RecordError
+from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_stretch
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.systems.specification import SignalChoice
 
 HELD = 0.5

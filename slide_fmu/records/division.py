@@ -154,9 +154,7 @@ def _parts(
     return np.asarray(of_number[numbers])
 
 
-def _shared_out(
-    groups: NDArray[np.intp], splitting: Splitting, what: str
-) -> NDArray[np.intp]:
+def _shared_out(groups: NDArray[np.intp], splitting: Splitting, what: str) -> NDArray[np.intp]:
     """Give each part the next groups, at least one, until it has about its share of samples.
 
     Args:

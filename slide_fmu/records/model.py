@@ -10,12 +10,12 @@ import numpy as np
 
 from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
-from slide_fmu.records.examination import examine
-from slide_fmu.records.record import MissingColumnsError, Record, RecordError
+from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
 from slide_fmu.records.reading import READERS, read_record, read_records
+from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import LoadError

@@ -14,11 +14,10 @@ import numpy as np
 from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.clock import Clock, clock_of_record
-from slide_fmu.records.column_findings import column_findings
-from slide_fmu.records.record import Record, RecordError
+from slide_fmu.records.findings import examine_alone
 from slide_fmu.records.preparation import stretches_of
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
-from slide_fmu.records.timing import time_findings
 
 LEAST = 500
 """So many samples, at least, tell the spectrum of noise."""
@@ -57,7 +56,7 @@ def require_alike(
         RecordError: a column is missing or cannot be used, a unit or the step is another one, or
             the file is one of the other records.
     """
-    noise.chosen(outputs)
+    found = examine_alone(noise, outputs)
     for record in records:
         if record.digest == noise.digest:
             raise RecordError(
@@ -65,7 +64,6 @@ def require_alike(
                 "record that was taken while nothing moved: name another one, or leave out "
                 "system.noise_record"
             )
-    found = [*time_findings(noise), *(f for name in outputs for f in column_findings(noise, name))]
     refused = [finding.message for finding in found if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))

@@ -14,11 +14,13 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.csv_file import read_csv
 from slide_fmu.records.hdf5_file import read_hdf5
 from slide_fmu.records.mat_file import read_mat
-from slide_fmu.records.record import NoTimesError, Record, RecordError, shortened
 from slide_fmu.records.parquet_file import read_parquet
-from slide_fmu.records.table import MOST_NUMBERS, Choice, Table
-from slide_fmu.records.time_column import (
+from slide_fmu.records.record import NoTimesError, Record, RecordError, shortened
+from slide_fmu.records.table import (
+    MOST_NUMBERS,
     SECONDS,
+    Choice,
+    Table,
     counts_samples,
     in_seconds,
     is_time,

@@ -34,6 +34,9 @@ MOVES = 0.05
 WINDOW = 30
 """Inputs are compared over a window of this many correlation times, or chance makes them alike."""
 
+TONE = 10
+"""The correlation time is over where inputs are unlike for this multiple of it: a tone is not."""
+
 LEAST = 0.05
 """Inputs repeat if at least this part of all samples does at one lag."""
 
@@ -64,9 +67,7 @@ def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
     return connected(first, second, length)
 
 
-def connected(
-    first: NDArray[np.intp], second: NDArray[np.intp], count: int
-) -> NDArray[np.intp]:
+def connected(first: NDArray[np.intp], second: NDArray[np.intp], count: int) -> NDArray[np.intp]:
     """Number ``count`` things: pairs of them, shape (pairs,) each, and pairs of pairs, share one.
 
     Returns:
@@ -131,14 +132,16 @@ def noise_of_repeats(
 def _repetitions(scaled: FloatArray) -> list[tuple[int, NDArray[np.bool_]]]:
     """Find lags, and tell for each which samples, shape (N - lag,), come again that much later."""
     correlation = _autocorrelation(scaled)
-    apart = np.flatnonzero(correlation < 0.5)
-    if not len(apart):
+    alike = np.flatnonzero(correlation >= 0.5)
+    if not len(alike):
         return []
-    width = WINDOW * int(apart[0])
+    ends = alike + 1
+    is_lasting = np.append(alike[1:], TONE * len(scaled) + TONE) > TONE * ends
+    width = WINDOW * int(ends[is_lasting][0])
     if 2 * width > len(scaled):
         return []
     peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=max(1, width // 2))
-    peaks = peaks[peaks >= width]  # less is a tone, of which nobody can hold a part back
+    peaks = peaks[peaks >= width]
     strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
     found = [(int(lag), _alike(scaled, int(lag), width)) for lag in np.sort(strongest)]
     return [one for one in found if np.count_nonzero(one[1]) >= LEAST * len(scaled)]
@@ -155,7 +158,7 @@ def _autocorrelation(scaled: FloatArray) -> FloatArray:
 
 
 def _alike(scaled: FloatArray, lag: int, width: int) -> NDArray[np.bool_]:
-    """Tell which samples lie in a window that comes again, alike, a lag later, shape (N - lag,)."""
+    """Tell which samples lie in a window that comes again a lag later, shape (N - lag,)."""
     length = len(scaled) - lag
     if length < width:
         return np.zeros(length, bool)

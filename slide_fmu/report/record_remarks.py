@@ -35,15 +35,16 @@ def _on_repeats(source: MeasuredRecords, validation: Validation) -> list[str]:
     """Say how much outputs differ where inputs come again: what no surrogate can predict."""
     if validation.recipe.parameters:
         return []  # specimens differ where their inputs are the same, and that is no noise
-    stretches = [piece.trajectory for piece in source.pieces]
-    noise = noise_of_repeats(stretches, validation.surrogate.window.n_truncated)
+    outputs = [piece.trajectory.outputs[1:] for piece in source.pieces]
+    lead = validation.surrogate.window.n_truncated
+    noise = noise_of_repeats(outputs, source.numbers, lead)
     if noise is None:
         return []
     size = "rms_reference_about_mean"
     found = zip(validation.figures()["outputs"], noise, strict=True)
     return [
         f"output {output['name']!r} has noise of {100 * part / output[size]:.3g} %, by "
-        "what it differs where the inputs repeat a period; an error can hardly be less beside it"
+        "what it differs where inputs come again; an error can hardly be less beside it"
         for output, part in found
     ]
 

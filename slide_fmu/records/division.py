@@ -169,9 +169,10 @@ def _shared_out(groups: NDArray[np.intp], splitting: Splitting, what: str) -> ND
     ends = np.cumsum(np.bincount(groups))
     wanted = np.count_nonzero(shares)
     if len(ends) < wanted:
+        other = ', or set data.by = "block"' if splitting.by == "record" else ""
         raise RecordError(
             f"there are {len(ends)} {what} for {wanted} parts; expected at least one for each: "
-            'record others, or set data.by = "block"'
+            f"record more{other}"
         )
     targets = np.round(ends[-1] * np.cumsum(shares))
     cuts: list[int] = []

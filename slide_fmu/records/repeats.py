@@ -59,7 +59,8 @@ def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
     """
     scaled = _standardized(np.concatenate(inputs))
     length = len(scaled)
-    found = [(lag, np.flatnonzero(again)) for lag, again in _repetitions(scaled)]
+    records = np.repeat(np.arange(len(inputs)), [len(one) for one in inputs])
+    found = [(lag, np.flatnonzero(again)) for lag, again in _repetitions(scaled, records)]
     if not found:
         return np.arange(length)
     first = np.concatenate([before for _, before in found])
@@ -129,8 +130,15 @@ def noise_of_repeats(
     return np.asarray(rms(found) / np.sqrt(2.0)) if len(found) >= FEWEST else None
 
 
-def _repetitions(scaled: FloatArray) -> list[tuple[int, NDArray[np.bool_]]]:
-    """Find lags, and tell for each which samples, shape (N - lag,), come again that much later."""
+def _repetitions(
+    scaled: FloatArray, records: NDArray[np.intp]
+) -> list[tuple[int, NDArray[np.bool_]]]:
+    """Find lags, and tell for each which samples, shape (N - lag,), come again that much later.
+
+    Args:
+        scaled: standardized inputs, shape (N, n_inputs).
+        records: number of the record of each sample, shape (N,).
+    """
     correlation = _autocorrelation(scaled)
     alike = np.flatnonzero(correlation >= 0.5)
     if not len(alike):
@@ -143,7 +151,7 @@ def _repetitions(scaled: FloatArray) -> list[tuple[int, NDArray[np.bool_]]]:
     peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=max(1, width // 2))
     peaks = peaks[peaks >= width]
     strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
-    found = [(int(lag), _alike(scaled, int(lag), width)) for lag in np.sort(strongest)]
+    found = [(int(lag), _alike(scaled, records, int(lag), width)) for lag in np.sort(strongest)]
     return [one for one in found if np.count_nonzero(one[1]) >= LEAST * len(scaled)]
 
 
@@ -157,15 +165,20 @@ def _autocorrelation(scaled: FloatArray) -> FloatArray:
     return np.asarray(products / max(products[0], 1e-300)) if length else products
 
 
-def _alike(scaled: FloatArray, lag: int, width: int) -> NDArray[np.bool_]:
-    """Tell which samples lie in a window that comes again a lag later, shape (N - lag,)."""
+def _alike(
+    scaled: FloatArray, records: NDArray[np.intp], lag: int, width: int
+) -> NDArray[np.bool_]:
+    """Tell which samples lie in a window of a record that comes again a lag later, (N - lag,)."""
     length = len(scaled) - lag
     if length < width:
         return np.zeros(length, bool)
     off = _sums(np.sum((scaled[lag:] - scaled[:-lag]) ** 2, axis=1), width)
     power = np.sum([_variances(channel, width) for channel in scaled.T], axis=0)
     power = np.minimum(power[:-lag], power[lag:])
-    begins = np.flatnonzero((off <= ALIKE * power) & (power > MOVES * width * scaled.shape[1]))
+    is_whole = records[: len(power) + lag] == records[width - 1 :]
+    is_whole = is_whole[:-lag] & is_whole[lag:]
+    moves = power > MOVES * width * scaled.shape[1]
+    begins = np.flatnonzero((off <= ALIKE * power) & moves & is_whole)
     marks = np.zeros(length + 1)
     np.add.at(marks, begins, 1.0)
     np.add.at(marks, begins + width, -1.0)

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.records.record import RecordError
 from slide_fmu.records.reading import read_record
+from slide_fmu.records.record import RecordError
 from tests.records.files import ROAD, TIME, TRAVEL, as_csv
 
 

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.io import savemat
 
-from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.reading import read_record, read_records
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.table import library
 from tests.records.files import FORMATS, ROAD, TIME, TRAVEL, as_csv
 

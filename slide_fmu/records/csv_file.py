@@ -16,7 +16,19 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.record import RecordError, Text
-from slide_fmu.records.table import INDEX, UNIT, Choice, Table, library, may_be_time, named
+from slide_fmu.records.table import (
+    DATE,
+    INDEX,
+    UNIT,
+    Choice,
+    Table,
+    library,
+    may_be_time,
+    named,
+    numbers_or_dates,
+    seconds,
+    text_among,
+)
 
 CHUNK = 1_000_000
 """This many numbers are read at a time."""
@@ -45,9 +57,6 @@ VALUES = {
 
 MISSING = ("na", "none")
 """Words for a missing number besides those that pandas knows."""
-
-DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d")
-"""What a date and time of day begin with, as of ISO 8601."""
 
 ROW = 1 / 3
 """More than this part of the fields of a row of samples are numbers or dates."""
@@ -95,13 +104,12 @@ def read_csv(path: Path, choice: Choice) -> Table:
             choice.require_room(samples + len(chunk), len(kept), at_least=True)
             for name in kept:
                 raw = chunk[list(form.units).index(name)]
-                values = _values(pandas, raw, form.decimal, name in dates)
+                values = numbers_or_dates(raw, form.decimal, name in dates)
                 parts[name].append(values)
-                wrong = np.flatnonzero(np.isnan(values) & raw.notna().to_numpy())
-                if len(wrong):
-                    found = Text(name, 0, samples + int(wrong[0]), str(raw.iloc[wrong[0]])[:40])
-                    first = texts.get(name, found)
-                    texts[name] = replace(first, count=first.count + len(wrong))
+                found = text_among(name, raw, values, samples)
+                if found is not None:
+                    first = texts.get(name, replace(found, count=0))
+                    texts[name] = replace(first, count=first.count + found.count)
     except pandas.errors.EmptyDataError as error:
         raise RecordError(
             f"{choice.path} has nothing from line {form.first_line} on; expected a line for each "
@@ -112,7 +120,7 @@ def read_csv(path: Path, choice: Choice) -> Table:
             f"{choice.path}: {str(error).strip()}; expected {len(form.units)} values in each "
             "line, as many as there are names: correct the file"
         ) from error
-    columns = {name: _seconds(np.concatenate(parts[name])) for name in kept}
+    columns = {name: seconds(np.concatenate(parts[name])) for name in kept}
     units = {name: "s" if name in dates else form.units[name] for name in kept}
     return Table(_trimmed(columns, texts), units, tuple(texts.values()), form.first_line)
 
@@ -280,32 +288,6 @@ def _wrong_width(path: str, line: int, found: int, width: int) -> RecordError:
         f"{path}, line {line} has {found} values; expected {width} values in each line, as many "
         "as there are names: correct the file"
     )
-
-
-def _values(pandas: Any, raw: Any, decimal: str, are_dates: bool) -> NDArray[Any]:
-    """Return the numbers of a series of pandas, NaN for texts, or its dates, NaT for texts."""
-    types = pandas.api.types
-    if not are_dates and (types.is_bool_dtype(raw) or types.is_numeric_dtype(raw)):
-        return np.asarray(raw.to_numpy(dtype=np.float64))
-    written = raw.astype("string").str.strip()
-    if are_dates:
-        dates = written.where(written.str.match(DATE)).str.replace(",", ".", regex=False)
-        stamps = pandas.to_datetime(dates, format="ISO8601", errors="coerce", utc=True)
-        return np.asarray(stamps.dt.tz_localize(None).to_numpy().astype("datetime64[ns]"))
-    if decimal == ",":  # a point would separate thousands
-        grouped = written.str.contains(".", regex=False)
-        written = written.mask(grouped, "text").str.replace(",", ".", regex=False)
-    numbers = pandas.to_numeric(written, errors="coerce")
-    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan))
-
-
-def _seconds(values: NDArray[Any]) -> FloatArray:
-    """Convert dates to seconds since the first of them; numbers stay."""
-    if values.dtype.kind != "M":
-        return values
-    known = values[~np.isnat(values)]
-    since = (values - known[0]).astype(np.float64) if len(known) else np.zeros(len(values))
-    return np.where(np.isnat(values), np.nan, since * 1e-9)
 
 
 def _trimmed(columns: dict[str, FloatArray], texts: dict[str, Text]) -> dict[str, FloatArray]:

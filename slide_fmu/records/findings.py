@@ -103,7 +103,10 @@ def examine(
     """
     names = (*inputs, *outputs) or tuple(records[0].columns)
     found = [finding for record in records for finding in examine_alone(record, names)]
-    found += _without_unit_of_time(records)
+    without_unit = [
+        one for record in records for one in TIME_WITHOUT_UNIT.applied(record, record.clock or "")
+    ]
+    found += without_unit[:1]
     found += [finding for name in names for finding in _constant(records, name)]
     return tuple(found)
 
@@ -123,25 +126,6 @@ def examine_alone(record: Record, names: Sequence[str]) -> list[Finding]:
     return found + [
         one for name in names for rule in COLUMN_RULES for one in rule.applied(record, name)
     ]
-
-
-def _without_unit_of_time(records: Sequence[Record]) -> list[Finding]:
-    """Remark once that times have no unit, of which 10 may be 10 ms; name the first such file."""
-    silent = [
-        record
-        for record in records
-        if record.clock is not None and not record.clock_unit and np.isfinite(record.time).all()
-    ]
-    if not silent:
-        return []
-    first = silent[0]
-    more = f", nor those of {len(silent) - 1} more files" if len(silent) > 1 else ""
-    found = (
-        f"the times have no unit{more}, and count as s: the record takes "
-        f"{first.time[-1] - first.time[0]:.6g} s"
-    )
-    remedy = 'if they are in ms, call their column "time_ms"'
-    return [Finding("unit", "remarked", first.path, first.clock or "", found, "a unit", remedy)]
 
 
 def _constant(records: Sequence[Record], name: str) -> list[Finding]:
@@ -181,6 +165,12 @@ def _broken_times(record: Record, column: str) -> Iterable[str]:
         yield f"the time {what} at sample {sample + 1}{line}, {len(broken)} times in all"
     elif not (np.diff(record.time) > 0).any():
         yield f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples"
+
+
+def _times_without_unit(record: Record, column: str) -> Iterable[str]:
+    if column and not record.clock_unit and np.isfinite(record.time).all():
+        duration = record.time[-1] - record.time[0]
+        yield f"the times have no unit, and count as s: the record takes {duration:.6g} s"
 
 
 def _falling_times(record: Record, _: str) -> Iterable[str]:
@@ -295,6 +285,15 @@ BROKEN_TIME = Rule(
     _always,
 )
 """The rule about times of which nothing else can be said where it finds something."""
+
+TIME_WITHOUT_UNIT = Rule(
+    "unit",
+    _times_without_unit,
+    "a unit",
+    'if they are in ms, call their column "time_ms"',
+    _never,
+)
+"""The rule about times of which 10 may be 10 ms; only the first such file is named."""
 
 TIME_RULES = (
     Rule(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import TypedDict, cast, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 
@@ -28,13 +28,6 @@ PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
 PARAMETERS = ("time", "sample_step", "pairing")
 """What ``system.parameters`` may say about records: the column of times, or the step in s of files
 without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
-
-
-class _ClockChoice(TypedDict):
-    """The times of files, as readers are told of them."""
-
-    time: str | None
-    step: float | None
 
 
 class MeasuredRecords(Source):
@@ -118,10 +111,9 @@ def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record,
     return read_records(paths, names, **_clock(specification))
 
 
-def _clock(specification: Specification) -> _ClockChoice:
-    """Return the column of times and the step that readers are told."""
-    parameters = specification.parameters
-    time, step = parameters.get("time"), parameters.get("sample_step")
+def _clock(specification: Specification) -> dict[str, Any]:
+    """Return the column of times and the step, as readers get them."""
+    time, step = (specification.parameters.get(key) for key in ("time", "sample_step"))
     return {
         "time": None if time is None else str(time),
         "step": None if step is None else float(step),

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.record import MissingColumnsError, RecordError, Text
@@ -135,6 +136,61 @@ def library(module: str, path: str) -> Any:
             f"{path}: no package {module.partition('.')[0]!r} is installed, which reads files of "
             "this format; expected the extra 'records': pip install 'slide-fmu[records]'"
         ) from error
+
+
+DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d")
+"""What a date and time of day begin with, as of ISO 8601."""
+
+
+def numbers_or_dates(series: Any, decimal: str = ".", are_dates: bool = False) -> NDArray[Any]:
+    """Return the numbers of a series of pandas, NaN for texts, or its dates, NaT for texts.
+
+    Args:
+        series: values of one column, N of them.
+        decimal: sign before the decimals of numbers that are written as texts.
+        are_dates: whether texts are dates as of ISO 8601.
+
+    Returns:
+        Shape (N,), of floats or of dates in ns.
+    """
+    pandas = importlib.import_module("pandas")
+    types = pandas.api.types
+    if types.is_datetime64_any_dtype(series):
+        return np.asarray(series.to_numpy(dtype="datetime64[ns]"))
+    if not are_dates and (types.is_bool_dtype(series) or types.is_numeric_dtype(series)):
+        return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
+    written = series.astype("string").str.strip()
+    if are_dates:
+        dates = written.where(written.str.match(DATE)).str.replace(",", ".", regex=False)
+        stamps = pandas.to_datetime(dates, format="ISO8601", errors="coerce", utc=True)
+        return np.asarray(stamps.to_numpy(dtype="datetime64[ns]"))
+    if decimal == ",":  # a point would separate thousands
+        grouped = written.str.contains(".", regex=False)
+        written = written.mask(grouped, "text").str.replace(",", ".", regex=False)
+    numbers = pandas.to_numeric(written, errors="coerce")
+    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan))
+
+
+def text_among(name: str, series: Any, values: NDArray[Any], before: int = 0) -> Text | None:
+    """Return the text in a series of pandas, whose values have NaN there; None if there is none.
+
+    Args:
+        name: name of the column.
+        before: number of samples before the series.
+    """
+    wrong = np.flatnonzero(np.isnan(values) & series.notna().to_numpy())
+    if not len(wrong):
+        return None
+    return Text(name, len(wrong), before + int(wrong[0]), str(series.iloc[wrong[0]])[:40])
+
+
+def seconds(values: NDArray[Any]) -> FloatArray:
+    """Convert dates, shape (N,), to seconds since the first of them; numbers stay."""
+    if values.dtype.kind != "M":
+        return values
+    known = values[~np.isnat(values)]
+    since = (values - known[0]).astype(np.float64) if len(known) else np.zeros(len(values))
+    return np.where(np.isnat(values), np.nan, since * 1e-9)
 
 
 SECONDS = {

@@ -1,4 +1,4 @@
-"""Which samples of measured records a recipe learns from, chooses by, and tests with."""
+"""Samples of measured records are divided into those to learn from, to choose by and to test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.record import RecordError
 
 FEWEST = 8
-"""So many samples in a row have all outputs somewhere in each part."""
+"""Each part has somewhere this many samples in a row with all outputs."""
 MOST = 0.9
 """Stretches are so short that this part of the samples is used, at least."""
 

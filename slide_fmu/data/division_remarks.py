@@ -1,4 +1,4 @@
-"""What one should know about the division of records: what is lost, and what is not tested."""
+"""Remarks on the division of records say what is lost, and what is not tested."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The columns of records that a user wishes for are read, and told apart: inputs and outputs."""
+"""The columns of records that a user wishes for are read: inputs and outputs."""
 
 from __future__ import annotations
 

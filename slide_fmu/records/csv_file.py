@@ -64,7 +64,7 @@ ROW = 1 / 3
 
 @dataclass(frozen=True)
 class CsvFormat:
-    """A CsvFormat says how a text file is written.
+    """A CsvFormat is how a text file is written.
 
     Attributes:
         encoding: of the characters.
@@ -164,16 +164,16 @@ def find_format(path: Path, name: str) -> CsvFormat:
     header, units = rows[above[-1]], []
     if len(above) > 1 and len(_completed(rows[above[-2]])) >= len(_completed(header)) > 1:
         header, units = rows[above[-2]], header
-    told = named(_completed(header), name)
-    for column, unit in zip(told, units, strict=False):
-        told[column] = told[column] or _bare(unit)
+    own_units = named(_completed(header), name)
+    for column, unit in zip(own_units, units, strict=False):
+        own_units[column] = own_units[column] or _bare(unit)
     looked_at = rows[first : first + LOOKED_AT]
     dates = [
         column
-        for index, column in enumerate(told)
+        for index, column in enumerate(own_units)
         if any(DATE.match(row[index]) for row in looked_at if index < len(row))
     ]
-    return CsvFormat(encoding, separator, decimal, told, tuple(dates), above[-1] + 2)
+    return CsvFormat(encoding, separator, decimal, own_units, tuple(dates), above[-1] + 2)
 
 
 def _encoding(head: bytes) -> str:
@@ -268,7 +268,7 @@ def _chunks(pandas: Any, path: Path, form: CsvFormat, choice: Choice) -> Iterato
             is_short = is_short or bool((filled & chunk.iloc[:, width - 1].isna()).any())
             yield samples, chunk
             samples += len(chunk)
-    if is_short:  # pandas does not tell values that are not there from empty ones
+    if is_short:  # pandas gives NaN for values that are not there, as for empty ones
         with path.open(encoding=form.encoding, errors="replace", newline="") as file:
             for line, found in enumerate(_counts(file, form), form.first_line):
                 if 0 < found < width:

@@ -28,7 +28,7 @@ from slide_fmu.records.record import RecordError
 from slide_fmu.records.repeats import connected, in_order
 
 SHARES = {"train": 0.7, "validation": 0.15, "test": 0.15}
-"""The parts where nothing is said."""
+"""Parts and their shares where a recipe gives none."""
 
 SHORTEST = 8
 """Fewer samples of one part, amid samples of another part, belong to that one."""
@@ -38,7 +38,7 @@ By = Literal["block", "each", "record"]
 
 @dataclass(frozen=True)
 class Splitting:
-    """A Splitting says how pieces are divided.
+    """A Splitting is a way to divide pieces into parts.
 
     Attributes:
         lead: number of samples before the first one that is scored, which are only there to fill

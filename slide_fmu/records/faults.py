@@ -92,7 +92,7 @@ def _steep(outside: FloatArray, resolution: float) -> bool:
 
 @dataclass(frozen=True)
 class Quantization:
-    """A Quantization says that values are multiples of a resolution.
+    """A Quantization is a resolution of which values are multiples.
 
     Attributes:
         resolution: in the column's unit.

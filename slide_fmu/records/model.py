@@ -22,11 +22,11 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 HOLD: Hold = "first_order"
-"""Measured inputs are samples of what moves, where nothing else is said."""
+"""Measured inputs are samples of signals that move, unless the recipe gives another hold."""
 PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
-"""Which output answers an input, by what the inputs do between samples, if nothing is said."""
+"""The pairing follows from what the inputs do between samples, unless the recipe names one."""
 PARAMETERS = ("time", "sample_step", "pairing")
-"""What ``system.parameters`` may say about records: the column of times, or the step in s of files
+"""Keys of ``system.parameters`` for records: the column of times, or the step in s of files
 without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
 
 

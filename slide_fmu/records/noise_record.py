@@ -20,9 +20,9 @@ from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
 
 LEAST = 500
-"""So many samples, at least, tell the spectrum of noise."""
+"""The spectrum of noise is known from at least this many samples."""
 SHORTEST = 100
-"""Shorter stretches between gaps tell nothing of it, and do not count."""
+"""Stretches between gaps of fewer samples do not count."""
 QUIET = 0.5
 """What deviates by more than this part of what an output does in the other records has moved."""
 
@@ -118,7 +118,7 @@ def noise_at_rest(
 def remarks_on_noise(
     noise: Noise, records: Sequence[Record], outputs: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Say of each output how large its noise is beside its deviation, and how it is coloured."""
+    """Say how large the noise of each output is relative to its deviation, and of which colour."""
     remarks, deviations = [*noise.remarks], _deviations(records, outputs)
     for index, (name, deviation) in enumerate(zip(outputs, deviations, strict=True)):
         model = fit_autoregression([stretch[:, index] for stretch in noise.stretches])
@@ -154,7 +154,7 @@ def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArr
 
 
 def _require_quiet(noise: Record, name: str, moving: float) -> None:
-    """Refuse an output that is constant at rest, or moves much beside a deviation when moving."""
+    """Refuse an output that is constant at rest, or deviates there nearly as it does when moving."""
     values = noise.columns[name]
     values = values[np.isfinite(values)]
     at_rest = float(np.std(values))

@@ -58,5 +58,6 @@ def _unit(arrow: Any, column: Any, named_unit: str) -> str:
     """Give the unit of dates, or that of the name, or in the metadata; empty if there is none."""
     if arrow.types.is_timestamp(column.type):
         return "s"
-    told = column.metadata or {}
-    return named_unit or (told.get(b"unit") or told.get(b"units") or b"").decode(errors="replace")
+    known = column.metadata or {}
+    unit = known.get(b"unit") or known.get(b"units") or b""
+    return named_unit or unit.decode(errors="replace")

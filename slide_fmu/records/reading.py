@@ -25,7 +25,7 @@ from slide_fmu.records.table import (
     in_seconds,
     is_time,
     rises,
-    told_unit,
+    unit_of_times,
 )
 
 READERS: dict[str, Callable[[Path, Choice], Table]] = {
@@ -153,7 +153,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
         clock_is_chosen=choice.time is not None,
         texts=texts,
         first_line=table.first_line,
-        clock_unit="s" if clock is None else told_unit(clock, table.units[clock]),
+        clock_unit="s" if clock is None else unit_of_times(clock, table.units[clock]),
     )
 
 

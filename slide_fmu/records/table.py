@@ -37,7 +37,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Choice:
-    """A Choice says what is wanted of a file.
+    """A Choice is what is wanted of a file.
 
     Attributes:
         path: the file, as the user named it.
@@ -235,7 +235,7 @@ def may_be_time(name: str, unit: str) -> bool:
     return name in INDEX or is_time(name, unit)
 
 
-def told_unit(name: str, unit: str) -> str:
+def unit_of_times(name: str, unit: str) -> str:
     """Give the unit of times, in small letters, or the one that ends their name; else nothing."""
     match = TIME.fullmatch(name)
     return unit.lower() or ((match["unit"] or "").lower() if match else "")
@@ -243,7 +243,7 @@ def told_unit(name: str, unit: str) -> str:
 
 def in_seconds(name: str, unit: str, values: FloatArray) -> FloatArray:
     """Convert times, shape (N,), to s by their unit, or by the unit that ends their name."""
-    return values * SECONDS[told_unit(name, unit)]
+    return values * SECONDS[unit_of_times(name, unit)]
 
 
 def counts_samples(name: str, values: FloatArray) -> bool:

@@ -145,7 +145,7 @@ def drift(time: FloatArray, other: FloatArray) -> float:
 
 
 def neat_step(clock: Clock, length: int) -> float:
-    """Give the step of a clock in s with the fewest digits that do no harm over ``length`` samples."""
+    """Give the step of a clock in s with the fewest digits that do no harm in ``length`` steps."""
     for digits in range(1, 13):
         step = float(f"{clock.step:.{digits}g}")
         if abs(step / clock.step - 1) * length < EVEN:

@@ -22,7 +22,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.signals import Trajectory
+from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.records.preparation import Piece
 from slide_fmu.records.record import RecordError
 from slide_fmu.records.repeats import connected, in_order
@@ -139,53 +139,46 @@ def _parts(
     numbers: NDArray[np.intp], records: NDArray[np.intp], splitting: Splitting
 ) -> NDArray[np.intp]:
     """Give every sample the index of its part, shape (N,), by the number of its inputs."""
+    shares = np.array(list(splitting.shares.values()))
     if splitting.by == "record":
         first = in_order(records)
         count = int(first.max()) + 1
         groups = connected(first, count + numbers, count + int(numbers.max()) + 1)[first]
-        return _shared_out(groups, splitting, "records of different inputs")
+        found, wanted = len(np.unique(groups)), np.count_nonzero(shares)
+        if found < wanted:
+            raise RecordError(
+                f"there are {found} records of different inputs for {wanted} parts; expected at "
+                'least one for each: record more, or set data.by = "block"'
+            )
+        return _shared_out(groups, shares)
     of_number = np.full(int(numbers.max()) + 1, -1)
     together = np.zeros_like(records) if splitting.by == "block" else records
     for record in np.unique(together):
         own = numbers[together == record]
         own = own[of_number[own] < 0]
-        if len(own):
-            of_number[own] = _shared_out(own, splitting, "different samples")
+        of_number[own] = _shared_out(own, shares)
     return np.asarray(of_number[numbers])
 
 
-def _shared_out(groups: NDArray[np.intp], splitting: Splitting, what: str) -> NDArray[np.intp]:
+def _shared_out(groups: NDArray[np.intp], shares: FloatArray) -> NDArray[np.intp]:
     """Give each part the next groups, at least one, until it has about its share of samples.
 
     Args:
         groups: number of the group that each sample belongs to, shape (N,).
-        what: words for the groups.
+        shares: what part of all samples each part has, in their order.
 
     Returns:
         Index of the part of each sample, shape (N,).
     """
-    shares = np.array(list(splitting.shares.values()))
     groups = in_order(groups)
-    ends = np.cumsum(np.bincount(groups))
-    wanted = np.count_nonzero(shares)
-    if len(ends) < wanted:
-        other = ', or set data.by = "block"' if splitting.by == "record" else ""
-        raise RecordError(
-            f"there are {len(ends)} {what} for {wanted} parts; expected at least one for each: "
-            f"record more{other}"
-        )
-    targets = np.round(ends[-1] * np.cumsum(shares))
-    cuts: list[int] = []
-    for index, share in enumerate(shares):
-        first, later = (cuts or [0])[-1], np.count_nonzero(shares[index + 1 :])
-        if not share:
-            cuts.append(first)
-        elif not later:
-            cuts.append(len(ends))
-        else:
-            allowed = np.arange(first + 1, len(ends) - later + 1)
-            cuts.append(int(allowed[np.argmin(np.abs(ends[allowed - 1] - targets[index]))]))
-    return np.searchsorted(cuts, groups, side="right")
+    ends = np.concatenate([[0], np.cumsum(np.bincount(groups))])
+    cuts = [0]
+    for index, target in enumerate(np.round(ends[-1] * np.cumsum(shares))):
+        nearest = int(np.argmin(np.abs(ends - target)))
+        most = len(ends) - 1 - int(np.count_nonzero(shares[index + 1 :]))
+        wanted = min(max(nearest, cuts[-1] + 1), most) if shares[index] else cuts[-1]
+        cuts.append(max(cuts[-1], wanted))
+    return np.searchsorted(cuts[1:], groups, side="right")
 
 
 def _blocks(piece: int, parts: NDArray[np.intp], lead: int) -> list[tuple[int, Block]]:

@@ -154,7 +154,7 @@ def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArr
 
 
 def _require_quiet(noise: Record, name: str, moving: float) -> None:
-    """Refuse an output that is constant at rest, or deviates there nearly as it does when moving."""
+    """Refuse an output that is constant at rest, or deviates nearly as it does when moving."""
     values = noise.columns[name]
     values = values[np.isfinite(values)]
     at_rest = float(np.std(values))

@@ -177,6 +177,12 @@ def test_each_record_leaves_inputs_of_another_record_in_their_part() -> None:
     assert [block.piece for block in split["test"]] == [0, 1, 1]
 
 
+def test_record_that_adds_two_samples_to_another_one_is_divided_with_it() -> None:
+    numbers = np.concatenate([np.arange(1000), np.arange(1002)])
+    split = split_pieces(noise(1000, 1002), Splitting(lead=0, by="each"), numbers)
+    assert [block.stop - block.scored for block in split["test"]] == [150, 152]
+
+
 def test_records_of_the_same_inputs_are_in_one_part() -> None:
     drives = [0, 1, 0, 2, 3, 1]
     numbers = np.concatenate([100 * drive + np.arange(100) for drive in drives])

@@ -67,18 +67,22 @@ class Rule:
     Attributes:
         kind, expected, remedy: as of ``Finding``.
         test: gives a sentence for each thing that it finds in the column of a record.
-        refuses: tells whether nothing can be learnt from the record with what was found.
+        refuses: whether nothing can be learnt from the record with what was found; or a function
+            that tells it of the record's column.
     """
 
     kind: str
     test: Callable[[Record, str], Iterable[str]]
     expected: str
     remedy: str
-    refuses: Callable[[Record, str], bool]
+    refuses: bool | Callable[[Record, str], bool] = False
 
     def applied(self, record: Record, column: str) -> list[Finding]:
         """Return what the rule finds in a column of a record."""
-        severity: Severity = "refused" if self.refuses(record, column) else "remarked"
+        refuses = self.refuses
+        if not isinstance(refuses, bool):
+            refuses = refuses(record, column)
+        severity: Severity = "refused" if refuses else "remarked"
         about = record.path, column
         return [
             Finding(self.kind, severity, *about, found, self.expected, self.remedy)
@@ -144,14 +148,6 @@ def _finite(record: Record, name: str) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return the finite values of a column, and the numbers of their samples, (n,) each."""
     where = np.flatnonzero(np.isfinite(record.columns[name]))
     return record.columns[name][where], where
-
-
-def _always(_: Record, __: str) -> bool:
-    return True
-
-
-def _never(_: Record, __: str) -> bool:
-    return False
 
 
 def _broken_times(record: Record, column: str) -> Iterable[str]:
@@ -282,7 +278,7 @@ BROKEN_TIME = Rule(
     _broken_times,
     "a finite number in s at every sample, and times that rise",
     f"mend or cut the file, name another column of times, or {GIVE_STEP}",
-    _always,
+    refuses=True,
 )
 """The rule about times of which nothing else can be said where it finds something."""
 
@@ -291,7 +287,6 @@ TIME_WITHOUT_UNIT = Rule(
     _times_without_unit,
     "a unit",
     'if they are in ms, call their column "time_ms"',
-    _never,
 )
 """The rule about times of which 10 may be 10 ms; only the first such file is named."""
 
@@ -301,22 +296,21 @@ TIME_RULES = (
         _falling_times,
         "times that rise",
         f"cut the file there into several records, or {GIVE_STEP}",
-        _always,
+        refuses=True,
     ),
     Rule(
         "time repeats",
         _repeated_times,
         "times that rise",
         f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
-        _always,
+        refuses=True,
     ),
-    Rule("gap", _gaps, "even times", "the record is cut there into stretches", _never),
+    Rule("gap", _gaps, "even times", "the record is cut there into stretches"),
     Rule(
         "jitter",
         _jitter,
         f"at most {100 * EVEN:g} %",
         f"the record is resampled to even times; if only the stamps are off, {GIVE_STEP}",
-        _never,
     ),
 )
 """Rules about the times of a record."""
@@ -327,7 +321,7 @@ TWO_CLOCKS = Rule(
     "one clock for all columns",
     "name the one that the columns belong to (--time NAME in slide-fmu init, time in "
     "system.parameters of a recipe), and use no columns of the other",
-    _is_doubtful,
+    refuses=_is_doubtful,
 )
 """The rule about each further column of times: to which clock do the values belong?"""
 
@@ -337,7 +331,7 @@ COLUMN_RULES = (
         _texts,
         "numbers throughout",
         "mend the file, or leave the value empty: the record is cut there",
-        _always,
+        refuses=True,
     ),
     Rule(
         "empty",
@@ -345,14 +339,13 @@ COLUMN_RULES = (
         "numbers throughout",
         "the record is cut there, if this is an input; no output counts there. Where more than "
         "half is empty, leave the column out, or record it anew",
-        _is_mostly_empty,
+        refuses=_is_mostly_empty,
     ),
     Rule(
         "saturation",
         _saturated,
         "a signal that turns before it reaches its extreme value",
         "use a wider range of the sensor; if the system itself stops there, all is well",
-        _never,
     ),
     Rule(
         "outlier",
@@ -360,14 +353,12 @@ COLUMN_RULES = (
         "differences like those around it",
         "they are left out of the linear fit that the window follows from, but learnt from: leave "
         "these values empty if they are faults of the measurement",
-        _never,
     ),
     Rule(
         "quantization",
         _coarse,
         f"at most {100 * COARSE:g} %",
         "no model can be told to be better than this; record or write more digits",
-        _never,
     ),
 )
 """Rules about the values of a column."""

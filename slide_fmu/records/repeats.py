@@ -19,7 +19,6 @@ from scipy.signal import find_peaks
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 
 ALIKE = 0.02
@@ -42,9 +41,6 @@ LEAST = 0.05
 
 LAGS = 30
 """This many lags are examined, those of the strongest correlation."""
-
-FEWEST = 100
-"""The noise of outputs is known from at least this many pairs of samples."""
 
 
 def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
@@ -95,39 +91,6 @@ def _standardized(inputs: FloatArray) -> FloatArray:
     kept = kept[:, [bool(np.nanmax(c) > np.nanmin(c)) for c in kept.T if np.isfinite(c).any()]]
     centred = np.nan_to_num(kept - np.nanmean(kept, axis=0)) if kept.size else kept
     return np.asarray(centred / centred.std(axis=0)) if kept.size else centred
-
-
-def noise_of_repeats(
-    outputs: Sequence[FloatArray], numbers: NDArray[np.intp], lead: int
-) -> FloatArray | None:
-    """Estimate the RMS of the outputs' noise, shape (n_outputs,), in their units.
-
-    Outputs of a system that forgets within ``lead`` samples are the same where inputs come again,
-    but for noise: half of the variance of their difference is that of the noise, of any colour.
-    What inputs differ, as far as that is no noise of their own sensors, counts as noise too.
-
-    Args:
-        outputs: one output for each input, shape (N, n_outputs) for each record.
-        numbers: those of ``same_inputs``.
-        lead: number of samples that a system remembers.
-
-    Returns:
-        None where inputs do not come again for longer than the system remembers.
-    """
-    order = np.argsort(numbers, kind="stable")
-    again = numbers[order[1:]] == numbers[order[:-1]]
-    later, before = order[1:][again], order[:-1][again]
-    lags = np.zeros(len(numbers), np.intp)
-    lags[later] = later - before
-    changes = np.diff(lags, prepend=-1) != 0
-    changes[np.cumsum([0, *(len(one) for one in outputs[:-1])])] = True
-    place = np.arange(len(numbers))
-    since = place - np.maximum.accumulate(np.where(changes, place, 0))
-    kept = later[since[later] >= lead]
-    values = np.concatenate(outputs)
-    found = values[kept] - values[kept - lags[kept]]
-    found = found[np.isfinite(found).all(axis=1)]
-    return np.asarray(rms(found) / np.sqrt(2.0)) if len(found) >= FEWEST else None
 
 
 def _repetitions(

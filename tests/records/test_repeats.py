@@ -1,16 +1,14 @@
-"""Inputs that come again are found up to noise, and show the noise of the outputs."""
+"""Inputs that come again are found up to noise, wherever they are in the records."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-import scipy.signal
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.repeats import noise_of_repeats, same_inputs
+from slide_fmu.records.repeats import same_inputs
 from tests.records.samples import clean_signals, multisine
 
-LEAD, KNOWN = 60, 0.02
 EDGE = 2
 """Where one input gives way to another, this many samples may count to either."""
 RNG = np.random.default_rng(0)
@@ -94,38 +92,3 @@ def test_inputs_that_are_missing_or_never_move_do_not_disturb() -> None:
     inputs[700, 0] = np.nan
     assert different(inputs) < 600
     assert different(np.ones((2000, 1))) == 2000
-
-
-def with_noise(inputs: FloatArray, noise: FloatArray) -> tuple[list[FloatArray], np.ndarray]:
-    """Two outputs of a filter that forgets within the lead, with their noise; inputs (N,)."""
-    answer = scipy.signal.lfilter([0.3], [1, -0.8], inputs)
-    return [np.stack([answer, answer**3], axis=1) + noise], same_inputs([inputs[:, None]])
-
-
-def white(count: int) -> FloatArray:
-    return np.random.default_rng(1).normal(0, KNOWN, (count, 2))
-
-
-def test_noise_of_any_colour_is_found_where_inputs_repeat_a_period() -> None:
-    inputs = np.tile(np.random.default_rng(0).normal(size=500), 8)
-    noise = white(len(inputs))
-    noise[:, 1] = scipy.signal.lfilter([np.sqrt(1 - 0.9**2)], [1, -0.9], noise[:, 1])
-    found = noise_of_repeats(*with_noise(inputs, noise), LEAD)
-    assert found == pytest.approx([KNOWN, KNOWN], rel=0.1)
-
-
-def test_noise_is_found_where_each_of_several_periods_comes_twice() -> None:
-    rng = np.random.default_rng(0)
-    inputs = np.concatenate([np.tile(rng.normal(size=500), 2) for _ in range(6)])
-    found = noise_of_repeats(*with_noise(inputs, white(len(inputs))), LEAD)
-    assert found == pytest.approx([KNOWN, KNOWN], rel=0.1)
-
-
-def test_nothing_is_said_where_inputs_never_repeat() -> None:
-    inputs = np.random.default_rng(0).normal(size=4000)
-    assert noise_of_repeats(*with_noise(inputs, white(4000)), LEAD) is None
-
-
-def test_nothing_is_said_where_the_system_remembers_longer_than_inputs_repeat() -> None:
-    inputs = np.tile(np.random.default_rng(0).normal(size=500), 2)
-    assert noise_of_repeats(*with_noise(inputs, white(1000)), 600) is None

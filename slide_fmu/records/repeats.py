@@ -10,7 +10,7 @@ records, laid end to end. At each of these lags the inputs are compared window b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +54,14 @@ def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
         order in which inputs first come.
     """
     scaled = _standardized(np.concatenate(inputs))
-    length = len(scaled)
     records = np.repeat(np.arange(len(inputs)), [len(one) for one in inputs])
-    found = [(lag, np.flatnonzero(again)) for lag, again in _repetitions(scaled, records)]
-    if not found:
-        return np.arange(length)
-    first = np.concatenate([before for _, before in found])
-    second = np.concatenate([before + lag for lag, before in found])
-    return connected(first, second, length)
+    numbers = np.arange(len(scaled))
+    for lag, comes_again in _repetitions(scaled, records):
+        before = np.flatnonzero(comes_again)
+        first, second = numbers[before], numbers[before + lag]
+        if (first != second).any():
+            numbers = connected(first, second, int(numbers.max()) + 1)[numbers]
+    return numbers
 
 
 def connected(first: NDArray[np.intp], second: NDArray[np.intp], count: int) -> NDArray[np.intp]:
@@ -95,7 +95,7 @@ def _standardized(inputs: FloatArray) -> FloatArray:
 
 def _repetitions(
     scaled: FloatArray, records: NDArray[np.intp]
-) -> list[tuple[int, NDArray[np.bool_]]]:
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
     """Find lags, and tell for each which samples, shape (N - lag,), come again that much later.
 
     Args:
@@ -105,17 +105,17 @@ def _repetitions(
     correlation = _autocorrelation(scaled)
     alike = np.flatnonzero(correlation >= 0.5)
     if not len(alike):
-        return []
+        return
     ends = alike + 1
     is_lasting = np.append(alike[1:], TONE * len(scaled) + TONE) > TONE * ends
     width = WINDOW * int(ends[is_lasting][0])
-    if 2 * width > len(scaled):
-        return []
     peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=max(1, width // 2))
     peaks = peaks[peaks >= width]
     strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
-    found = [(int(lag), _alike(scaled, records, int(lag), width)) for lag in np.sort(strongest)]
-    return [one for one in found if np.count_nonzero(one[1]) >= LEAST * len(scaled)]
+    for lag in np.sort(strongest).tolist():
+        comes_again = _alike(scaled, records, lag, width)
+        if np.count_nonzero(comes_again) >= LEAST * len(scaled):
+            yield lag, comes_again
 
 
 def _autocorrelation(scaled: FloatArray) -> FloatArray:

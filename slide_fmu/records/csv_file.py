@@ -162,7 +162,8 @@ def find_format(path: Path, name: str) -> CsvFormat:
             "is required"
         )
     header, units = rows[above[-1]], []
-    if len(above) > 1 and len(_completed(rows[above[-2]])) >= len(_completed(header)) > 1:
+    width = len(rows[first]) if first < len(rows) else len(header)
+    if len(above) > 1 and len(rows[above[-2]]) == len(header) == width > 1:
         header, units = rows[above[-2]], header
     own_units = named(_completed(header), name)
     for column, unit in zip(own_units, units, strict=False):
@@ -192,10 +193,10 @@ def _signs(lines: Sequence[str]) -> tuple[str, str]:
     """Find separator and decimal sign: with them most fields are values, as many in each line."""
     best, found = (False, -1.0, 0), (",", ".")
     for separator in SEPARATORS:
-        rows = [_fields(line, separator) for line in lines]
+        rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         total = max(1, sum(max(width, len(row)) for row in rows))
-        for decimal in {".", ","} - {separator}:
+        for decimal in ".,".replace(separator, ""):
             fields = [field for row in rows if len(row) == width for field in row]
             read = sum(
                 VALUES[decimal].fullmatch(f) is not None or bool(DATE.match(f)) for f in fields

@@ -169,6 +169,13 @@ def test_lines_of_a_title_above_the_names_are_passed_over(tmp_path: Path) -> Non
         assert f"line {8 if unit else 7}," in record.place(2)
 
 
+def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "Run 13 of day 7\nwith oil\n# t u y\n0,0 1 2\n0,1 2 3\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.time.tolist() == [0.0, 0.1]
+    assert {name: v.tolist() for name, v in record.columns.items()} == {"u": [1, 2], "y": [2, 3]}
+
+
 def test_names_that_are_too_few_are_no_title(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "t,u\n0,1,2\n1,2,3\n2,3,4\n")
     with pytest.raises(RecordError, match=r"a.csv.*expected 2 values in each line"):

@@ -154,7 +154,7 @@ def find_format(path: Path, name: str) -> CsvFormat:
         )
     separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
     rows = [_fields(line.lstrip("#% "), separator) for line in lines]
-    first = next((k for k, row in enumerate(rows) if _is_row(row, decimal)), len(rows))
+    first = _first_row(rows, decimal)
     above = [k for k in range(first) if any(rows[k])]
     if not above:
         raise RecordError(
@@ -219,6 +219,19 @@ def _is_row(fields: list[str], decimal: str) -> bool:
     filled = [field for field in fields if field]
     values = [f for f in filled if VALUES[decimal].fullmatch(f) or DATE.match(f)]
     return len(values) > ROW * len(filled)
+
+
+def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
+    """Return the index of the first row of samples; the number of rows if there is none.
+
+    A line with numbers is a title if the next line that is not empty has other fields than it.
+    """
+    filled = [k for k, row in enumerate(rows) if any(row)]
+    for k, following in zip(filled, [*filled[1:], *filled[-1:]], strict=True):
+        is_like = len(rows[following]) == len(rows[k]) or _is_row(rows[following], decimal)
+        if _is_row(rows[k], decimal) and is_like:
+            return k
+    return len(rows)
 
 
 def _completed(header: list[str]) -> list[str]:

@@ -9,10 +9,10 @@ record whose inputs never come again is cut in the order of time by this rule. T
 several periods, one period (of which each repetition is cut at the same place), and files of one
 drive signal, wherever they begin.
 
-What this is worth was tried with 6000 samples of a bent oscillator with 2 % of noise, and a network
-that is too large. One period of 1000 samples, six times: cut in the order of time, the record
-gives an error of 2.1 %, cut by this rule 3.6 %, where new inputs give 12.5 and 10.6 %. Ten waves
-twice each: 2.6 and 2.8 %, where new inputs give 3.7 and 2.9 %.
+What this is worth was tried with 6000 samples of a bent oscillator with 2 % of noise, and a
+network that is too large. One period of 1000 samples, six times: cut in the order of time, the
+record gives an error of 2.1 %, cut by this rule 3.6 %, where new inputs give 12.5 and 10.6 %. Ten
+waves twice each: 2.6 and 2.8 %, where new inputs give 3.7 and 2.9 %.
 
 A gap is kept behind inputs that are held back: samples that still answer them are not learnt from.
 """

@@ -39,6 +39,9 @@ TONE = 10
 LEAST = 0.05
 """Inputs repeat if at least this part of all samples does at one lag."""
 
+CYCLES = 0.5
+"""Inputs are cycles of a tone if at least this part of all samples comes again one cycle later."""
+
 LAGS = 30
 """This many lags are examined, those of the strongest correlation."""
 
@@ -88,7 +91,7 @@ def _standardized(inputs: FloatArray) -> FloatArray:
     What is not finite counts as the mean.
     """
     kept = np.where(np.isfinite(inputs), inputs, np.nan)
-    kept = kept[:, [bool(np.nanmax(c) > np.nanmin(c)) for c in kept.T if np.isfinite(c).any()]]
+    kept = kept[:, [bool(np.isfinite(c).any() and np.nanmax(c) > np.nanmin(c)) for c in kept.T]]
     centred = np.nan_to_num(kept - np.nanmean(kept, axis=0)) if kept.size else kept
     return np.asarray(centred / centred.std(axis=0)) if kept.size else centred
 
@@ -109,13 +112,27 @@ def _repetitions(
     ends = alike + 1
     is_lasting = np.append(alike[1:], TONE * len(scaled) + TONE) > TONE * ends
     width = WINDOW * int(ends[is_lasting][0])
-    peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=max(1, width // 2))
+    if 2 * width > len(scaled):
+        yield from _whole_cycles(scaled, records, correlation)
+        return
+    peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=width // 2)
     peaks = peaks[peaks >= width]
     strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
     for lag in np.sort(strongest).tolist():
         comes_again = _alike(scaled, records, lag, width)
         if np.count_nonzero(comes_again) >= LEAST * len(scaled):
             yield lag, comes_again
+
+
+def _whole_cycles(
+    scaled: FloatArray, records: NDArray[np.intp], correlation: FloatArray
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Find the cycle of tones and square waves, of which a window can be as long as one cycle."""
+    for lag in find_peaks(correlation, height=0.5)[0][:LAGS].tolist():
+        comes_again = _alike(scaled, records, lag, lag)
+        if np.count_nonzero(comes_again) >= CYCLES * len(scaled):
+            yield lag, comes_again
+            return
 
 
 def _autocorrelation(scaled: FloatArray) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -40,6 +42,15 @@ def test_period_is_found_up_to_noise(noise: float, times: float, lines: int) -> 
     wave = np.resize(multisine(400, rng, lines), int(times * 400))
     values = wave + noise * rng.normal(size=len(wave))
     assert abs(different(values) - 400) <= EDGE
+
+
+@pytest.mark.parametrize("shape", [np.sin, lambda phase: np.sign(np.sin(phase + 0.01))])
+@pytest.mark.parametrize("period", [40, 500])
+def test_cycles_of_a_tone_or_a_square_wave_are_found(
+    shape: Callable[[np.ndarray], np.ndarray], period: int
+) -> None:
+    values = shape(2 * np.pi * np.arange(5000) / period)
+    assert abs(different(values + 0.01 * RNG.normal(size=5000)) - period) <= EDGE
 
 
 def test_noise_of_a_third_is_no_repetition() -> None:

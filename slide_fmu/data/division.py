@@ -1,41 +1,92 @@
-"""Which samples of measured records a recipe learns from, chooses by, and tests with."""
+"""Samples of measured records are divided into those to learn from, to choose by and to test."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.specimens import too_few_specimens
-from slide_fmu.records.blocks import Block, Split, Splitting
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.periods import find_period
-from slide_fmu.records.splitting import split_pieces
+from slide_fmu.records.record import RecordError
 
 FEWEST = 8
-"""So many samples in a row have all outputs somewhere in each part."""
+"""Each part has somewhere this many samples in a row with all outputs."""
 MOST = 0.9
 """Stretches are so short that this part of the samples is used, at least."""
 
 
-def divided(recipe: Recipe, source: MeasuredRecords, lead: int | None = None) -> Split:
+def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
     """Divide the records of a recipe into its parts; the window's truncated part leads in.
 
-    The lead is another number of samples if it is not None.
+    Samples of the same inputs are in one part, unless ``has_known_inputs``.
 
     Raises:
-        RecipeError: a part has too few samples, the inputs repeat no period although the recipe
-            divides by periods, or the part to learn from has too few specimens for the parameters.
+        RecipeError: a part has too few samples, or the part to learn from has too few specimens
+            for the parameters.
     """
-    lead = recipe.window.n_in - recipe.window.n_out if lead is None else lead
+    apart = _apart(recipe, source) if comes_again(source) else None
+    return apart or _split(recipe, source, _lead(recipe))
+
+
+def in_order_of_time(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide the records of a recipe into its parts without leads, whatever inputs come again.
+
+    This is meant for a window, which is needed to divide them as ``divided`` does.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    return _split(recipe, source, 0)
+
+
+def has_known_inputs(recipe: Recipe, source: MeasuredRecords) -> bool:
+    """Tell whether what is tested, or chosen by, has inputs that are learnt from.
+
+    That is so if inputs come again, and fewer of them are different in such a part than the window
+    truncates: then every window that is scored there has inputs of other parts, and cutting the
+    records into short blocks would only cost samples.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    return comes_again(source) and _apart(recipe, source) is None
+
+
+def comes_again(source: MeasuredRecords) -> bool:
+    """Tell whether some inputs of the records come again."""
+    return int(source.numbers.max()) + 1 < len(source.numbers)
+
+
+def _lead(recipe: Recipe) -> int:
+    return recipe.window.n_in - recipe.window.n_out
+
+
+def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
+    """Divide records so that inputs which come again are in one part; None if this is no use."""
+    try:
+        found = _split(recipe, source, _lead(recipe), source.numbers)
+    except RecipeError:
+        return None
+    begins = np.cumsum([0, *(len(piece.trajectory.inputs) for piece in source.pieces)])
+    for part, blocks in found.items():
+        own = [source.numbers[begins[b.piece] :][b.scored : b.stop] for b in blocks]
+        if part != "train" and len(np.unique(np.concatenate(own))) < _lead(recipe):
+            return None
+    return found
+
+
+def _split(
+    recipe: Recipe, source: MeasuredRecords, lead: int, numbers: NDArray[np.intp] | None = None
+) -> Split:
     shares = {str(part): share for part, share in shares_of(recipe).items() if share}
     by = recipe.data.by
     try:
-        splitting = Splitting(lead, by, shares, _period(source) if by == "period" else None)
-        found = split_pieces(source.pieces, splitting)
+        found = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)
     except RecordError as error:
         raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
     problem = too_few_specimens(recipe, files_of(source, found["train"]))
@@ -104,14 +155,3 @@ def _runs(source: MeasuredRecords, block: Block) -> list[Block]:
         Block(block.piece, begin - lead, begin, end)
         for begin, end in edges.reshape(-1, 2).tolist()
     ]
-
-
-def _period(source: MeasuredRecords) -> int:
-    longest = max(source.pieces, key=lambda piece: len(piece.trajectory.inputs))
-    found = find_period(longest.trajectory.inputs)
-    if found is None:
-        raise RecordError(
-            'data.by = "period", but the inputs repeat no period; expected some that do: set '
-            'data.by = "block"'
-        )
-    return found.samples

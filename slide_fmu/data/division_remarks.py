@@ -1,8 +1,16 @@
-"""What one should know about the division of records: what is lost, and what is not tested."""
+"""Remarks on the division of records say what is lost, and what is not tested."""
 
 from __future__ import annotations
 
-from slide_fmu.data.division import divided, files_of, scored_parts
+import numpy as np
+
+from slide_fmu.data.division import (
+    comes_again,
+    divided,
+    files_of,
+    has_known_inputs,
+    scored_parts,
+)
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import scarce_specimens, specimens, values_in_file
 from slide_fmu.records.model import MeasuredRecords
@@ -15,11 +23,41 @@ def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
         RecipeError: as of ``divided``.
     """
     found = [
+        about_repeats(recipe, source),
         _behind_no_lead(recipe, source),
         left_out(recipe, source),
         *about_specimens(recipe, source),
     ]
     return [remark for remark in found if remark is not None]
+
+
+def about_repeats(recipe: Recipe, source: MeasuredRecords) -> str | None:
+    """Say which inputs come again, and what that means for the error; None if none do.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    if not comes_again(source):
+        return None
+    lengths = [len(piece.trajectory.inputs) for piece in source.pieces]
+    files = np.repeat([piece.record for piece in source.pieces], lengths)
+    order = np.argsort(source.numbers, kind="stable")
+    again = np.diff(source.numbers[order]) == 0
+    before, later = order[:-1][again], order[1:][again]
+    alike = np.unique(files[[before, later]][:, files[before] != files[later]])
+    if len(alike):
+        where = f"{', '.join(source.files[file] for file in alike)} have them in common"
+    else:
+        lag = int(np.median(later - before))
+        where = f"mostly {lag * source.step:.6g} s ({lag} samples) later"
+    if has_known_inputs(recipe, source):
+        meaning = (
+            "too few are different to hold some of them back, so what is tested was learnt from, "
+            "and the error says nothing about other inputs: record other inputs too"
+        )
+    else:
+        meaning = "each part has inputs of its own, and all samples that repeat them"
+    return f"{100 * len(later) / len(order):.0f} % of the inputs come again, {where}; {meaning}"
 
 
 def about_specimens(recipe: Recipe, source: MeasuredRecords) -> list[str | None]:

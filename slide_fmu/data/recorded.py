@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
-from slide_fmu.data.division import divided, files_of, scored_parts
+from slide_fmu.data.division import divided, files_of, in_order_of_time, scored_parts
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.specimens import values_in_file
-from slide_fmu.records.blocks import Block
+from slide_fmu.records.division import Block
 from slide_fmu.records.model import MeasuredRecords
 
 
@@ -36,14 +36,15 @@ class Stretch:
 
 
 def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajectory]]:
-    """Return the whole blocks that are learnt from, without leads, of one specimen after another.
+    """Return the whole blocks that a window is sized by, of one specimen after another.
 
-    Without physical parameters there is one.
+    They are the first in the order of time, without leads. Without physical parameters there is
+    one specimen.
 
     Raises:
         RecipeError: as of ``divided``.
     """
-    blocks = divided(recipe, source, lead=0)["train"]
+    blocks = in_order_of_time(recipe, source)["train"]
     found: dict[tuple[float, ...], list[Trajectory]] = {}
     for block, file in zip(blocks, files_of(source, blocks), strict=True):
         specimen = tuple(values_in_file(recipe, file).values())

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.memory.modes import time_to_decay
-from slide_fmu.records.outliers import outliers
+from slide_fmu.records.faults import outliers
 
 ORDERS = (2, 4, 8, 16, 32, 64)
 """Orders that are tried; Schwarz's criterion chooses."""

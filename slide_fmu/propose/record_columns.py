@@ -1,4 +1,4 @@
-"""The columns of records that a user wishes for are read, and told apart: inputs and outputs."""
+"""The columns of records that a user wishes for are read: inputs and outputs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 
 from slide_fmu.propose.draft_signals import Ranges
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.records.measured import (
+from slide_fmu.records.reading import read_records
+from slide_fmu.records.record import (
     MissingColumnsError,
     NoTimesError,
     Record,
     RecordError,
 )
-from slide_fmu.records.reading import read_records
 
 NO_TIMES = "none"
 """The column of times with this name says that times in the files do not count."""

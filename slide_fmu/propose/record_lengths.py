@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from slide_fmu.data.division_remarks import about_repeats
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import NotForgettingError
@@ -47,7 +48,8 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
             continue
         few = None if found.sizing is None else found.sizing.remark
         kept = replace(draft, remaining_amplitude=remaining)
-        return kept, tuple(remark for remark in (few, _coarser(draft, kept)) if remark)
+        remarks = about_repeats(found.recipe, source), few, _coarser(draft, kept)
+        return kept, tuple(remark for remark in remarks if remark)
     raise RecipeError(_too_short(_recipe(draft, paths), str(refused))) from refused
 
 

@@ -16,24 +16,27 @@ from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
 from slide_fmu.propose.record_columns import RecordWish, read_wished, wished_columns
-from slide_fmu.propose.record_division import proposed_division
 from slide_fmu.propose.record_lengths import held_against
-from slide_fmu.recipe.measured import KIND, PARTS
+from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.records.clock import clock_of_record, neat_step
-from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import Record, RecordError
+from slide_fmu.records.division import By
+from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_stretch
+from slide_fmu.records.record import Record, RecordError
+from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.specification import SignalChoice
 
 HELD = 0.5
 """Inputs of which more than this part of the samples equals the one before are held."""
 ENOUGH = 20_000
-"""Records of at least so many samples have some to spare for an error estimator."""
+"""Records of at least this many samples of different inputs have some for an error estimator."""
+MANY = 10
+"""This many records and more are divided as whole ones."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +89,10 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     remarks = [finding.message for finding in findings]
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
-    division = proposed_division(records, names[0])
+    numbers = same_inputs([record.chosen(names[0]) for record in records])
+    different = int(numbers.max()) + 1
+    by, by_origin = _division(len(records), different < len(numbers))
     whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
-    enough = whole and sum(len(record.time) for record in records) >= ENOUGH
     name = proposed_name(wish.paths[0], wish.name)
     draft = RecordDraft(
         name,
@@ -98,13 +102,23 @@ def _proposed(wish: RecordWish) -> RecordProposal:
         outputs,
         step,
         step_origin,
-        division.by,
-        division.origin,
-        enough and division.groups >= len(PARTS),
+        by,
+        by_origin,
+        whole and different >= ENOUGH,
         parameters,
     )
     draft, more = held_against(draft, wish.paths)
     return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
+
+
+def _division(records: int, comes_again: bool) -> tuple[By, str]:
+    """Return how records are divided, and why."""
+    if records >= MANY and not comes_again:
+        return "record", "There are many records: each of them is in one part as a whole."
+    origin = "The records are cut in the order of time: training first, test last."
+    if comes_again:
+        origin += " Inputs that come again are in the part in which they came first."
+    return "block", origin
 
 
 def _step(wish: RecordWish, record: Record) -> tuple[float, str]:

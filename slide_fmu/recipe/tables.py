@@ -91,7 +91,7 @@ class DataRecipe(Table):
             has; defaults if not given.
         by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
             of all files end to end or of ``"each"`` by itself (the default with physical
-            parameters), by whole ``"record"``, or by whole ``"period"`` of inputs that repeat.
+            parameters), or by whole ``"record"``. Samples of the same inputs are in one part.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -112,7 +112,7 @@ class DataRecipe(Table):
     most_failures: float = Field(default=0.02, ge=0, le=1)
     excitation: tuple[Excitation, ...] = ()
     shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
-    by: Literal["block", "each", "record", "period"] = "block"
+    by: Literal["block", "each", "record"] = "block"
 
 
 class ValidationRecipe(Table):

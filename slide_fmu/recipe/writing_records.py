@@ -40,7 +40,7 @@ class RecordDraft:
     outputs: tuple[DraftSignal, ...]
     step: float
     step_origin: str
-    by: Literal["block", "each", "record", "period"]
+    by: Literal["block", "each", "record"]
     by_origin: str
     estimates: bool
     parameters: dict[str, Any] = field(default_factory=dict)

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import RecordError, Text
+from slide_fmu.records.record import RecordError, Text
 from slide_fmu.records.table import Choice, Table
 
 NUMBERS = "biufc"
-"""Kinds of arrays that are read, in the words of numpy; complex ones are told as faults."""
+"""Kinds of arrays that are read, in the words of numpy; complex ones count as faults."""
 
 MOST_COLUMNS = 1000
 """An array with more columns than this is taken for something else, such as pictures."""
@@ -88,10 +88,10 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
     length = lengths.most_common(1)[0][0]
     others = [name for name in wanted if found[name].length != length]
     if others and choice.names:
-        told = {name: found[name].length for name in wanted}
+        by_name = {name: found[name].length for name in wanted}
         raise RecordError(
-            f"{choice.path} has columns of the lengths {told}; expected one length for all that "
-            "are measured together: read them as several records"
+            f"{choice.path} has columns of the lengths {by_name}; expected one length for all "
+            "that are measured together: read them as several records"
         )
     kept = [name for name in kept if found[name].length == length]
     choice.require_room(length, len(kept))
@@ -104,7 +104,7 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
 
 
 def _floats(name: str, values: NDArray[np.generic]) -> tuple[FloatArray, Text | None]:
-    """Give the numbers of a column; complex ones are NaN, and told like texts."""
+    """Give the numbers of a column; complex ones are NaN, and count as texts."""
     if not np.iscomplexobj(values):
         return np.asarray(values, dtype=np.float64), None
     return np.full(values.shape, np.nan), Text(name, values.size, 0, str(values.flat[0])[:40])

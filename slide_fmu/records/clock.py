@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import GIVE_STEP, Record, RecordError
+from slide_fmu.records.record import GIVE_STEP, Record, RecordError
 
 GAP = 1.5
 """Two samples that are more steps apart than this have a gap between them."""
@@ -32,7 +32,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Clock:
-    """A Clock tells how even the times of a record are.
+    """A Clock describes how even the times of a record are.
 
     Attributes:
         step: sample step in s: the slope of the times over their number, in all stretches
@@ -145,7 +145,7 @@ def drift(time: FloatArray, other: FloatArray) -> float:
 
 
 def neat_step(clock: Clock, length: int) -> float:
-    """Give the step of a clock in s with as few digits as do no harm over so many samples."""
+    """Give the step of a clock in s with the fewest digits that do no harm in ``length`` steps."""
     for digits in range(1, 13):
         step = float(f"{clock.step:.{digits}g}")
         if abs(step / clock.step - 1) * length < EVEN:

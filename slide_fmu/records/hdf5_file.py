@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.records.arrays import NUMBERS, Column, columns_of, table_of
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.table import Choice, Table, library
 
 
@@ -42,7 +42,7 @@ def read_hdf5(path: Path, choice: Choice) -> Table:
 
 def _unit(item: Any) -> str:
     """Give the unit in the attributes of a dataset; empty if there is none."""
-    told = item.attrs.get("unit", item.attrs.get("units", ""))
-    if isinstance(told, np.ndarray):  # as MATLAB and others write texts
-        told = told.flat[0] if told.size == 1 else ""
-    return told.decode(errors="replace") if isinstance(told, bytes) else str(told)
+    unit = item.attrs.get("unit", item.attrs.get("units", ""))
+    if isinstance(unit, np.ndarray):  # as MATLAB and others write texts
+        unit = unit.flat[0] if unit.size == 1 else ""
+    return unit.decode(errors="replace") if isinstance(unit, bytes) else str(unit)

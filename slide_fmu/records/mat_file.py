@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 from scipy.io import loadmat, whosmat
 from scipy.io.matlab import MatReadError
 
-from slide_fmu.records.arrays import NUMBERS, Column, Rows, columns_of, table_of
+from slide_fmu.records.arrays import NUMBERS, Column, columns_of, table_of
 from slide_fmu.records.hdf5_file import read_hdf5
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.record import RecordError
 from slide_fmu.records.table import Choice, Table
 
 NUMERIC = (
@@ -33,7 +33,7 @@ def read_mat(path: Path, choice: Choice) -> Table:
     """Read the wanted columns of a MAT file: variables, and the fields of structures.
 
     The field ``road`` of a structure ``data`` is the column ``data.road``, and so are fields of
-    structures in it.
+    structures in it. All of the file comes into memory.
 
     Raises:
         RecordError: the file is no MAT file, lacks a column, or has too many samples.
@@ -42,15 +42,12 @@ def read_mat(path: Path, choice: Choice) -> Table:
         begin = file.read(512 + len(HDF5))
     if HDF5 in (begin[512:], begin[: len(HDF5)]):
         return read_hdf5(path, choice)
-    found: dict[str, Column] = {}
     try:
-        for name, shape, kind in whosmat(str(path)):
-            if kind in NUMERIC:
-                read = partial(_part, path, choice, name, shape)
-                found.update(columns_of(name, shape, "", read))
-            elif kind == "struct" and np.prod(shape) == 1:
-                found.update(_fields(path, name, choice))
-        return table_of(found, choice)
+        shapes = [shape for _, shape, kind in whosmat(str(path)) if kind in NUMERIC]
+        longest = max((max(shape, default=0) for shape in shapes), default=0)
+        numbers = sum(int(np.prod(shape)) for shape in shapes)
+        choice.require_room(longest, numbers // max(1, longest))
+        return table_of(_columns(loadmat(str(path))), choice)
     except RecordError:
         raise
     except BROKEN as error:
@@ -59,32 +56,14 @@ def read_mat(path: Path, choice: Choice) -> Table:
         ) from error
 
 
-def _part(
-    path: Path, choice: Choice, name: str, shape: tuple[int, ...], part: tuple[Rows, ...]
-) -> Any:
-    """Read a part of a variable, which comes into memory as a whole."""
-    choice.require_room(max(shape), min(shape))
-    return _load(path, name)[part]
-
-
-def _load(path: Path, name: str) -> Any:
-    return loadmat(str(path), variable_names=[name])[name]
-
-
-def _fields(path: Path, name: str, choice: Choice) -> dict[str, Column]:
-    """Give the columns in the fields of a structure, which can be read only as a whole."""
-    choice.require_room(path.stat().st_size // 8, 1)
-    return _of_structure(name, _load(path, name))
-
-
-def _of_structure(name: str, structure: Any) -> dict[str, Column]:
-    """Give the columns in the fields of a structure of one element, and in structures there."""
+def _columns(variables: Mapping[str, Any], structure: str = "") -> dict[str, Column]:
+    """Give the columns in variables, or in the fields of a structure, and in structures there."""
     found: dict[str, Column] = {}
-    fields = structure.reshape(-1)[0]
-    for field in fields.dtype.names or ():
-        values, inner = np.asarray(fields[field]), f"{name}.{field}"
-        if values.dtype.kind in NUMBERS:
-            found.update(columns_of(inner, values.shape, "", values.__getitem__))
-        elif values.dtype.names and values.size == 1:
-            found.update(_of_structure(inner, values))
+    for name, values in variables.items():
+        if isinstance(values, np.ndarray) and values.dtype.kind in NUMBERS:
+            found.update(columns_of(structure + name, values.shape, "", values.__getitem__))
+        elif isinstance(values, np.ndarray) and values.dtype.names and values.size == 1:
+            element = values.reshape(-1)[0]
+            fields = {field: np.asarray(element[field]) for field in values.dtype.names}
+            found.update(_columns(fields, f"{structure}{name}."))
     return found

@@ -4,36 +4,30 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import TypedDict, cast, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 
 from slide_fmu.core.files import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
-from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
 from slide_fmu.records.reading import READERS, read_record, read_records
+from slide_fmu.records.record import MissingColumnsError, Record, RecordError
+from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import SignalChoice, Specification
 
 HOLD: Hold = "first_order"
-"""Measured inputs are samples of what moves, where nothing else is said."""
+"""Measured inputs are samples of signals that move, unless the recipe gives another hold."""
 PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
-"""Which output answers an input, by what the inputs do between samples, if nothing is said."""
+"""The pairing follows from what the inputs do between samples, unless the recipe names one."""
 PARAMETERS = ("time", "sample_step", "pairing")
-"""What ``system.parameters`` may say about records: the column of times, or the step in s of files
+"""Keys of ``system.parameters`` for records: the column of times, or the step in s of files
 without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
-
-
-class _ClockChoice(TypedDict):
-    """The times of files, as readers are told of them."""
-
-    time: str | None
-    step: float | None
 
 
 class MeasuredRecords(Source):
@@ -44,6 +38,8 @@ class MeasuredRecords(Source):
         files: names of the files, by the number that pieces have of them.
         digests: SHA-256 of each file, by the same number.
         identity: SHA-256 of each file as numbers, shape (number of files, 32).
+        numbers: numbers of the inputs of all pieces end to end, shape (sum of N,); the same where
+            inputs are the same (``slide_fmu.records.repeats``).
         noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
     """
 
@@ -58,6 +54,7 @@ class MeasuredRecords(Source):
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
         self.pieces, self.remarks, self.noise = pieces, remarks, noise
+        self.numbers = same_inputs([piece.trajectory.inputs for piece in pieces])
         self.files = tuple(Path(record.path).name for record in records)
         self.digests = tuple(record.digest for record in records)
         rows = [list(bytes.fromhex(digest)) for digest in self.digests]
@@ -114,10 +111,9 @@ def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record,
     return read_records(paths, names, **_clock(specification))
 
 
-def _clock(specification: Specification) -> _ClockChoice:
-    """Return the column of times and the step that readers are told."""
-    parameters = specification.parameters
-    time, step = parameters.get("time"), parameters.get("sample_step")
+def _clock(specification: Specification) -> dict[str, Any]:
+    """Return the column of times and the step, as readers get them."""
+    time, step = (specification.parameters.get(key) for key in ("time", "sample_step"))
     return {
         "time": None if time is None else str(time),
         "step": None if step is None else float(step),

@@ -14,16 +14,15 @@ import numpy as np
 from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.clock import Clock, clock_of_record
-from slide_fmu.records.column_findings import column_findings
-from slide_fmu.records.measured import Record, RecordError
+from slide_fmu.records.findings import examine_alone
 from slide_fmu.records.preparation import stretches_of
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
-from slide_fmu.records.timing import time_findings
 
 LEAST = 500
-"""So many samples, at least, tell the spectrum of noise."""
+"""The spectrum of noise is known from at least this many samples."""
 SHORTEST = 100
-"""Shorter stretches between gaps tell nothing of it, and do not count."""
+"""Stretches between gaps of fewer samples do not count."""
 QUIET = 0.5
 """What deviates by more than this part of what an output does in the other records has moved."""
 
@@ -57,7 +56,7 @@ def require_alike(
         RecordError: a column is missing or cannot be used, a unit or the step is another one, or
             the file is one of the other records.
     """
-    noise.chosen(outputs)
+    found = examine_alone(noise, outputs)
     for record in records:
         if record.digest == noise.digest:
             raise RecordError(
@@ -65,7 +64,6 @@ def require_alike(
                 "record that was taken while nothing moved: name another one, or leave out "
                 "system.noise_record"
             )
-    found = [*time_findings(noise), *(f for name in outputs for f in column_findings(noise, name))]
     refused = [finding.message for finding in found if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))
@@ -120,7 +118,7 @@ def noise_at_rest(
 def remarks_on_noise(
     noise: Noise, records: Sequence[Record], outputs: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Say of each output how large its noise is beside its deviation, and how it is coloured."""
+    """Say how large the noise of each output is relative to its deviation, and of which colour."""
     remarks, deviations = [*noise.remarks], _deviations(records, outputs)
     for index, (name, deviation) in enumerate(zip(outputs, deviations, strict=True)):
         model = fit_autoregression([stretch[:, index] for stretch in noise.stretches])
@@ -156,7 +154,7 @@ def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArr
 
 
 def _require_quiet(noise: Record, name: str, moving: float) -> None:
-    """Refuse an output that is constant at rest, or moves much beside a deviation when moving."""
+    """Refuse an output that is constant at rest, or deviates nearly as it does when moving."""
     values = noise.columns[name]
     values = values[np.isfinite(values)]
     at_rest = float(np.std(values))

@@ -1,4 +1,4 @@
-"""Which output answers an input: told by a linear fit of the outputs at first."""
+"""A linear fit of the outputs shows which output answers an input."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.finding import Finding
-from slide_fmu.records.measured import Record
+from slide_fmu.records.findings import Finding
 from slide_fmu.records.preparation import Pairing, Preparation, longest_stretch
+from slide_fmu.records.record import Record
 
 LAGS = 12
-"""So many outputs and inputs of the past enter the fit."""
+"""This many outputs and inputs of the past enter the fit."""
 
 SURE = 8.0
-"""An input counts if its coefficient is so many times its standard deviation."""
+"""An input counts if its coefficient is at least this multiple of its standard deviation."""
 
 UNSURE = 4.0
 """An input does not count if it is less than that; chance gives as much in one of many fits."""
@@ -25,14 +25,13 @@ FAIR = 1e-3
 """Evidence below this part of the largest is rounding, where records have hardly any noise."""
 
 MOST_SAMPLES = 100_000
-"""So many samples are enough."""
+"""This many samples are enough."""
 
 SINGULAR = 1e-12
 """Directions in which the data vary less than this part of the largest are left out."""
 
-
 MOVED = 2.0
-"""An output is moved by inputs if they explain, each, so many times what chance would explain."""
+"""An output is moved by inputs if each explains this multiple of what chance would explain."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Answer:
 
     @property
     def pairing(self) -> Pairing | None:
-        """The pairing that the evidence is for; None where it does not tell."""
+        """The pairing that the evidence is for; None where it is for neither."""
         fair = self._fair
         if self.now > max(SURE, fair):
             return "same"

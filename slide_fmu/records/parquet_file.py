@@ -5,11 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.measured import RecordError, Text
-from slide_fmu.records.table import Choice, Table, library, named
+from slide_fmu.records.record import RecordError, Text
+from slide_fmu.records.table import (
+    Choice,
+    Table,
+    library,
+    named,
+    numbers_or_dates,
+    seconds,
+    text_among,
+)
 
 
 def read_parquet(path: Path, choice: Choice) -> Table:
@@ -37,8 +43,9 @@ def read_parquet(path: Path, choice: Choice) -> Table:
             columns: dict[str, FloatArray] = {}
             texts: list[Text] = []
             for name in kept:
-                column = file.read(columns=[written[name]]).column(0)
-                columns[name], text = _numbers(arrow, column, name)
+                series = file.read(columns=[written[name]]).column(0).to_pandas()
+                values = numbers_or_dates(series)
+                columns[name], text = seconds(values), text_among(name, series, values)
                 texts.extend([text] if text else [])
     except (arrow.ArrowException, OSError) as error:
         raise RecordError(
@@ -51,33 +58,6 @@ def _unit(arrow: Any, column: Any, named_unit: str) -> str:
     """Give the unit of dates, or that of the name, or in the metadata; empty if there is none."""
     if arrow.types.is_timestamp(column.type):
         return "s"
-    told = column.metadata or {}
-    return named_unit or (told.get(b"unit") or told.get(b"units") or b"").decode(errors="replace")
-
-
-def _numbers(arrow: Any, column: Any, name: str) -> tuple[FloatArray, Text | None]:
-    """Give the values of a column as numbers, NaN for what is none; tell the texts."""
-    kind = column.type
-    if arrow.types.is_timestamp(kind):
-        stamps = column.to_numpy().astype("datetime64[ns]")
-        since = (stamps - stamps[:1]).astype(np.float64)
-        return np.where(np.isnat(stamps), np.nan, since * 1e-9), None
-    if arrow.types.is_boolean(kind):
-        column = column.cast(arrow.int8())
-    if (
-        arrow.types.is_boolean(kind)
-        or arrow.types.is_integer(kind)
-        or arrow.types.is_floating(kind)
-    ):
-        return column.cast(arrow.float64()).to_numpy().copy(), None
-    values = np.full(len(column), np.nan)
-    first: Text | None = None
-    count = 0
-    for sample, scalar in enumerate(column):
-        if scalar.is_valid:
-            try:
-                values[sample] = float(scalar.as_py())
-            except (TypeError, ValueError):
-                count += 1
-                first = first or Text(name, 1, sample, str(scalar.as_py())[:40])
-    return values, Text(name, count, first.sample, first.value) if first else None
+    known = column.metadata or {}
+    unit = known.get(b"unit") or known.get(b"units") or b""
+    return named_unit or unit.decode(errors="replace")

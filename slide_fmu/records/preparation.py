@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
 from slide_fmu.records.clock import Clock, clock_of_record, neat_step
-from slide_fmu.records.measured import GIVE_STEP, Record, RecordError
+from slide_fmu.records.record import GIVE_STEP, Record, RecordError
 from slide_fmu.records.resampling import LONGER, Resampling, plan_resampling, resampled
 
 Pairing = Literal["same", "later"]
@@ -24,7 +24,7 @@ at t_k and held until t_k+1.
 
 @dataclass(frozen=True)
 class Preparation:
-    """A Preparation says what is made of records.
+    """A Preparation is what shall be made of records.
 
     Attributes:
         inputs, outputs: columns, in channel order.
@@ -79,7 +79,7 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """This says what was prepared: pieces in the order of the records, and what befell them.
+    """Prepared is what was made of records: pieces in their order, and remarks on what was done.
 
     Attributes:
         pieces: at least one; all have the same step.

@@ -14,16 +14,18 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.csv_file import read_csv
 from slide_fmu.records.hdf5_file import read_hdf5
 from slide_fmu.records.mat_file import read_mat
-from slide_fmu.records.measured import NoTimesError, Record, RecordError, shortened
 from slide_fmu.records.parquet_file import read_parquet
-from slide_fmu.records.table import MOST_NUMBERS, Choice, Table
-from slide_fmu.records.time_column import (
+from slide_fmu.records.record import NoTimesError, Record, RecordError, shortened
+from slide_fmu.records.table import (
+    MOST_NUMBERS,
     SECONDS,
+    Choice,
+    Table,
     counts_samples,
     in_seconds,
     is_time,
     rises,
-    told_unit,
+    unit_of_times,
 )
 
 READERS: dict[str, Callable[[Path, Choice], Table]] = {
@@ -48,30 +50,68 @@ def read_record(
     step: float | None = None,
     most: int = MOST_NUMBERS,
 ) -> Record:
-    """Read one record from a CSV, Parquet, HDF5 or MAT file.
+    """Read one record, as ``read_records`` reads several.
+
+    Raises:
+        RecordError: as of ``read_records``.
+    """
+    return read_records([path], names, others=others, time=time, step=step, most=most)[0]
+
+
+def read_records(
+    paths: Sequence[str],
+    names: Sequence[str] | None = None,
+    *,
+    others: bool = False,
+    time: str | None = None,
+    step: float | None = None,
+    most: int = MOST_NUMBERS,
+) -> tuple[Record, ...]:
+    """Read records of the same columns, which may differ in length, each from a file.
 
     Args:
-        path: the file, from here or from a folder in which modules are looked for.
+        paths: CSV, Parquet, HDF5 or MAT files, from here or from a folder in which modules are
+            looked for.
         names: columns that are wanted, which are no times whatever they are called; None for all.
             No others are kept in memory.
         others: whether all other columns are wanted too.
         time: column of times; None where it is to be found by its name and unit. A column that
             falls as often as signals do is none if there is another one.
-        step: sample step in s, where the file has no times, or where they shall not count.
-        most: number of samples times columns that are read at most.
+        step: sample step in s, where the files have no times, or where they shall not count.
+        most: number of samples times columns that are read at most, of all files together.
 
     Raises:
-        RecordError: the file is missing, of an unknown format, malformed or too large, lacks a
-            column, or has no times while no step is given.
+        RecordError: a file is missing, of an unknown format, malformed or too large, lacks a
+            column, has no times while no step is given, has other columns or units than the first,
+            or holds the same as another one.
     """
-    if step is not None and not (time is None and 0 < step < math.inf):
-        raise RecordError(
-            f"{path}: step = {step} s with the time column {time!r}; expected a positive, finite "
-            "step without a time column, or a time column alone"
-        )
+    records: list[Record] = []
     wanted = None if names is None else tuple(names)
-    choice = Choice(path, wanted, others, time, step is not None, most)
-    found = _found(path)
+    for path in paths:
+        if step is not None and not (time is None and 0 < step < math.inf):
+            raise RecordError(
+                f"{path}: step = {step} s with the time column {time!r}; expected a positive, "
+                "finite step without a time column, or a time column alone"
+            )
+        record = _read(Choice(path, wanted, others, time, step is not None, most), step)
+        most = max(0, most - len(record.time) * (1 + len(record.columns)))
+        for other in records:
+            _require_another(other, record)
+        if records:
+            _require_alike(records[0], record)
+        records.append(record)
+    if not records:
+        raise RecordError("no file is named; expected at least one")
+    return tuple(records)
+
+
+def _read(choice: Choice, step: float | None) -> Record:
+    """Read one record with the reader of its format."""
+    path = choice.path
+    try:
+        found = find_file(path)
+    except OSError as error:
+        raise RecordError(str(error)) from error
     reader = READERS.get(found.suffix.lower())
     if reader is None:
         raise RecordError(
@@ -84,47 +124,6 @@ def read_record(
     except OSError as error:
         raise RecordError(f"{path}: {error}; expected a file that can be read") from error
     return _with_time(table, choice, step, digest)
-
-
-def read_records(
-    paths: Sequence[str],
-    names: Sequence[str] | None = None,
-    *,
-    others: bool = False,
-    time: str | None = None,
-    step: float | None = None,
-    most: int = MOST_NUMBERS,
-) -> tuple[Record, ...]:
-    """Read records of the same columns from one or many files, which may differ in length.
-
-    Args:
-        paths: the files; the other arguments are those of ``read_record``, and ``most`` is meant
-            for all of them together.
-
-    Raises:
-        RecordError: as ``read_record`` does; or a file has other columns or units than the first,
-            or holds the same as another one.
-    """
-    records: list[Record] = []
-    left = most
-    for path in paths:
-        record = read_record(path, names, others=others, time=time, step=step, most=left)
-        left = max(0, left - len(record.time) * (1 + len(record.columns)))
-        for other in records:
-            _require_another(other, record)
-        if records:
-            _require_alike(records[0], record)
-        records.append(record)
-    if not records:
-        raise RecordError("no file is named; expected at least one")
-    return tuple(records)
-
-
-def _found(path: str) -> Path:
-    try:
-        return find_file(path)
-    except OSError as error:
-        raise RecordError(str(error)) from error
 
 
 def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
@@ -151,7 +150,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
         clock_is_chosen=choice.time is not None,
         texts=texts,
         first_line=table.first_line,
-        clock_unit="s" if clock is None else told_unit(clock, table.units[clock]),
+        clock_unit="s" if clock is None else unit_of_times(clock, table.units[clock]),
     )
 
 

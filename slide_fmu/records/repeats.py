@@ -1,61 +1,176 @@
-"""The noise of outputs is seen without any model where inputs repeat a period."""
+"""Inputs that come again, such as periods of a multisine or one drive signal run several times.
+
+An error that is measured on inputs which were learnt from says little about other inputs. Samples
+whose inputs are the same, up to noise, get the same number here, wherever they are in the records,
+and the division of records keeps samples of one number in one part.
+
+The method: lags at which the inputs are alike are the peaks of their autocorrelation over all
+records, laid end to end. At each of these lags the inputs are compared window by window.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import find_peaks
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from slide_fmu.core.measures import rms
-from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.records.periods import ALIKE, find_period
+from slide_fmu.core.signals import FloatArray
 
-FEWEST = 100
-"""So many pairs of samples, at least, tell the noise."""
+ALIKE = 0.02
+"""Inputs are alike if the power of their difference is at most this part of their own power.
+
+Noise of a tenth of a recorded input (20 dB) makes as much.
+"""
+
+MOVES = 0.05
+"""Inputs at rest are no repetition: a window has at least this part of the mean power."""
+
+WINDOW = 30
+"""Inputs are compared over a window of this many correlation times, or chance makes them alike."""
+
+TONE = 10
+"""The correlation time is over where inputs are unlike for this multiple of it: a tone is not."""
+
+LEAST = 0.05
+"""Inputs repeat if at least this part of all samples does at one lag."""
+
+CYCLES = 0.5
+"""Inputs are cycles of a tone if at least this part of all samples comes again one cycle later."""
+
+LAGS = 30
+"""This many lags are examined, those of the strongest correlation."""
 
 
-def noise_of_repeats(stretches: Iterable[Trajectory], lead: int) -> FloatArray | None:
-    """Estimate the RMS of the outputs' noise, shape (n_outputs,), in their units.
+def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
+    """Number the samples of records, (N, n_inputs) each: those of the same inputs have one number.
 
-    Outputs of a system that forgets within ``lead`` samples are the same, one period after the
-    other, but for noise: half of the variance of their difference is that of the noise, white or
-    not. What inputs differ from period to period, as far as that is no noise of their own sensors,
-    counts as noise too.
+    All inputs are the same together, up to noise. Samples at rest, and inputs that are not finite,
+    are the same as no other.
 
-    None where the inputs repeat no period for longer than the system remembers.
+    Returns:
+        Numbers of all samples, records laid end to end, shape (sum of N,). They rise from 0 in the
+        order in which inputs first come.
     """
-    differences = [_differences(stretch, lead) for stretch in stretches]
-    found = [difference for difference in differences if len(difference)]
-    if sum(len(difference) for difference in found) < FEWEST:
-        return None
-    return np.asarray(rms(np.concatenate(found)) / np.sqrt(2.0))
+    scaled = _standardized(np.concatenate(inputs))
+    records = np.repeat(np.arange(len(inputs)), [len(one) for one in inputs])
+    numbers = np.arange(len(scaled))
+    for lag, comes_again in _repetitions(scaled, records):
+        before = np.flatnonzero(comes_again)
+        first, second = numbers[before], numbers[before + lag]
+        if (first != second).any():
+            numbers = connected(first, second, int(numbers.max()) + 1)[numbers]
+    return numbers
 
 
-def _differences(stretch: Trajectory, lead: int) -> FloatArray:
-    """Return what outputs differ from those one period before, (pairs, n_outputs)."""
-    inputs, outputs = stretch.inputs, stretch.outputs[1:]
-    period = find_period(inputs)
-    if period is None:
-        return np.empty((0, outputs.shape[1]))
-    later, before = outputs[period.samples :], outputs[: -period.samples]
-    found = (later - before)[_same_past(inputs, period.samples, lead)]
-    return np.asarray(found[np.isfinite(found).all(axis=1)])
+def connected(first: NDArray[np.intp], second: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+    """Number ``count`` things: pairs of them, shape (pairs,) each, and pairs of pairs, share one.
 
-
-def _same_past(inputs: FloatArray, period: int, lead: int) -> NDArray[np.bool_]:
-    """Tell after which inputs all that a system remembers came one period before too.
-
-    Inputs have the shape (N, n_inputs); the answer, (N - period,), is about those from the second
-    period on.
+    Returns:
+        Numbers that rise from 0 in the order in which they first come, shape (count,).
     """
-    centred = inputs - inputs.mean(axis=0)
-    power = np.mean(centred**2, axis=0)
-    off = np.mean((inputs[period:] - inputs[:-period]) ** 2 / np.maximum(power, 1e-300), axis=1)
-    total = np.concatenate([[0.0], np.cumsum(off)])
-    same = np.zeros(len(off), bool)
-    remembered = lead + 1
-    if len(off) >= remembered:
-        mean = (total[remembered:] - total[:-remembered]) / remembered
-        same[remembered - 1 :] = mean <= ALIKE
-    return same
+    pairs = coo_array((np.ones(len(first), bool), (first, second)), shape=(count, count))
+    return in_order(connected_components(pairs, directed=False)[1])
+
+
+def in_order(numbers: NDArray[np.integer]) -> NDArray[np.intp]:
+    """Replace numbers, shape (N,), by others that rise from 0 in the order they first come."""
+    _, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return np.asarray(rank[inverse])
+
+
+def _standardized(inputs: FloatArray) -> FloatArray:
+    """Scale inputs, (N, n_inputs), to mean 0 and deviation 1; leave out those that never move.
+
+    What is not finite counts as the mean.
+    """
+    kept = np.where(np.isfinite(inputs), inputs, np.nan)
+    kept = kept[:, [bool(np.isfinite(c).any() and np.nanmax(c) > np.nanmin(c)) for c in kept.T]]
+    centred = np.nan_to_num(kept - np.nanmean(kept, axis=0)) if kept.size else kept
+    return np.asarray(centred / centred.std(axis=0)) if kept.size else centred
+
+
+def _repetitions(
+    scaled: FloatArray, records: NDArray[np.intp]
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Find lags, and tell for each which samples, shape (N - lag,), come again that much later.
+
+    Args:
+        scaled: standardized inputs, shape (N, n_inputs).
+        records: number of the record of each sample, shape (N,).
+    """
+    correlation = _autocorrelation(scaled)
+    alike = np.flatnonzero(correlation >= 0.5)
+    if not len(alike):
+        return
+    ends = alike + 1
+    is_lasting = np.append(alike[1:], TONE * len(scaled) + TONE) > TONE * ends
+    width = WINDOW * int(ends[is_lasting][0])
+    if 2 * width > len(scaled):
+        yield from _whole_cycles(scaled, records, correlation)
+        return
+    peaks, _ = find_peaks(np.append(correlation, 0.0), height=LEAST, distance=width // 2)
+    peaks = peaks[peaks >= width]
+    strongest = peaks[np.argsort(correlation[peaks])[::-1]][:LAGS]
+    for lag in np.sort(strongest).tolist():
+        comes_again = _alike(scaled, records, lag, width)
+        if np.count_nonzero(comes_again) >= LEAST * len(scaled):
+            yield lag, comes_again
+
+
+def _whole_cycles(
+    scaled: FloatArray, records: NDArray[np.intp], correlation: FloatArray
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Find the cycle of tones and square waves, of which a window can be as long as one cycle."""
+    for lag in find_peaks(correlation, height=0.5)[0][:LAGS].tolist():
+        comes_again = _alike(scaled, records, lag, lag)
+        if np.count_nonzero(comes_again) >= CYCLES * len(scaled):
+            yield lag, comes_again
+            return
+
+
+def _autocorrelation(scaled: FloatArray) -> FloatArray:
+    """Compute the autocorrelation of inputs, shape (N,), relative to their power."""
+    length = len(scaled)
+    size = next_fast_len(2 * length, real=True)
+    products = np.zeros(length)
+    for channel in scaled.T:
+        products += irfft(np.abs(rfft(channel, size)) ** 2, size)[:length]
+    return np.asarray(products / max(products[0], 1e-300)) if length else products
+
+
+def _alike(
+    scaled: FloatArray, records: NDArray[np.intp], lag: int, width: int
+) -> NDArray[np.bool_]:
+    """Tell which samples lie in a window of a record that comes again a lag later, (N - lag,)."""
+    length = len(scaled) - lag
+    if length < width:
+        return np.zeros(length, bool)
+    off = _sums(np.sum((scaled[lag:] - scaled[:-lag]) ** 2, axis=1), width)
+    power = np.sum([_variances(channel, width) for channel in scaled.T], axis=0)
+    power = np.minimum(power[:-lag], power[lag:])
+    is_whole = records[: len(power) + lag] == records[width - 1 :]
+    is_whole = is_whole[:-lag] & is_whole[lag:]
+    moves = power > MOVES * width * scaled.shape[1]
+    begins = np.flatnonzero((off <= ALIKE * power) & moves & is_whole)
+    marks = np.zeros(length + 1)
+    np.add.at(marks, begins, 1.0)
+    np.add.at(marks, begins + width, -1.0)
+    return np.asarray(np.cumsum(marks)[:length] > 0.5)
+
+
+def _sums(values: FloatArray, width: int) -> FloatArray:
+    """Compute the sums over all windows, (N,) to (N - width + 1,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[width:] - total[:-width])
+
+
+def _variances(values: FloatArray, width: int) -> FloatArray:
+    """Compute the sums of squares about the mean of all windows."""
+    return _sums(values**2, width) - _sums(values, width) ** 2 / width

@@ -18,10 +18,10 @@ LARGEST = 64
 """Largest denominator of a ratio of steps that counts as rational."""
 
 LONGER = 1.01
-"""A step is longer than another one if it is so many times as long."""
+"""A step is longer than another one if it is at least this multiple of it."""
 
 EDGE = 10
-"""So many new samples at either end are left out, where the filter reaches beyond the stretch.
+"""This many new samples at either end are left out, where the filter reaches beyond the stretch.
 
 The filter of ``scipy.signal.resample_poly`` has 20 times the longer one of both steps.
 """
@@ -32,7 +32,7 @@ Between = Literal["smooth"] | Hold
 
 @dataclass(frozen=True)
 class Resampling:
-    """A Resampling says how the stretches of a record come to another step.
+    """A Resampling is the way of a record to another step.
 
     Attributes:
         own: step of the record in s.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.repeats import noise_of_repeats
 from slide_fmu.validation.comparison import Validation
 
 CUT_OFF = 1.5
@@ -25,26 +24,8 @@ def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[
     return [
         *source.remarks,
         *remarks_on_division(validation.recipe, source),
-        *_on_repeats(source, validation),
         *_on_what_is_cut_off(validation),
         *_on_rest(source, validation),
-    ]
-
-
-def _on_repeats(source: MeasuredRecords, validation: Validation) -> list[str]:
-    """Say how much outputs differ where inputs come again: what no surrogate can predict."""
-    if validation.recipe.parameters:
-        return []  # specimens differ where their inputs are the same, and that is no noise
-    stretches = [piece.trajectory for piece in source.pieces]
-    noise = noise_of_repeats(stretches, validation.surrogate.window.n_truncated)
-    if noise is None:
-        return []
-    size = "rms_reference_about_mean"
-    found = zip(validation.figures()["outputs"], noise, strict=True)
-    return [
-        f"output {output['name']!r} has noise of {100 * part / output[size]:.3g} %, by "
-        "what it differs where the inputs repeat a period; an error can hardly be less beside it"
-        for output, part in found
     ]
 
 

@@ -108,12 +108,6 @@ def test_part_that_is_too_short_is_refused_with_the_recipe(tmp_path: Path) -> No
         divided(recipe, source_of(recipe))
 
 
-def test_division_by_periods_of_inputs_that_repeat_none_is_refused(tmp_path: Path) -> None:
-    recipe = recipe_of(write_record(tmp_path / "a.csv"), by='"period"')
-    with pytest.raises(RecipeError, match="the inputs repeat no period"):
-        divided(recipe, source_of(recipe))
-
-
 def test_inputs_beyond_are_those_of_the_training_with_a_larger_amplitude(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     source = source_of(recipe)

@@ -14,9 +14,9 @@ import pytest
 
 from slide_fmu.propose.record_columns import RecordWish, read_wished, wished_columns
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.findings import examine
 from slide_fmu.records.reading import read_records
+from slide_fmu.records.record import RecordError
 
 SAMPLES = 300
 

@@ -76,20 +76,6 @@ def test_file_without_times_needs_the_step_and_keeps_it(tmp_path: Path) -> None:
     assert recipe.window.step == 0.02
 
 
-def test_inputs_that_repeat_many_periods_are_divided_by_them(tmp_path: Path) -> None:
-    """Each of eight waves comes twice; a record of one wave alone has nothing to divide by."""
-    rng = np.random.default_rng(0)
-    waves = np.concatenate([np.tile(rng.normal(size=250), 2) for _ in range(8)])
-    one = np.tile(waves[:250], 16)
-    for force, by in ((waves, "period"), (one, "block")):
-        travel = lfilter([1], [1, -0.9], force)
-        columns = {"time": STEP * np.arange(4000), "force": force, "travel": travel}
-        wish = RecordWish((str(write_columns(tmp_path / "a.csv", **columns)),), {"force": None})
-        proposal = propose_record(wish)
-        assert proposal.draft.by == by
-        assert any("repeat a period of 250 samples" in remark for remark in proposal.remarks)
-
-
 def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
     tmp_path: Path,
 ) -> None:
@@ -119,42 +105,41 @@ def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate
         recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 
-@pytest.mark.parametrize(
-    ("number", "by", "remedy"),
-    [
-        (1, "block", "says nothing about other inputs"),
-        (2, "block", "says nothing about other inputs"),
-        (3, "period", 'data.by = "period"'),
-        (4, "period", 'data.by = "period"'),
-    ],
-)
-def test_few_periods_divide_a_record_without_estimator_if_three_parts_have_one(
-    tmp_path: Path, number: int, by: str, remedy: str
-) -> None:
-    rng = np.random.default_rng(0)
-    times = 24_000 // 250 // number
-    force = np.concatenate([np.tile(rng.normal(size=250), times) for _ in range(number)])
+def repeated(folder: Path, waves: int, period: int) -> RecordWish:
+    """Wish for a recipe of a record of 24 000 samples, in which each wave comes several times."""
+    rng, times = np.random.default_rng(0), 24_000 // period // waves
+    force = np.concatenate([np.tile(rng.normal(size=period), times) for _ in range(waves)])
     columns = {
         "time": STEP * np.arange(len(force)),
         "force": force,
         "travel": lfilter([1], [1, -0.9], force),
     }
-    wish = RecordWish((str(write_columns(tmp_path / "a.csv", **columns)),), {"force": None})
-    proposal = propose_record(wish)
-    recipe = parse_recipe(proposal.text, "proposed")
-    assert recipe.data.by == by
-    assert (recipe.estimator is None) == (by == "period")
-    assert ("too few of them for an error estimator" in proposal.draft.by_origin) == (number >= 3)
-    [remark] = [remark for remark in proposal.remarks if "period of 250 samples" in remark]
-    assert f"{number} of them are different" in remark
-    assert remedy in remark
+    return RecordWish((str(write_columns(folder / "a.csv", **columns)),), {"force": None})
 
 
 @pytest.mark.parametrize(
-    ("drives", "by"), [((0, 0), "each"), ((0, 0, 1, 2), "record"), ((0,) * 10, "each")]
+    ("waves", "period", "meaning"),
+    [
+        (1, 250, "the error says nothing about other inputs"),
+        (1, 4000, "each part has inputs of its own"),
+        (4, 1000, "each part has inputs of its own"),
+    ],
 )
-def test_records_of_one_drive_signal_are_divided_so_that_no_part_has_what_another_has(
-    tmp_path: Path, drives: tuple[int, ...], by: str
+def test_inputs_that_come_again_are_remarked_and_leave_no_estimator(
+    tmp_path: Path, waves: int, period: int, meaning: str
+) -> None:
+    proposal = propose_record(repeated(tmp_path, waves, period))
+    recipe = parse_recipe(proposal.text, "proposed")
+    assert (recipe.data.by, recipe.estimator) == ("block", None)
+    assert "in the part in which they came first" in proposal.draft.by_origin
+    [remark] = [remark for remark in proposal.remarks if "come again" in remark]
+    assert f"mostly {STEP * period:g} s ({period} samples) later" in remark
+    assert meaning in remark
+
+
+@pytest.mark.parametrize("drives", [(0, 0), (0, 0, 1, 2), (0,) * 10])
+def test_records_of_one_drive_signal_are_remarked_by_their_names(
+    tmp_path: Path, drives: tuple[int, ...]
 ) -> None:
     rng = np.random.default_rng(0)
     signals = rng.normal(size=(3, 1500))
@@ -164,24 +149,10 @@ def test_records_of_one_drive_signal_are_divided_so_that_no_part_has_what_anothe
         columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
         paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
     proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
-    assert parse_recipe(proposal.text, "proposed").data.by == by
-    assert any(
-        "0.csv" in r and "the inputs are those of" in r and "1.csv" in r for r in proposal.remarks
-    )
-
-
-def test_records_that_share_a_stretch_elsewhere_are_said_to_be_learnt_from_and_tested(
-    tmp_path: Path,
-) -> None:
-    force, travel = force_and_travel(4000)
-    paths = []
-    for begin in (0, 1000):
-        rows = slice(begin, begin + 3000)
-        columns = {"time": STEP * np.arange(3000), "force": force[rows], "travel": travel[rows]}
-        paths.append(str(write_columns(tmp_path / f"{begin}.csv", **columns)))
-    proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
-    assert proposal.draft.by == "block"
-    assert "What is tested was learnt from in part" in proposal.draft.by_origin
+    assert parse_recipe(proposal.text, "proposed").data.by == "block"
+    [remark] = [remark for remark in proposal.remarks if "come again" in remark]
+    alike = [f"{number}.csv" for number, drive in enumerate(drives) if drive == 0]
+    assert f"{', '.join(alike)} have them in common" in remark
 
 
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.records.measured import RecordError
 from slide_fmu.records.reading import read_record
+from slide_fmu.records.record import RecordError
 from tests.records.files import ROAD, TIME, TRAVEL, as_csv
 
 
@@ -167,6 +167,13 @@ def test_lines_of_a_title_above_the_names_are_passed_over(tmp_path: Path) -> Non
         assert record.columns["u"].tolist() == [1, 2, 3]
         assert record.units["y"] == unit
         assert f"line {8 if unit else 7}," in record.place(2)
+
+
+def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "Run 13 of day 7\nwith oil\n# t u y\n0,0 1 2\n0,1 2 3\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert record.time.tolist() == [0.0, 0.1]
+    assert {name: v.tolist() for name, v in record.columns.items()} == {"u": [1, 2], "y": [2, 3]}
 
 
 def test_names_that_are_too_few_are_no_title(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.io import savemat
 
-from slide_fmu.records.measured import Record, RecordError
 from slide_fmu.records.reading import read_record, read_records
+from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.table import library
 from tests.records.files import FORMATS, ROAD, TIME, TRAVEL, as_csv
 
@@ -162,9 +162,9 @@ def test_mat_array_of_several_columns_gives_each(tmp_path: Path, across: bool) -
     record = read_record(str(tmp_path / "a.mat"), ["x_2"])
     assert np.array_equal(record.columns["x_2"], TRAVEL)
     with pytest.raises(
-        RecordError, match="200 samples of 2 columns to read; expected at most 199"
+        RecordError, match="200 samples of 3 columns to read; expected at most 199"
     ):
-        read_record(str(tmp_path / "a.mat"), ["x_2"], step=0.1, most=399)
+        read_record(str(tmp_path / "a.mat"), ["x_2"], step=0.1, most=599)
 
 
 def test_one_column_of_a_wide_hdf5_array_needs_no_more_memory(tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.records.clock import clock_of, drift, neat_step
-from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import Record, RecordError, Text
+from slide_fmu.records.findings import examine
 from slide_fmu.records.reading import read_record
+from slide_fmu.records.record import Record, RecordError, Text
 from tests.records.samples import STEP, record, the_one
 
 RNG = np.random.default_rng(1)
@@ -130,7 +130,7 @@ def test_times_without_a_unit_are_remarked_once_for_all_records() -> None:
     silent = replace(timed(10 * np.arange(300.0)), clock_unit="")
     found = examine([timed(np.arange(300.0)), silent, silent])
     [message] = [finding.message for finding in found if finding.kind == "unit"]
-    assert "have no unit, nor those of 1 more files, and count as s" in message
+    assert "have no unit, and count as s" in message
     assert "takes 2990 s; expected a unit: if they are in ms, call their column" in message
 
 

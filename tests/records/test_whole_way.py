@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.records.blocks import Splitting
-from slide_fmu.records.examination import examine
+from slide_fmu.records.division import Splitting, split_pieces
+from slide_fmu.records.findings import examine
 from slide_fmu.records.preparation import Preparation, prepared
 from slide_fmu.records.reading import read_records
-from slide_fmu.records.splitting import split_pieces
 
 
 def write(path: Path, length: int, seed: int, gap: int, empty: int) -> np.ndarray:

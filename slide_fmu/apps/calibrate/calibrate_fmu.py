@@ -15,12 +15,12 @@ from slide_fmu.core.signals import FloatArray, Signal, on_circles
 from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.records.clock import clock_of_record
-from slide_fmu.records.examination import examine
-from slide_fmu.records.measured import MissingColumnsError, Record, RecordError
+from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Preparation, prepared
 from slide_fmu.records.reading import read_records
+from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.resampling import LONGER
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -151,15 +151,14 @@ def _columns(
 def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[str, ...]:
     """Refuse records that must be mended, and return what else was found.
 
-    An input may rest, and come again: nothing is learnt from it here.
+    An input may rest: nothing is learnt from it here.
     """
     names = preparation.inputs, preparation.outputs
     found = [*examine(records, *names), *check_pairing(records, preparation)]
     found = [
         finding
         for finding in found
-        if finding.kind not in ("period", "alike")
-        and not (finding.kind == "constant" and finding.column in preparation.inputs)
+        if not (finding.kind == "constant" and finding.column in preparation.inputs)
     ]
     refused = [finding.message for finding in found if finding.severity == "refused"]
     if refused:

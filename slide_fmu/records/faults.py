@@ -1,30 +1,40 @@
-"""Columns that stop at a limit, and columns that have few values: saturation and quantization."""
+"""Faults in the values of a column: limits at which it stops, coarse rounding, single outliers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 
 RUN = 3
-"""So many equal samples at an extreme, one after the other, are a run."""
+"""A run has at least this number of equal samples at an extreme, one after the other."""
 
 LEVELS = 20
 """A column of fewer different values switches between levels, and is not limited by the sensor."""
 
 STEEP = 10.0
-"""A run is entered steeply if two samples before it are so many resolutions away from it.
+"""A run is entered steeply if two samples before it are this number of resolutions away from it.
 
 A smooth peak that is rounded to the resolution stays below 5 for runs of at least three samples.
 """
 
 FEWEST = 2
-"""So many runs at an extreme, entered steeply, make a saturation."""
+"""A saturation has at least this number of runs at an extreme, entered steeply."""
 
 REGULAR = 1e-3
-"""Values are multiples of a resolution if they are off by so much of it at most."""
+"""Values are multiples of a resolution if they are off by this part of it at most."""
+
+FAR = 10.0
+"""Both differences of an outlier to its neighbours are at least this multiple of the usual one."""
+
+NORMAL = 1.4826
+"""The median of absolute values times this is the standard deviation, where they are normal."""
+
+AROUND = 10
+"""This number of differences before and behind a sample shows what is usual there."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +43,8 @@ class Saturation:
 
     Attributes:
         value: the extreme, in the column's unit.
-        samples: how many samples lie in runs at it.
-        runs: how many runs there are.
+        samples: number of samples in runs at it.
+        runs: number of runs.
         first: index of the first sample of the first of them.
     """
 
@@ -56,13 +66,16 @@ def saturations(values: FloatArray) -> list[Saturation]:
     resolution = float(np.diff(levels).min())
     found = []
     for extreme in (float(levels[0]), float(levels[-1])):
-        begins, ends = _runs(values == extreme)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], values == extreme, [False]])))
         distance = np.abs(values - extreme)
         cut = [
             (begin, end)
-            for begin, end in zip(begins, ends, strict=True)
-            if _steep(distance[:begin][::-1][:3], resolution)
-            or _steep(distance[end : end + 3], resolution)
+            for begin, end in edges.reshape(-1, 2).tolist()
+            if end - begin >= RUN
+            and (
+                _steep(distance[:begin][::-1][:3], resolution)
+                or _steep(distance[end : end + 3], resolution)
+            )
         ]
         if len(cut) >= FEWEST:
             samples = sum(end - begin for begin, end in cut)
@@ -70,29 +83,20 @@ def saturations(values: FloatArray) -> list[Saturation]:
     return found
 
 
-def _runs(at: np.ndarray) -> tuple[list[int], list[int]]:
-    """Give begins and ends (excluded) of the long enough runs in which a condition holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]])))
-    begins, ends = edges[::2], edges[1::2]
-    long = ends - begins >= RUN
-    return begins[long].tolist(), ends[long].tolist()
-
-
 def _steep(outside: FloatArray, resolution: float) -> bool:
-    """Tell whether the samples beside a run, from it outwards, lead steeply and steadily away."""
+    """Tell whether the samples around a run, from it outwards, lead steeply and steadily away."""
     if len(outside) < 3:
         return False
-    away = np.diff(outside)
-    return bool((away > 0).all()) and float(outside[1]) > STEEP * resolution
+    return bool((np.diff(outside) > 0).all()) and float(outside[1]) > STEEP * resolution
 
 
 @dataclass(frozen=True)
 class Quantization:
-    """A Quantization says that values are multiples of a resolution.
+    """A Quantization is a resolution of which values are multiples.
 
     Attributes:
         resolution: in the column's unit.
-        levels: how many different values there are.
+        levels: number of different values.
         noise: root mean square of the rounding, resolution / sqrt(12), as part of the column's
             standard deviation.
     """
@@ -120,3 +124,29 @@ def quantization(values: FloatArray) -> Quantization | None:
         return None
     noise = resolution / float(np.sqrt(12.0)) / float(values.std())
     return Quantization(resolution, len(levels), noise)
+
+
+def outliers(values: FloatArray) -> NDArray[np.intp]:
+    """Find the indices of single samples that jump away and back, in finite values, shape (N,).
+
+    Usual is the median of the absolute differences between neighbours, over the whole column and
+    on either side of the sample: a burst after a rest has no outliers. A step jumps, but not back.
+    """
+    differences = np.diff(values)
+    moving = np.abs(differences[differences != 0])
+    if not len(moving):
+        return np.empty(0, np.intp)
+    limit = FAR * NORMAL * float(np.median(moving))
+    to, back = differences[:-1], differences[1:]
+    least = np.where(to * back < 0, np.minimum(np.abs(to), np.abs(back)), 0.0)
+    candidates = [int(k) for k in 1 + np.flatnonzero(least > limit)]
+    sizes = np.abs(differences)
+    return np.array([k for k in candidates if _is_far(sizes, k, least[k - 1])], np.intp)
+
+
+def _is_far(sizes: FloatArray, sample: int, least: float) -> bool:
+    """Tell whether a jump is far compared with the differences on either side of it."""
+    before = sizes[max(0, sample - 1 - AROUND) : sample - 1]
+    behind = sizes[sample + 1 : sample + 1 + AROUND]
+    usual = [float(np.median(side)) for side in (before, behind) if len(side)]
+    return bool(usual) and least > FAR * NORMAL * max(usual)

@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.records.examination import examine
-from slide_fmu.records.levels import quantization, saturations
-from slide_fmu.records.measured import RecordError, Text
-from slide_fmu.records.outliers import outliers
-from slide_fmu.records.periods import find_period, groups_of_periods
+from slide_fmu.records.faults import outliers, quantization, saturations
+from slide_fmu.records.findings import examine
+from slide_fmu.records.record import RecordError, Text
 from tests.records.samples import clean_signals, multisine, record, the_one
 
 RNG = np.random.default_rng(1)
@@ -146,51 +144,6 @@ def test_coarse_rounding_is_remarked_with_the_noise_that_it_makes() -> None:
     values = np.round(NOISE / 0.1) * 0.1
     message = the_one(examine([record({"u": values})]), "quantization", "remarked")
     assert "in steps of 0.1 V; the rounding is 2.9 % of the standard deviation" in message
-
-
-@pytest.mark.parametrize("noise", [0.0, 0.003, 0.05])
-@pytest.mark.parametrize("periods", [2, 2.5, 7])
-def test_repeated_period_is_found_up_to_noise(noise: float, periods: float) -> None:
-    rng = np.random.default_rng(4)
-    length = 400
-    wave = np.resize(multisine(length, rng), int(periods * length))
-    values = wave + noise * rng.normal(size=len(wave))
-    message = the_one(examine([record({"u": values})]), "period", "remarked")
-    assert "repeat a period of 400 samples" in message
-
-
-def test_noise_of_a_third_is_no_period() -> None:
-    rng = np.random.default_rng(4)
-    wave = np.resize(multisine(400, rng), 2000)
-    assert find_period((wave + 0.3 * rng.normal(size=2000))[:, None]) is None
-
-
-def test_period_needs_all_inputs() -> None:
-    rng = np.random.default_rng(5)
-    one = np.resize(multisine(400, rng), 2000)
-    two = np.resize(multisine(400, rng), 2000)
-    both = np.stack([one, two], axis=1)
-    found = find_period(both)
-    assert found is not None
-    assert (found.samples, found.share) == (400, 1.0)
-    both[:, 1] = rng.normal(size=2000)
-    assert find_period(both) is None
-
-
-def test_several_periods_that_come_twice_each_are_found_and_grouped() -> None:
-    rng = np.random.default_rng(6)
-    waves = [np.tile(multisine(300, rng), 2) for _ in range(4)]
-    values = np.concatenate(waves)[:, None] + 1e-3 * rng.normal(size=(2400, 1))
-    found = find_period(values)
-    assert found is not None
-    assert (found.samples, found.share) == (300, 1.0)
-    assert groups_of_periods(values, 300).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
-
-
-def test_outputs_are_not_searched_for_periods() -> None:
-    wave = np.resize(multisine(400, np.random.default_rng(7)), N)
-    assert examine([record({"u": NOISE, "y": wave})], ["u"], ["y"]) == ()
-    assert the_one(examine([record({"u": wave, "y": NOISE})], ["u"], ["y"]), "period", "remarked")
 
 
 def test_missing_column_is_named() -> None:

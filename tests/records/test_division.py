@@ -1,6 +1,8 @@
-"""Parts of prepared pieces: no sample is scored twice, no period lies in two of them."""
+"""Parts of prepared pieces: no sample is scored twice, no input lies in two of them."""
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -8,11 +10,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from slide_fmu.core.signals import Trajectory
-from slide_fmu.records.blocks import Block, Split, Splitting
-from slide_fmu.records.measured import RecordError
+from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.preparation import Piece
-from slide_fmu.records.splitting import split_pieces
-from tests.records.samples import multisine
+from slide_fmu.records.record import RecordError
 
 PARTS = ("train", "validation", "test")
 
@@ -129,72 +129,65 @@ def test_fewer_records_than_parts_are_refused() -> None:
     assert [len(blocks) for blocks in parts_of(split)] == [1, 0, 1]
 
 
-def periods(order: list[int], period: int = 200) -> np.ndarray:
-    rng = np.random.default_rng(2)
-    waves = [multisine(period, rng) for _ in range(max(order) + 1)]
-    values = np.concatenate([waves[index] for index in order])
-    return values + 1e-3 * rng.normal(size=len(values))
-
-
-def test_periods_that_are_alike_stay_in_one_part() -> None:
-    order = [0, 0, 1, 1, 2, 2, 3, 3, 1, 4]
-    pieces = [piece(periods(order)[:-1])]  # the last one is not whole
-    split = split_pieces(pieces, Splitting(lead=20, by="period", period=200))
-    found = [
-        {order[k // 200] for block in blocks for k in range(block.scored, block.stop)}
+def parts_of_numbers(split: Split, numbers: np.ndarray) -> list[set[int]]:
+    """Return the numbers of the inputs that each part scores, where there is one piece."""
+    return [
+        set(np.concatenate([numbers[b.scored : b.stop] for b in blocks]).tolist())
         for blocks in parts_of(split)
     ]
-    assert found == [{0, 1}, {2}, {3}]
-    assert all(b.scored % 200 in (0, 20) and b.stop % 200 == 0 for b in split["train"])
-    assert split["train"][0].scored == 20
 
 
-def test_period_that_begins_elsewhere_in_another_piece_is_known_again() -> None:
-    values = periods([0, 0, 1, 1, 2, 2, 0])
-    pieces = [piece(values[:1200]), piece(np.roll(values[1200:], 70), 1)]
-    split = split_pieces(pieces, Splitting(lead=20, by="period", period=200))
-    assert [(b.piece, b.scored, b.stop) for b in split["train"]] == [(0, 20, 400), (1, 20, 200)]
-    assert [(b.piece, b.scored, b.stop) for b in split["validation"]] == [(0, 400, 800)]
-    assert [(b.piece, b.scored, b.stop) for b in split["test"]] == [(0, 800, 1200)]
+@pytest.mark.parametrize("times", [1, 3, 20])
+def test_inputs_that_come_again_are_in_the_part_in_which_they_came_first(times: int) -> None:
+    numbers = np.tile(np.arange(1000), times)
+    split = split_pieces(noise(1000 * times), Splitting(lead=20), numbers)
+    train, validation, test = parts_of_numbers(split, numbers)
+    assert validation == set(range(700, 850))
+    assert test == set(range(850, 1000))
+    # nothing that still answers what is tested is learnt from
+    assert min(train) == 20
+    assert max(train) == 699
+    assert [block.scored for block in split["train"]] == [20 + 1000 * k for k in range(times)]
+    assert all(block.start % 1000 == 0 for block in split["train"])
 
 
-@pytest.mark.parametrize("before", [0, 30, 100, 170])
-def test_periods_of_a_record_that_begins_in_the_middle_of_one_are_cut_where_they_change(
-    before: int,
-) -> None:
-    """Samples are numbered by their wave and place in it; none is scored in two parts."""
-    order = [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
-    values = periods(order)[before:]
-    names = (1000 * np.repeat(order, 200) + np.tile(np.arange(200), len(order)))[before:]
-    split = split_pieces([piece(values)], Splitting(lead=20, by="period", period=200))
+def test_samples_count_as_often_as_their_inputs_come_again() -> None:
+    """The first wave comes seven times, three others once."""
+    numbers = np.concatenate([np.arange(100)] * 7 + [np.arange(100, 400)])
+    found = parts_of_numbers(split_pieces(noise(1000), Splitting(0), numbers), numbers)
+    assert [len(part) for part in found] == [100, 150, 150]
+
+
+def test_few_samples_amid_another_part_belong_to_it() -> None:
+    numbers = np.arange(1000)
+    numbers[[900, 901, 902]] = [3, 4, 5]  # by chance
+    split = split_pieces(noise(1000), Splitting(lead=0), numbers)
+    assert [(block.piece, block.stop) for block in split["test"]] == [(0, 1000)]
+
+
+def test_each_record_leaves_inputs_of_another_record_in_their_part() -> None:
+    pieces = noise(1000, 1000)
+    numbers = np.concatenate([np.arange(1000), np.arange(500, 1500)])
+    split = split_pieces(pieces, Splitting(lead=0, by="each"), numbers)
     found = [
-        {int(names[k]) for block in blocks for k in range(block.scored, block.stop)}
+        {int(numbers[1000 * b.piece + k]) for b in blocks for k in range(b.scored, b.stop)}
         for blocks in parts_of(split)
     ]
-    for one, other in ((0, 1), (0, 2), (1, 2)):
-        assert len(found[one] & found[other]) <= 2
-    assert sum(len(part) for part in found) > 900
+    assert all(not one & other for one, other in combinations(found, 2))
+    assert [block.piece for block in split["test"]] == [0, 1, 1]
 
 
-def test_rest_before_periods_is_no_period() -> None:
-    order = [0, 0, 1, 1, 2, 2]
-    values = np.concatenate([np.zeros(130), periods(order)])
-    split = split_pieces([piece(values)], Splitting(lead=20, by="period", period=200))
-    [train], [validation], [test] = parts_of(split)
-    assert abs(train.stop - 530) <= 1
-    assert abs(validation.stop - 930) <= 1
-    assert test.stop == 1330
+def test_record_that_adds_two_samples_to_another_one_is_divided_with_it() -> None:
+    numbers = np.concatenate([np.arange(1000), np.arange(1002)])
+    split = split_pieces(noise(1000, 1002), Splitting(lead=0, by="each"), numbers)
+    assert [block.stop - block.scored for block in split["test"]] == [150, 152]
 
 
-def test_one_period_that_comes_again_and_again_is_refused() -> None:
-    pieces = [piece(periods([0] * 10))]
-    with pytest.raises(RecordError, match="1 different periods of 200 samples for 3 parts"):
-        split_pieces(pieces, Splitting(lead=20, by="period", period=200))
-
-
-def test_record_shorter_than_a_period_is_refused() -> None:
-    with pytest.raises(RecordError, match="train has 0 samples"):
-        split_pieces(noise(100), Splitting(lead=10, by="period", period=200))
+def test_records_of_the_same_inputs_are_in_one_part() -> None:
+    drives = [0, 1, 0, 2, 3, 1]
+    numbers = np.concatenate([100 * drive + np.arange(100) for drive in drives])
+    split = split_pieces(noise(*[100] * 6), Splitting(lead=10, by="record"), numbers)
+    assert [{b.piece for b in blocks} for blocks in parts_of(split)] == [{0, 2, 1, 5}, {3}, {4}]
 
 
 @pytest.mark.parametrize(
@@ -202,10 +195,7 @@ def test_record_shorter_than_a_period_is_refused() -> None:
     [
         ({"shares": {"train": 0.5, "validation": 0.2, "test": 0.2}}, "add to 1"),
         ({"shares": {"train": 0.0, "validation": 0.5, "test": 0.5}}, "the first of them positive"),
-        ({"lead": -1}, "a lead of at least 0"),
-        ({"by": "period"}, "a period of at least 1 sample"),
-        ({"period": 10}, "with by = 'period' only"),
-        ({"by": "period", "period": 0}, "a period of at least 1 sample"),
+        ({"lead": -1}, "lead = -1; expected at least 0"),
     ],
 )
 def test_splitting_that_makes_no_sense_is_refused(arguments: dict, message: str) -> None:

@@ -22,13 +22,14 @@ def show_draft(proposal: Proposal | RecordProposal) -> None:
     table = table_of("signal", "unit", "range", "acts", "where the range comes from")
     for what, signals in (("input", draft.inputs), ("output", draft.outputs)):
         for signal in signals:
-            choice = signal.choice
-            acts = {"zero_order": "held", "first_order": "moves"}.get(str(choice.hold), "")
+            ends = signal.table.range
+            acts = {"zero_order": "held", "first_order": "moves"}.get(str(signal.table.hold), "")
             acts = acts if what == "input" else ""  # outputs have no hold
-            limits = f"{choice.low:g} .. {choice.high:g}"
+            assert ends is not None  # a draft knows its ranges
+            limits = f"{ends[0]:g} .. {ends[1]:g}"
             row = (
-                f"{what} {choice.name}",
-                behind(choice.unit or NO_UNIT).strip(),
+                f"{what} {signal.name}",
+                behind(signal.table.unit or NO_UNIT).strip(),
                 limits,
                 acts,
                 signal.origin,

@@ -12,7 +12,7 @@ from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelDescription
 
 from slide_fmu.fmu.export import FmuError
-from slide_fmu.systems.fmu.log import callbacks_of_fmi2, logger
+from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
 
 
 def read_description(path: Path, validate: bool = True) -> ModelDescription:

@@ -13,8 +13,7 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.propose.first_look import FirstLook
 from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
-from slide_fmu.systems.found import Found
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.systems.declared import Declared, SignalTable, SignalTables
 
 MARGIN = 0.2
 """Ranges of outputs are wider than what was seen, by this part of it at both ends."""
@@ -56,7 +55,7 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     return found
 
 
-def draft_inputs(found: Found, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
+def draft_inputs(found: Declared, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
     """Return the inputs that the surrogate shall have, with the user's ranges or the model's.
 
     Inputs of which the model says no hold move between samples, where it steps more finely than
@@ -73,18 +72,18 @@ def draft_inputs(found: Found, given: Ranges, hold: Hold | None = None) -> list[
         _require_declared("input", found, {name: _ends(r) for name, r in given.items()})
     chosen = _chosen("input", found, given)
     if not found.inputs_may_be_left_out:
-        chosen = list(found.inputs)
+        chosen = dict(found.inputs)
     if hold is not None and found.kind == "class":
         raise RecipeError(
             f"--hold {hold}; expected none: {found.model} declares how its inputs act, so "
             "change it there"
         )
     if hold is not None:
-        chosen = [replace(choice, hold=hold) for choice in chosen]
-    return [_input(choice, given.get(choice.name), found.kind) for choice in chosen]
+        chosen = {name: SignalTable(hold=hold).over(table) for name, table in chosen.items()}
+    return [_input(name, table, given.get(name), found.kind) for name, table in chosen.items()]
 
 
-def draft_outputs(found: Found, names: Sequence[str]) -> list[DraftSignal]:
+def draft_outputs(found: Declared, names: Sequence[str]) -> list[DraftSignal]:
     """Return the outputs that the surrogate shall have, without what is to be seen of ranges.
 
     Raises:
@@ -92,7 +91,7 @@ def draft_outputs(found: Found, names: Sequence[str]) -> list[DraftSignal]:
     """
     if found.kind == "class":
         _require_declared("output", found, dict.fromkeys(names, ""))
-    return [DraftSignal(choice, "") for choice in _chosen("output", found, names)]
+    return [DraftSignal(*pair, "") for pair in _chosen("output", found, names).items()]
 
 
 def ranged_outputs(
@@ -108,7 +107,7 @@ def ranged_outputs(
     kept, remarks = [], []
     for index, draft in enumerate(outputs):
         if seen.still[index] and not (chosen or seen.still.all()):
-            name = draft.choice.name
+            name = draft.name
             remarks.append(
                 f"output {name!r} never moves and is left out; --output {name} keeps it"
             )
@@ -133,16 +132,16 @@ def require_name(name: str | None) -> None:
 
 def names_of(signals: Iterable[DraftSignal]) -> str:
     """Return the names of signals in one line of text."""
-    return ", ".join(signal.choice.name for signal in signals)
+    return ", ".join(signal.name for signal in signals)
 
 
-def _require_declared(what: str, found: Found, wanted: Mapping[str, str]) -> None:
+def _require_declared(what: str, found: Declared, wanted: Mapping[str, str]) -> None:
     """Refuse to choose signals of a class; ``wanted`` are names with what was said of each."""
     if not wanted:
         return
-    declared = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    declared: SignalTables = getattr(found, f"{what}s")
     name, said = next(iter(wanted.items()))
-    own = ", ".join(f"{one} ({choice.low:g}..{choice.high:g})" for one, choice in declared.items())
+    own = ", ".join(f"{one} ({_ends(table.range)})" for one, table in declared.items())
     raise RecipeError(
         f"--{what} {name}{said and f'={said}'}: a class declares its signals itself, and "
         f"{found.model!r} has the {what}s {own}; expected no --{what}: leave it out, or change "
@@ -159,9 +158,9 @@ def proposed_name(model: str, name: str | None) -> str:
     return name or recipe_name(Path(model.replace(":", "_")).stem)
 
 
-def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]:
+def _chosen(what: str, found: Declared, names: Iterable[str]) -> dict[str, SignalTable]:
     """Return the inputs or outputs that are named, in that order; all of the model if none are."""
-    offered = {choice.name: choice for choice in getattr(found, f"{what}s")}
+    offered: SignalTables = getattr(found, f"{what}s")
     wanted: list[str] = []
     for name in names:
         _require_once(what, name, wanted)
@@ -177,7 +176,7 @@ def _chosen(what: str, found: Found, names: Iterable[str]) -> list[SignalChoice]
             f"{found.model}: the model declares no {what}s; expected at least one: a surrogate "
             "takes inputs and gives outputs"
         )
-    return [offered[name] for name in wanted or offered]
+    return {name: offered[name] for name in wanted or offered}
 
 
 def _require_once(what: str, name: str, before: Container[str]) -> None:
@@ -188,22 +187,25 @@ def _require_once(what: str, name: str, before: Container[str]) -> None:
         )
 
 
-def _input(choice: SignalChoice, given: tuple[float, float] | None, kind: str) -> DraftSignal:
+def _input(
+    name: str, table: SignalTable, given: tuple[float, float] | None, kind: str
+) -> DraftSignal:
     """Return an input with its range, from the user or from the model."""
     origin = "The model declares the range."
     if given is not None:
-        choice, origin = _with_given_range(choice, given)
-    if choice.low is None or choice.high is None:
+        table, origin = _with_given_range(table, given)
+    if table.range is None:
         raise RecipeError(
-            f"input {choice.name!r} ({choice.unit or 'no unit'}): the model declares no range; "
-            f"expected one: give --input {choice.name}=LOW..HIGH"
+            f"input {name!r} ({table.unit or 'no unit'}): the model declares no range; "
+            f"expected one: give --input {name}=LOW..HIGH"
         )
-    if choice.hold is None and kind != "class":
-        moves = kind in FINE or choice.unit in MOVING
-        choice = replace(choice, hold="first_order" if moves else "zero_order")
+    if table.hold is None and kind != "class":
+        moves = kind in FINE or table.unit in MOVING
+        hold: Hold = "first_order" if moves else "zero_order"
+        table = table.model_copy(update={"hold": hold})
     if kind != "class":
-        origin += f" {_ACTS[choice.hold or 'zero_order']}"
-    return DraftSignal(choice, origin)
+        origin += f" {_ACTS[table.hold or 'zero_order']}"
+    return DraftSignal(name, table, origin)
 
 
 _ACTS: dict[Hold, str] = {
@@ -219,30 +221,26 @@ _ACTS: dict[Hold, str] = {
 """What a recipe says of each hold."""
 
 
-def _with_given_range(
-    choice: SignalChoice, given: tuple[float, float]
-) -> tuple[SignalChoice, str]:
+def _with_given_range(table: SignalTable, given: tuple[float, float]) -> tuple[SignalTable, str]:
     """Return an input with the user's range, and what is said of it.
 
     A model's start value is often 0, whatever its inputs may be: the nearest end takes its place.
     """
-    choice, origin = replace(choice, low=given[0], high=given[1]), "The range was given."
-    if choice.start is None or given[0] <= choice.start <= given[1]:
-        return choice, origin
-    start = given[0] if choice.start < given[0] else given[1]
-    origin += f" The model's start value, {choice.start:g}, lies outside, so it starts at its end."
-    return replace(choice, start=start), origin
+    start, origin = table.start, "The range was given."
+    if start is not None and not given[0] <= start <= given[1]:
+        origin += f" The model's start value, {start:g}, lies outside, so it starts at its end."
+        start = given[0] if start < given[0] else given[1]
+    return table.model_copy(update={"range": given, "start": start}), origin
 
 
 def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:
     """Return an output with a range: its own, or one that holds what was seen in motions."""
-    choice = draft.choice
-    if choice.low is not None and choice.high is not None:
+    if draft.table.range is not None:
         return replace(draft, origin="The model declares the range.")
-    low, high = widened(*seen)
     count = "one motion" if motions == 1 else f"{motions} motions"
     origin = f"Seen in {count}, and widened by {100 * MARGIN:.0f} % at both ends."
-    return DraftSignal(replace(choice, low=low, high=high), origin)
+    table = draft.table.model_copy(update={"range": widened(*seen)})
+    return DraftSignal(draft.name, table, origin)
 
 
 def widened(low: float, high: float) -> tuple[float, float]:

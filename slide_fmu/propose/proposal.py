@@ -29,9 +29,9 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
+from slide_fmu.systems.declared import Declared, SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.fmu.model import FmuSystem
-from slide_fmu.systems.found import Found
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
@@ -107,7 +107,7 @@ class _Begun:
         kind: what the inputs are.
     """
 
-    found: Found
+    found: Declared
     inputs: list[DraftSignal]
     outputs: list[DraftSignal]
     chain: ProposedChain
@@ -165,7 +165,7 @@ def _require_fmu_step(wish: Wish) -> None:
         )
 
 
-def _as_it_runs(found: Found, wish: Wish) -> Found:
+def _as_it_runs(found: Declared, wish: Wish) -> Declared:
     """Return what a model declares, with inputs that act as where an importer runs it by steps.
 
     They are held where the surrogate has the same step, and move over longer ones. Inputs that the
@@ -174,12 +174,13 @@ def _as_it_runs(found: Found, wish: Wish) -> Found:
     if wish.fmu_step is not None:
         found = replace(found, step=None, held_step=wish.fmu_step)
     own, step = found.held_step, wish.step or found.step
-    if own is None or any(one.hold == "zero_order" for one in found.inputs):
+    if own is None or any(one.hold == "zero_order" for one in found.inputs.values()):
         return found
     hold: Hold = "first_order"
     if step is not None and math.isclose(step, own, rel_tol=1e-6):
         hold = "zero_order"
-    return replace(found, inputs=tuple(replace(one, hold=hold) for one in found.inputs))
+    held = SignalTable(hold=hold)
+    return replace(found, inputs={name: held.over(one) for name, one in found.inputs.items()})
 
 
 def _on_inputs(begun: _Begun, draft: Draft) -> list[str]:
@@ -198,7 +199,7 @@ def _begin(wish: Wish) -> _Begun:
         draft_inputs(found, wish.inputs, wish.hold),
         draft_outputs(found, wish.outputs),
     )
-    chain = proposed_chain(found.model, wish.chain, [signal.choice for signal in inputs])
+    chain = proposed_chain(found.model, wish.chain, inputs)
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
     kind: InputKind = "set_points" if chain.path is not None else kind_of_inputs(system)
@@ -296,16 +297,16 @@ def _from_folder(model: str, folder: Path) -> str:
 
 
 def _specification(
-    found: Found, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
+    found: Declared, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
 ) -> Specification:
     """Return what the system is made from; its step is None where it is to be proposed."""
-    own, (low, high) = found.kind == "class", UNSEEN
+    own, unseen = found.kind == "class", SignalTable(range=UNSEEN)
     return Specification(
         found.model,
         kind=found.kind,
         step=found.step if step is None else step,
-        inputs=() if own else tuple(signal.choice for signal in inputs),
-        outputs=() if own else tuple(replace(s.choice, low=low, high=high) for s in outputs),
+        inputs={} if own else {signal.name: signal.table for signal in inputs},
+        outputs={} if own else {signal.name: unseen.over(signal.table) for signal in outputs},
     )
 
 

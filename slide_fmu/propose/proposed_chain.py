@@ -9,7 +9,7 @@ from pathlib import Path
 from slide_fmu.core.signals import Signal
 from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.recipe.writing import DraftSignal
 
 ANGLES = ("rad", "deg")
 """Inputs that are all in one of these units are set points of joints, with or without a URDF."""
@@ -28,9 +28,7 @@ class ProposedChain:
     remark: str | None = None
 
 
-def proposed_chain(
-    model: str, given: Path | None, inputs: Sequence[SignalChoice]
-) -> ProposedChain:
+def proposed_chain(model: str, given: Path | None, inputs: Sequence[DraftSignal]) -> ProposedChain:
     """Find the URDF of a model: the one that is given, else the only one beside the model's file.
 
     Raises:
@@ -68,7 +66,7 @@ def are_angles(inputs: Sequence[Signal]) -> bool:
     return all(signal.unit in ANGLES for signal in inputs)
 
 
-def _mismatch(path: Path, inputs: Sequence[SignalChoice]) -> str | None:
+def _mismatch(path: Path, inputs: Sequence[DraftSignal]) -> str | None:
     """Say why inputs are not the set points of a robot's joints; None if they can be.
 
     Raises:
@@ -76,10 +74,10 @@ def _mismatch(path: Path, inputs: Sequence[SignalChoice]) -> str | None:
     """
     read = read_urdf(path)
     wanted = ["m" if sliding else "rad" for sliding in read.chain.prismatic]
-    units = [choice.unit or "1" for choice in inputs]
+    units = [signal.table.unit or "1" for signal in inputs]
     if units == wanted:
         return None
     return (
         f"its joints are {list(read.joints)}; expected their set points as inputs, in this order "
-        f"and in {wanted}, found {[choice.name for choice in inputs]} in {units}"
+        f"and in {wanted}, found {[signal.name for signal in inputs]} in {units}"
     )

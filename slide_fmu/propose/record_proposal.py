@@ -29,7 +29,7 @@ from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_stretch
 from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.repeats import same_inputs
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.systems.declared import SignalTable
 
 HELD = 0.5
 """Inputs of which more than this part of the samples equals the one before are held."""
@@ -186,16 +186,14 @@ def _signal(
         )
         unit = "1"
     start = min(max(_start(records[0], column), low), high)
-    choice = SignalChoice(
-        name,
-        unit,
-        low,
-        high,
+    table = SignalTable(
+        unit=unit,
+        range=(low, high),
         start=start,
         hold=None if acts is None else acts.hold,
         column=None if name == column else column,
     )
-    return DraftSignal(choice, origin if acts is None else f"{origin} {acts.origin}")
+    return DraftSignal(name, table, origin if acts is None else f"{origin} {acts.origin}")
 
 
 def _start(record: Record, column: str) -> float:

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from slide_fmu.core.files import find_file
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
-from slide_fmu.systems.found import Found
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.systems.declared import Declared, SignalTable
 
 REMARK = (
     "slide-fmu wrote this FMU: the recipe has the outputs, the hold of the inputs and the step of "
@@ -15,7 +14,7 @@ REMARK = (
 )
 
 
-def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
+def as_surrogate(found: Declared, outputs_chosen: bool) -> Declared:
     """Return what is known of an FMU of slide-fmu; what else was found stays as it is.
 
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen
@@ -31,15 +30,13 @@ def as_surrogate(found: Found, outputs_chosen: bool) -> Found:
     if read_member(path, SURROGATE) is None:
         return found
     surrogate, _ = read_fmu(path)
-    inputs = tuple(SignalChoice(**vars(signal)) for signal in surrogate.inputs)
-    own = {signal.name: signal for signal in surrogate.outputs}
-    outputs = tuple(
-        replace(choice, low=own[choice.name].low, high=own[choice.name].high)
-        if choice.name in own
-        else choice
-        for choice in found.outputs
-        if outputs_chosen or choice.name in own
-    )
+    inputs = {signal.name: SignalTable.of(signal) for signal in surrogate.inputs}
+    own = {s.name: SignalTable(range=(s.low, s.high)) for s in surrogate.outputs}
+    outputs = {
+        name: own.get(name, SignalTable()).over(table)
+        for name, table in found.outputs.items()
+        if outputs_chosen or name in own
+    }
     return replace(
         found,
         inputs=inputs,

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from slide_fmu.core.files import told_of_system
+from slide_fmu.core.mistakes import causes, expectation, meant_choice, value_text
 from slide_fmu.core.signals import UNUSABLE
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.toml_table import Table
@@ -17,7 +18,7 @@ from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.words import expectation, meant_choice, unknown_key, value_text
+from slide_fmu.recipe.words import unknown_key
 
 
 def parse_recipe(text: str, source: str | Path, released: bool = False) -> Recipe:
@@ -112,7 +113,7 @@ def mistakes(
         file: the outermost table of the file, whose keys are suggested for misspelt ones.
         text: what the file holds, whose lines are named; empty where nobody can look there.
     """
-    found = _joined([item for item in error.errors() if _is_cause(item)])
+    found = causes(error)
     places = {item["loc"] for item in found}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
@@ -169,30 +170,6 @@ def read_recipe_text(path: Path) -> str:
             f"recipe {str(path)!r} is no text ({error.reason}); expected a TOML file such as "
             "training/duffing.toml"
         ) from error
-
-
-def _is_cause(item: Any) -> bool:
-    """Tell whether it is a mistake of its own; a list that its items' mistakes empty is none."""
-    return not (item["type"] == "too_short" and item["input"])
-
-
-def _joined(found: list[Any]) -> list[Any]:
-    """Join what pydantic says of one value whose type may be one of several, a line for each."""
-    joined: dict[tuple[Any, ...], list[Any]] = {}
-    for item in found:
-        *outer, last = item["loc"] or ("",)
-        of_several = last in ("float", "int", "str", "bool") and item["type"] != "extra_forbidden"
-        place = tuple(outer) if of_several and outer else item["loc"]
-        joined.setdefault(place, []).append(item)
-    return [_one_of(place, items) for place, items in joined.items()]
-
-
-def _one_of(place: tuple[Any, ...], items: list[Any]) -> Any:
-    """Return one mistake for all that are said of one value."""
-    if len(items) == 1:
-        return items[0]
-    words = [expectation(item).removeprefix("expected ") for item in items]
-    return {**items[0], "loc": place, "several": f"expected {', or '.join(words)}"}
 
 
 def _describe(item: Any, whole: str, file: type[Table] | None) -> str:

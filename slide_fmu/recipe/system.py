@@ -6,54 +6,11 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from slide_fmu.core.signals import Angle, Hold
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
 from slide_fmu.recipe.measured import KIND
-from slide_fmu.systems.specification import SignalChoice
-
-
-class SignalRecipe(Table):
-    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
-
-    Attributes:
-        range: lowest and highest value of the intended range, in ``unit``; that of the model if
-            not given, and likewise for the keys below.
-        unit: unit of the values, as FMI names it (``"N"``, ``"m"``, ``"rad"``).
-        description: one line for people.
-        start: value before anybody sets one, within the range; the one nearest to 0 if neither the
-            recipe nor the model says one.
-        hold: how an input acts between samples: ``"zero_order"`` holds it over a step,
-            ``"first_order"`` moves it linearly to its next value. All inputs have the same.
-        angle: ``"cosine"`` or ``"sine"`` of an input that is the one of an angle; the sine follows
-            its cosine, and both turn on the circle between samples.
-        period: of an input that means the same after so much more, in ``unit``; inputs in rad or
-            deg are angles without it.
-        column: of records, the name of the signal's column; that of the signal if not given.
-    """
-
-    range: tuple[float, float] | None = None
-    unit: str | None = None
-    description: str | None = None
-    start: float | None = None
-    hold: Hold | None = None
-    angle: Angle | None = None
-    period: float | None = None
-    column: str | None = None
-
-    @field_validator("range")
-    @classmethod
-    def _low_end_comes_first(cls, ends: tuple[float, float] | None) -> tuple[float, float] | None:
-        if ends is not None and not ends[0] < ends[1]:
-            raise ValueError("expected [LOW, HIGH], the smaller number first")
-        return ends
-
-    def choice(self, name: str) -> SignalChoice:
-        """Return the choice that this table makes about the signal of a name."""
-        low, high = self.range or (None, None)
-        given = {key: value for key, value in self if key != "range"}
-        return SignalChoice(name, low=low, high=high, **given)
+from slide_fmu.systems.declared import Parameter, SignalTable
 
 
 class SystemRecipe(Table):
@@ -86,10 +43,10 @@ class SystemRecipe(Table):
     model: str
     further: tuple[str, ...] = ()
     noise_record: str | None = None
-    parameters: dict[str, float | int | str | bool] = Field(default={})
-    inputs: dict[str, SignalRecipe] = Field(default={})
-    outputs: dict[str, SignalRecipe] = Field(default={})
-    reference: dict[str, float | int | str | bool] = Field(default={})
+    parameters: dict[str, Parameter] = Field(default={})
+    inputs: dict[str, SignalTable] = Field(default={})
+    outputs: dict[str, SignalTable] = Field(default={})
+    reference: dict[str, Parameter] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)

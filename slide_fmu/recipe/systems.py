@@ -19,9 +19,10 @@ from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Finer, Source, System, chain_of
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 
 Driven = TypeVar("Driven", bound=Source)
 
@@ -144,11 +145,9 @@ def reference_at_finer_step(recipe: Recipe, times: int, as_it_runs: bool = False
     made, step = reference_specification(recipe), recipe.window.step / times
     system = load_system(replace(made, step=step))
     if as_it_runs and system.own_step is not None:
-        choices = {choice.name: choice for choice in made.inputs}
-        inputs = tuple(
-            replace(choices.get(signal.name, SignalChoice(signal.name)), hold="zero_order")
-            for signal in system.inputs
-        )
+        held = SignalTable(hold="zero_order")
+        tables = {s.name: made.inputs.get(s.name, SignalTable()) for s in system.inputs}
+        inputs = {name: held.over(table) for name, table in tables.items()}
         system = load_system(replace(made, step=step, inputs=inputs))
     if not math.isclose(system.step, step, rel_tol=1e-9):
         raise LoadError(
@@ -227,10 +226,6 @@ def data_specification(recipe: Recipe) -> Specification:
                 f"recipe {recipe.name!r}: system.{table}.step = {values['step']}; expected no "
                 f"step there: samples are window.step = {recipe.window.step} s apart; remove it"
             )
-    inputs, outputs = (
-        tuple(table.choice(name) for name, table in tables.items())
-        for tables in (system.inputs, system.outputs)
-    )
     step, kind = recipe.window.step, system.kind
     parameters = () if system.is_record else recipe.physical()  # nobody sets those of records
     starts = {parameter.name: parameter.start_value for parameter in parameters}
@@ -239,8 +234,8 @@ def data_specification(recipe: Recipe) -> Specification:
         {**starts, **system.parameters},
         step,
         kind,
-        inputs,
-        outputs,
+        system.inputs,
+        system.outputs,
         system.further,
         system.noise_record,
     )

@@ -1,65 +1,10 @@
-"""What is said of a mistake in a TOML file, in the words of TOML instead of those of Python."""
+"""A key that a recipe does not know is told with the one that may be meant."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from slide_fmu.core.suggestions import nearest, or_meant
+from slide_fmu.core.suggestions import nearest
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.reference import known_keys, sections_of
-
-PLAIN = {
-    "tuple_type": "expected a list in brackets",
-    "dict_type": "expected a table of keys and values",
-    "model_type": "expected a table of keys and values",
-    "model_attributes_type": "expected a table of keys and values",
-    "int_type": "expected a whole number",
-    "int_from_float": "expected a whole number",
-    "float_type": "expected a number",
-    "finite_number": "expected a finite number",
-    "bool_type": "expected true or false",
-    "string_type": "expected a text in quotes",
-}
-"""What is said of a value, by the kind of mistake."""
-
-LIMITS = {
-    "greater_than": ("more than", "gt"),
-    "greater_than_equal": ("at least", "ge"),
-    "less_than": ("less than", "lt"),
-    "less_than_equal": ("at most", "le"),
-}
-"""What is said of a number beyond a limit, and where pydantic says which one."""
-
-FORMS = {
-    r"^[A-Za-z][A-Za-z0-9_]{0,99}$": "a letter first, then letters, digits and _, at most 100",
-    r"^[\w.]+:\w+$": "'module:function'",
-}
-"""Texts of a form, by its pattern."""
-
-
-def value_text(value: Any) -> str:
-    """Write a value as TOML has it, with lists in brackets and true and false in small letters."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(value_text, value))}]"
-    return repr(value)
-
-
-def expectation(item: Any) -> str:
-    """Say what was expected instead of a value, as pydantic describes the mistake."""
-    kind, context = item["type"], item.get("ctx", {})
-    if kind == "too_long":
-        return f"expected {context['max_length']} values, not {context['actual_length']}"
-    if kind in LIMITS:
-        words, limit = LIMITS[kind]
-        return f"expected {words} {context[limit]:.15g}"
-    if kind == "literal_error":
-        choices = [choice.strip("'") for choice in _choices(context["expected"])]
-        return f"expected {context['expected']}{or_meant(str(item['input']), choices)}"
-    if kind == "string_pattern_mismatch":
-        return f"expected {FORMS.get(context['pattern'], context['pattern'])}"
-    return PLAIN.get(kind) or str(item["msg"]).removeprefix("Value error, ")
 
 
 def unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
@@ -80,16 +25,6 @@ def unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
     if meant is not None:
         return f"is not a known key; did you mean {meant}? Correct its spelling, or remove it"
     return "is not a known key; remove it or correct its spelling"
-
-
-def meant_choice(found: str, expected: str) -> str:
-    """Return what to add to a message about a choice, as ``; did you mean 'tanh'?``."""
-    return or_meant(found, _choices(expected))
-
-
-def _choices(expected: str) -> list[str]:
-    """Return the choices in pydantic's text ``'a', 'b' or 'c'``."""
-    return [part.strip(" '") for part in expected.replace(" or ", ", ").split(",")]
 
 
 def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -> str | None:

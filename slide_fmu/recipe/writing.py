@@ -14,8 +14,7 @@ import numpy as np
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
 from slide_fmu.recipe.default_excitation import InputKind
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.systems.found import Found, FoundParameter
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
 WIDTH = 96
 """Comments are wrapped to this many columns."""
@@ -26,9 +25,10 @@ SHORT, LONG = 6, 60
 
 @dataclass(frozen=True)
 class DraftSignal:
-    """A DraftSignal is an input or output of the recipe, and where its range comes from."""
+    """A DraftSignal is the table of an input or output, and where its range comes from."""
 
-    choice: SignalChoice
+    name: str
+    table: SignalTable
     origin: str
 
 
@@ -54,7 +54,7 @@ class Draft:
 
     name: str
     description: str
-    found: Found
+    found: Declared
     inputs: tuple[DraftSignal, ...]
     outputs: tuple[DraftSignal, ...]
     step: float
@@ -196,7 +196,7 @@ def _chain_lines(chain: str | None) -> list[str]:
     ]
 
 
-def _parameter_lines(parameters: Sequence[FoundParameter], fmu_step: float | None) -> list[str]:
+def _parameter_lines(parameters: Sequence[DeclaredParameter], fmu_step: float | None) -> list[str]:
     if not parameters and fmu_step is None:
         return []
     lines = ["", "[system.parameters]"]
@@ -234,13 +234,11 @@ def signals_lines(inputs: Sequence[DraftSignal], outputs: Sequence[DraftSignal])
 
 
 def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
-    choice, lines = signal.choice, []
-    lines.append(f"[system.{what}.{_key(choice.name)}]")
-    lines += comment_lines(signal.origin)
-    lines.append(f"range = {value_text([choice.low, choice.high])}")
+    lines = [f"[system.{what}.{_key(signal.name)}]", *comment_lines(signal.origin)]
+    lines.append(f"range = {value_text(signal.table.range)}")
     kept = ("column", "unit", "start", "hold", "angle", "description")
     for key in kept:
-        value = getattr(choice, key)
+        value = getattr(signal.table, key)
         if value is not None:
             lines.append(f"{key} = {value_text(value)}")
     return [*lines, ""]

@@ -18,8 +18,9 @@ from slide_fmu.records.reading import READERS, read_record, read_records
 from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
+from slide_fmu.systems.declared import SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 
 HOLD: Hold = "first_order"
 """Measured inputs are samples of signals that move, unless the recipe gives another hold."""
@@ -96,9 +97,9 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
     except MissingColumnsError as error:
         given = {"inputs": specification.inputs, "outputs": specification.outputs}
         keys = [
-            f'system.{what}.{choice.name}.column = "COLUMN"'
-            for what, choices in given.items()
-            for choice, column in zip(choices, _columns(choices), strict=True)
+            f'system.{what}.{name}.column = "COLUMN"'
+            for what, tables in given.items()
+            for name, column in zip(tables, _columns(tables), strict=True)
             if column in error.missing
         ]
         raise LoadError("; in the recipe: ".join([str(error), *keys[:1]])) from error
@@ -126,8 +127,8 @@ def _prepared(
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> MeasuredRecords:
     inputs, outputs = (
-        tuple(_completed(what, choice, records[0]).signal(what) for choice in choices)
-        for what, choices in (("input", specification.inputs), ("output", specification.outputs))
+        tuple(_completed(what, *pair, records[0]).signal(what, pair[0]) for pair in tables.items())
+        for what, tables in (("input", specification.inputs), ("output", specification.outputs))
     )
     hold = hold_of(inputs)
     pairing = cast(Pairing, specification.parameters.get("pairing", PAIRINGS[hold]))
@@ -154,18 +155,17 @@ def _noise(
     return noise_at_rest(record, records, outputs, specification.sample_step())
 
 
-def _columns(choices: tuple[SignalChoice, ...]) -> tuple[str, ...]:
-    return tuple(choice.column or choice.name for choice in choices)
+def _columns(tables: SignalTables) -> tuple[str, ...]:
+    return tuple(table.column or name for name, table in tables.items())
 
 
-def _completed(what: str, choice: SignalChoice, record: Record) -> SignalChoice:
-    """Give a choice the unit of its column, and an input the hold of measured ones, if need be.
+def _completed(what: str, name: str, table: SignalTable, record: Record) -> SignalTable:
+    """Give a signal the unit of its column, and an input the hold of measured ones, if need be.
 
     Outputs have no hold.
     """
-    unit = record.units[choice.column or choice.name] or None
-    hold = HOLD if what == "input" else None
-    return choice.over(SignalChoice(choice.name, unit=unit, hold=hold))
+    unit = record.units[table.column or name] or None
+    return table.over(SignalTable(unit=unit, hold=HOLD if what == "input" else None))
 
 
 def _require_parameters(specification: Specification) -> None:

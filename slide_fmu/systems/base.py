@@ -20,9 +20,6 @@ from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.user_code import told
 
-Parameter = float | int | str | bool
-"""Value of a parameter of a reference system, as TOML and JSON know it."""
-
 
 @dataclass(frozen=True, eq=False)
 class Linearization:

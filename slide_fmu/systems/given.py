@@ -9,8 +9,8 @@ from __future__ import annotations
 import pickle
 
 from slide_fmu.systems.base import System
+from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 
 _given: dict[str, System] = {}
@@ -59,7 +59,7 @@ def recognises(model: str) -> bool:
     return False
 
 
-def describe(model: str) -> Found:
+def describe(model: str) -> Declared:
     """Refuse to describe an object, which is learnt where it is.
 
     Raises:

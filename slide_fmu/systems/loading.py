@@ -12,8 +12,8 @@ from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.found import Found
 from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
@@ -30,7 +30,7 @@ KINDS: dict[str, str] = {
 
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
 a ``Specification`` and gives the system, or the records of one; its ``describe`` takes a model's
-name and gives what is ``Found`` about it; both raise ``LoadError``. Its ``recognises`` says
+name and gives what is ``Declared`` about it; both raise ``LoadError``. Its ``recognises`` says
 whether a model is of the kind, without running it where that can be seen from its name. A kind
 whose models are no files has neither of the last two, and records have no ``describe``: any column
 may be an input or an output.
@@ -101,7 +101,7 @@ def kind_module(kind: str) -> ModuleType:
         ) from error
 
 
-def describe_model(model: str, kind: str | None = None) -> Found:
+def describe_model(model: str, kind: str | None = None) -> Declared:
     """Find what a model declares, before there is a recipe for it.
 
     Args:
@@ -118,9 +118,9 @@ def describe_model(model: str, kind: str | None = None) -> Found:
         if not hasattr(module, "describe"):
             continue
         if kind is not None or module.recognises(model):
-            return cast(Found, module.describe(model))
+            return cast(Declared, module.describe(model))
     if ":" in model:  # it can only be meant as a class, of which that kind says what is wrong
-        return cast(Found, kind_module("class").describe(model))
+        return cast(Declared, kind_module("class").describe(model))
     raise LoadError(
         f"model {model!r} is of no known kind; expected an FMU (.fmu), a Python file that defines "
         "a class of systems, f or simulate, or build (see the documentation of your own model), "

@@ -8,10 +8,10 @@ from typing import Any, cast
 
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
+from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.found import Found, FoundParameter
 from slide_fmu.systems.self_description import check_self_description
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported, refuse_foreign, told
 
 
@@ -57,7 +57,7 @@ def recognises(model: str) -> bool:
     return inspect.isclass(getattr(module, name, None)) if name else bool(_classes_of(model))
 
 
-def describe(model: str) -> Found:
+def describe(model: str) -> Declared:
     """Find what a class declares: its parameters with their defaults, and its signals.
 
     A file or module without the name of a class stands for the only class of systems in it.
@@ -84,12 +84,12 @@ def describe(model: str) -> Found:
     system = make(Specification(model, step=step or 1.0 if "step" in declared else None))
     check_self_description(system, step, model)
     inputs, outputs = (
-        tuple(SignalChoice(**vars(signal)) for signal in signals)
+        {signal.name: SignalTable.of(signal) for signal in signals}
         for signals in (system.inputs, system.outputs)
     )
-    parameters = tuple(FoundParameter(name, value) for name, value in defaults.items())
+    parameters = tuple(DeclaredParameter(name, value) for name, value in defaults.items())
     suggested = system.step if step or "step" not in declared else None
-    return Found("class", model, parameters, inputs, outputs, suggested)
+    return Declared("class", model, parameters, inputs, outputs, suggested)
 
 
 def _classes_of(model: str) -> list[str]:

@@ -1,63 +1,19 @@
-"""What a recipe says about its reference system, as plain values that cross to other processes."""
+"""A specification is what a recipe says about its reference system, as plain values.
+
+It crosses to other processes, and a reference FMU holds it as text.
+"""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
-from slide_fmu.core.signals import Angle, Hold, Signal
+from pydantic import TypeAdapter
+
+from slide_fmu.core.signals import Signal
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.declared import Parameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
-
-
-@dataclass(frozen=True)
-class SignalChoice:
-    """A SignalChoice says about an input or output what its model leaves open; None: nothing.
-
-    Attributes:
-        name: name of the signal in the model.
-        unit, low, high, description, start, hold, angle, period: as of
-            ``slide_fmu.core.signals.Signal``.
-        column: of records, the name of its column; that of the signal if None.
-    """
-
-    name: str
-    unit: str | None = None
-    low: float | None = None
-    high: float | None = None
-    description: str | None = None
-    start: float | None = None
-    hold: Hold | None = None
-    angle: Angle | None = None
-    period: float | None = None
-    column: str | None = None
-
-    def over(self, other: SignalChoice) -> SignalChoice:
-        """Give the choice that says what this one says, and elsewhere what the other one says."""
-        own = {key: value for key, value in asdict(self).items() if value is not None}
-        return replace(other, **own)
-
-    def signal(self, what: str) -> Signal:
-        """Give the signal; ``what`` begins the message, for example ``"input"``.
-
-        Raises:
-            LoadError: the range is not known, or a value cannot be that of a signal.
-        """
-        low, high = self.low, self.high
-        if low is None or high is None:
-            raise LoadError(
-                f"{what} {self.name!r} has no range; expected one in the recipe: add "
-                f"system.{what}s.{self.name}.range = [LOW, HIGH]"
-            )
-        given = {key: value for key, value in asdict(self).items() if value is not None}
-        given.pop("column", None)
-        try:
-            return Signal(**{"unit": "1", **given})
-        except ValueError as error:
-            raise LoadError(f"{what} {str(error).removeprefix('signal ')}") from error
 
 
 @dataclass(frozen=True)
@@ -80,25 +36,20 @@ class Specification:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     step: float | None = None
     kind: str = "class"
-    inputs: tuple[SignalChoice, ...] = ()
-    outputs: tuple[SignalChoice, ...] = ()
+    inputs: SignalTables = field(default_factory=dict)
+    outputs: SignalTables = field(default_factory=dict)
     further: tuple[str, ...] = ()
     noise_record: str | None = None
     part_of: int = 1
 
     def to_json(self) -> str:
-        """Write the specification as one line of JSON, the same for the same values."""
-        return json.dumps({**asdict(self), "parameters": dict(self.parameters)}, sort_keys=True)
+        """Write the specification as one line of JSON."""
+        return TypeAdapter(Specification).dump_json(self).decode()
 
     @staticmethod
     def from_json(text: str) -> Specification:
         """Read what ``to_json`` wrote."""
-        values: dict[str, Any] = json.loads(text)
-        signals = {
-            name: tuple(SignalChoice(**choice) for choice in values[name])
-            for name in ("inputs", "outputs")
-        }
-        return Specification(**{**values, **signals, "further": tuple(values["further"])})
+        return TypeAdapter(Specification).validate_json(text)
 
     def sample_step(self) -> float:
         """Give the sample step h in s, which models of most kinds have not themselves.
@@ -114,44 +65,39 @@ class Specification:
         return self.step
 
 
-def chosen_signals(
-    what: str, offered: tuple[SignalChoice, ...], chosen: tuple[SignalChoice, ...]
-) -> tuple[Signal, ...]:
+def chosen_signals(label: str, offered: SignalTables, chosen: SignalTables) -> tuple[Signal, ...]:
     """Give the signals that a model offers, with what the recipe says about them.
 
     Args:
-        what: ``"input"`` or ``"output"``, for messages.
+        label: ``"input"`` or ``"output"``, for messages.
         offered: all that the model has, in its order; all of them become signals.
         chosen: what the recipe says.
 
     Raises:
         LoadError: the recipe names signals that are not there, or a range is not known.
     """
-    _require_offered(what, offered, chosen)
-    said = {choice.name: choice for choice in chosen}
-    return tuple(said.get(o.name, SignalChoice(o.name)).over(o).signal(what) for o in offered)
+    _require_offered(label, offered, chosen)
+    return tuple(
+        chosen.get(name, SignalTable()).over(table).signal(label, name)
+        for name, table in offered.items()
+    )
 
 
-def chosen_outputs(
-    offered: tuple[SignalChoice, ...], chosen: tuple[SignalChoice, ...]
-) -> tuple[SignalChoice, ...]:
+def chosen_outputs(offered: SignalTables, chosen: SignalTables) -> SignalTables:
     """Give those outputs of a model that the recipe names, in its order; all if it names none.
 
     Raises:
         LoadError: the recipe names outputs that are not there.
     """
     _require_offered("output", offered, chosen)
-    by_name = {choice.name: choice for choice in offered}
-    return tuple(by_name[choice.name] for choice in chosen) or offered
+    return {name: offered[name] for name in chosen} or offered
 
 
-def _require_offered(
-    what: str, offered: tuple[SignalChoice, ...], chosen: tuple[SignalChoice, ...]
-) -> None:
-    names = [choice.name for choice in offered]
-    unknown = [choice.name for choice in chosen if choice.name not in names]
+def _require_offered(label: str, offered: SignalTables, chosen: SignalTables) -> None:
+    unknown = [name for name in chosen if name not in offered]
     if unknown:
+        names = list(offered)
         raise LoadError(
-            f"system.{what}s of the recipe name {unknown}; expected some of the model's {names}: "
+            f"system.{label}s of the recipe name {unknown}; expected some of the model's {names}: "
             f"correct or remove them{or_meant(unknown, names)}"
         )

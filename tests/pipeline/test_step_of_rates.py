@@ -9,8 +9,9 @@ import pytest
 
 from slide_fmu.core.progress import quiet
 from slide_fmu.propose.first_look import Looking, look
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 
 MODEL = """
 inputs = {"base": {"unit": "m", "range": [-0.1, 0.1]}}
@@ -31,13 +32,13 @@ def f(x, u, p, du):
 def g(x, u, p, du):
     return [force(x, u, p, du)]
 """
-FORCE = SignalChoice("force", low=-2000.0, high=2000.0)
+FORCE = {"force": SignalTable(range=(-2000.0, 2000.0))}
 FASTEST = math.sqrt(4e4 / 10.0) / (2 * math.pi)
 
 
 def looked(path: Path, text: str) -> tuple[float, str]:
     path.write_text(text, encoding="utf-8")
-    specification = Specification(str(path), kind="function", outputs=(FORCE,))
+    specification = Specification(str(path), kind="function", outputs=FORCE)
     found = look(Looking(specification, "", None), quiet)
     return found.step, found.origin
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.core.mistakes import value_text
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe, TrainingRecipe
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.words import value_text
 from tests.recipes import ESTIMATOR, TINY
 
 WITHOUT_LEARNING = TINY[: TINY.index("[network]")]
@@ -144,7 +144,7 @@ def test_features_of_gated_units_have_roles() -> None:
 @pytest.mark.parametrize(
     ("keys", "line"),
     [
-        ("features = []", "network.features = []: Tuple should have at least 1 item"),
+        ("features = []", "network.features = []: expected at least 1 value"),
         ("features = 2", "network.features = 2: expected a list in brackets"),
         ("differences = 1", "network.differences is not a known key"),
     ],
@@ -207,10 +207,10 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
             'units = "relu"',
             r"network\.units = 'relu': expected 'tanh', 'cubic', .* or 'auto'",
         ),
-        ("drive = []", r"network\.drive = \[\]: Tuple should have at least 1 item"),
-        ("static = []", r"network\.static = \[\]: Tuple should have at least 1 item"),
+        ("drive = []", r"network\.drive = \[\]: expected at least 1 value"),
+        ("static = []", r"network\.static = \[\]: expected at least 1 value"),
         ('drive = "inputs"', r"network\.drive = 'inputs': expected a list in brackets"),
-        (GATED + "gated = []", r"network\.gated = \[\]: Tuple should have at least 1 item"),
+        (GATED + "gated = []", r"network\.gated = \[\]: expected at least 1 value"),
         (GATED + "turned_pairs = -1", r"network\.turned_pairs = -1: expected at least"),
         (
             'units = "gated"',

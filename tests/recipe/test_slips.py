@@ -53,13 +53,14 @@ samples = [1, 5]
         (
             "range = [-1.0, 1.0]",
             "range = [-1.0]",
-            "system.inputs.force.range = [-1.0]: expected more than 1 value",
+            "system.inputs.force.range = [-1.0]: expected [LOW, HIGH], two finite numbers, the "
+            "smaller one first",
         ),
         (
             "range = [-1.0, 1.0]",
             "range = [10.0, -10.0]",
-            "system.inputs.force.range = [10.0, -10.0]: expected [LOW, HIGH], the smaller number "
-            "first",
+            "system.inputs.force.range = [10.0, -10.0]: expected [LOW, HIGH], two finite numbers, "
+            "the smaller one first",
         ),
         (
             "mass = 1.0",

@@ -9,29 +9,31 @@ from hypothesis import strategies as st
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
-from slide_fmu.systems.found import Found, FoundParameter
-from slide_fmu.systems.specification import SignalChoice
+from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
-ROAD = SignalChoice(
-    "front.road [m]", "m", -0.05, 0.05, 'height "under" the tyre', hold="first_order"
-)
-TRAVEL = SignalChoice("travel", "m", -0.1, 0.2)
-FOUND = Found(
+ROAD = {
+    "front.road [m]": SignalTable(
+        unit="m", range=(-0.05, 0.05), description='height "under" the tyre', hold="first_order"
+    )
+}
+TRAVEL = {"travel": SignalTable(unit="m", range=(-0.1, 0.2))}
+FOUND = Declared(
     "fmu",
     "my models/car.fmu",
     (
-        FoundParameter("mass", 300.0, "kg", "of the body\nwithout driver"),
-        FoundParameter("stiff", True),
+        DeclaredParameter("mass", 300.0, "kg", "of the body\nwithout driver"),
+        DeclaredParameter("stiff", True),
     ),
-    (ROAD,),
-    (TRAVEL,),
+    ROAD,
+    TRAVEL,
 )
 
 
-def draft(found: Found = FOUND, name: str = "car", step: float = 0.01) -> Draft:
-    signals = (DraftSignal(ROAD, "Given."),), (DraftSignal(TRAVEL, "Seen."),)
+def draft(found: Declared = FOUND, name: str = "car", step: float = 0.01) -> Draft:
+    inputs = tuple(DraftSignal(*pair, "Given.") for pair in ROAD.items())
+    outputs = tuple(DraftSignal(*pair, "Seen.") for pair in TRAVEL.items())
     said = name, 'a car, "quarter"', found
-    return Draft(*said, *signals, step, "It was\ngiven.", default_excitation(step))
+    return Draft(*said, inputs, outputs, step, "It was\ngiven.", default_excitation(step))
 
 
 def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
@@ -39,8 +41,8 @@ def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
     assert (recipe.name, recipe.description) == ("car", 'a car, "quarter"')
     assert (recipe.system.kind, recipe.system.model) == ("fmu", "my models/car.fmu")
     assert recipe.system.parameters == {}  # all are comments: the model has its own values
-    assert {n: t.choice(n) for n, t in recipe.system.inputs.items()} == {ROAD.name: ROAD}
-    assert {n: t.choice(n) for n, t in recipe.system.outputs.items()} == {TRAVEL.name: TRAVEL}
+    assert recipe.system.inputs == ROAD
+    assert recipe.system.outputs == TRAVEL
     assert recipe.window.step == 0.01
     assert recipe.estimator is None
     assert recipe.bound is not None
@@ -69,7 +71,7 @@ def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
     step=st.floats(1e-6, 100.0),
 )
 def test_any_names_of_a_model_survive(text: str, step: float) -> None:
-    found = Found("fmu", text, (FoundParameter(text, 1.0, text, text),), (ROAD,), (TRAVEL,))
+    found = Declared("fmu", text, (DeclaredParameter(text, 1.0, text, text),), ROAD, TRAVEL)
     recipe = parse_recipe(recipe_text(draft(found, step=step)), "draft")
     assert (recipe.system.model, recipe.window.step) == (text, step)
 

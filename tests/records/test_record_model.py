@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from tests.own_records import STEP, write_record
 
-FORCE = SignalChoice("force", low=-3.0, high=3.0)
-TRAVEL = SignalChoice("travel", low=-9.0, high=9.0)
+FORCE = {"force": SignalTable(range=(-3.0, 3.0))}
+TRAVEL = {"travel": SignalTable(range=(-9.0, 9.0))}
 
 
 def specification(path: Path, **changes: object) -> Specification:
-    made = Specification(str(path), {}, STEP, "record", (FORCE,), (TRAVEL,))
+    made = Specification(str(path), {}, STEP, "record", FORCE, TRAVEL)
     return replace(made, **changes)  # type: ignore[arg-type]
 
 
@@ -41,8 +42,8 @@ def test_record_gives_its_pieces_with_units_and_inputs_that_move(tmp_path: Path)
 def test_column_of_another_name_becomes_the_signal(tmp_path: Path) -> None:
     header = "time [s],Force at rod [kN],travel [m]"
     path = write_record(tmp_path / "a.csv", header=header)
-    force = SignalChoice("force", low=-3.0, high=3.0, column="Force at rod")
-    [signal] = source_of(path, inputs=(force,)).inputs
+    force = {"force": SignalTable(range=(-3.0, 3.0), column="Force at rod")}
+    [signal] = source_of(path, inputs=force).inputs
     assert (signal.name, signal.unit) == ("force", "kN")
 
 
@@ -55,7 +56,7 @@ def test_column_that_is_missing_is_named_with_the_key_that_names_another(tmp_pat
 
 def test_pairing_follows_from_the_hold_unless_it_is_said(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv")
-    held = (replace(FORCE, hold="zero_order"),)
+    held = {"force": SignalTable(range=(-3.0, 3.0), hold="zero_order")}
     same, later = source_of(path), source_of(path, inputs=held)
     said = source_of(path, inputs=held, parameters={"pairing": "same"})
     moved = [source.pieces[0].trajectory.inputs for source in (same, later, said)]
@@ -93,9 +94,9 @@ def test_file_without_times_needs_a_step(tmp_path: Path) -> None:
         ({"parameters": {"clock": "t"}}, r"unknown parameters \['clock'\]; expected some of"),
         ({"parameters": {"pairing": "next"}}, "pairing = 'next'; expected one of"),
         ({"parameters": {"sample_step": "fast"}}, "sample_step = 'fast'; expected the sample"),
-        ({"inputs": ()}, "names no inputs; expected at least one column"),
-        ({"outputs": (SignalChoice("speed", low=0.0, high=1.0),)}, "speed"),
-        ({"outputs": (SignalChoice("travel"),)}, "output 'travel' has no range"),
+        ({"inputs": {}}, "names no inputs; expected at least one column"),
+        ({"outputs": {"speed": SignalTable(range=(0.0, 1.0))}}, "speed"),
+        ({"outputs": {"travel": SignalTable()}}, "output 'travel' has no range"),
         ({"further": ("nowhere.csv",)}, "nowhere.csv"),
         ({"step": None}, "sample step None"),
     ],

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.exudyn.model import describe
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 
 STEP = 0.01
 
@@ -54,8 +55,8 @@ def specification(path: str, hold: Any = None, **parameters: Any) -> Specificati
     """All signals of a model, each in a range that plays no part."""
     found = describe(path)
     inputs, outputs = (
-        tuple(SignalChoice(s.name, low=-100.0, high=100.0, hold=h).over(s) for s in signals)
-        for signals, h in ((found.inputs, hold), (found.outputs, None))
+        {n: SignalTable(range=(-100.0, 100.0), hold=h).over(table) for n, table in tables.items()}
+        for tables, h in ((found.inputs, hold), (found.outputs, None))
     )
     return Specification(path, parameters, STEP, "exudyn", inputs, outputs)
 

@@ -157,7 +157,8 @@ def test_vector_load_acts_along_its_direction(tmp_path: Path, hold: str) -> None
 
 def test_outputs_that_the_recipe_names_are_those_of_the_system(tmp_path: Path) -> None:
     whole = specification(model(tmp_path, OSCILLATOR))
-    both, one = load_system(whole), load_system(replace(whole, outputs=whole.outputs[1:]))
+    named = {"acceleration": whole.outputs["acceleration"]}
+    both, one = load_system(whole), load_system(replace(whole, outputs=named))
     assert [signal.name for signal in one.outputs] == ["acceleration"]
     inputs = noise(20)
     assert one.simulate(inputs)[:, 0] == pytest.approx(both.simulate(inputs)[:, 1])
@@ -347,8 +348,8 @@ def test_describe_says_what_the_file_declares(tmp_path: Path) -> None:
         ("stiffness", 50.0),
         ("damping", 3.0),
     ]
-    assert [(s.name, s.unit, s.low) for s in found.inputs] == [("force", "N", None)]
-    assert [s.unit for s in found.outputs] == ["m", "m/s^2"]
+    assert [(name, t.unit, t.range) for name, t in found.inputs.items()] == [("force", "N", None)]
+    assert [table.unit for table in found.outputs.values()] == ["m", "m/s^2"]
     assert found.remarks == ("input force is the load of its name",)
 
 

@@ -22,8 +22,7 @@ from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import State
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.exudyn.plant import Plant
-from slide_fmu.systems.exudyn.settings import Integrator
+from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.simulation import simulate
 
 SAME = 1e-9

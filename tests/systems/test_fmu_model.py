@@ -13,10 +13,11 @@ from scipy.integrate import solve_ivp
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from tests.own_models import quarter_car
 from tests.own_models.tank import THRESHOLD
 from tests.systems.test_fmu_refusals import changed
@@ -24,16 +25,16 @@ from tests.systems.test_fmu_refusals import changed
 equations = quarter_car.equations()
 
 STEP = 0.005
-ROAD = SignalChoice("road", "m", -0.1, 0.1)
-OUTPUTS = tuple(
-    SignalChoice(name, low=-10.0, high=10.0)
+ROAD = {"road": SignalTable(unit="m", range=(-0.1, 0.1))}
+OUTPUTS = {
+    name: SignalTable(range=(-10.0, 10.0))
     for name in ("body_acceleration", "suspension_travel", "tyre_deflection")
-)
+}
 EXCHANGED = {"fmu-interface": "model_exchange"}
 
 
 def made(fmu: str, hold: Any = "first_order", step: float = STEP, **parameters: Any) -> System:
-    inputs = (SignalChoice("road", "m", -0.1, 0.1, hold=hold),)
+    inputs = {"road": SignalTable(unit="m", range=(-0.1, 0.1), hold=hold)}
     return load_system(Specification(fmu, parameters, step, "fmu", inputs, OUTPUTS))
 
 
@@ -104,7 +105,7 @@ def run_by_steps(fmu: str, held: bool) -> FloatArray:
     found = fmpy.simulate_fmu(
         fmu, fmi_type="CoSimulation", stop_time=time[-1], output_interval=OWN, input=table
     )
-    return np.stack([found[s.name] for s in OUTPUTS[:2]], axis=1)[::5]
+    return np.stack([found[name] for name in list(OUTPUTS)[:2]], axis=1)[::5]
 
 
 @pytest.mark.parametrize("kind", ["python_car", "car"])
@@ -125,7 +126,7 @@ def test_a_slave_whose_step_is_named_is_late_by_half_of_it(python_car: str) -> N
 
 
 def test_a_slave_holds_its_input_unless_told_otherwise(python_car: str) -> None:
-    system = load_system(Specification(python_car, {}, STEP, "fmu", (ROAD,), OUTPUTS))
+    system = load_system(Specification(python_car, {}, STEP, "fmu", ROAD, OUTPUTS))
     assert system.inputs[0].hold == "zero_order"
     found = simulate(system, road()).outputs
     assert relative_error(found, true_car(road(), False)) < 1e-5
@@ -148,8 +149,8 @@ def true_level(inflow: FloatArray, step: float, threshold: float) -> FloatArray:
 
 @pytest.mark.parametrize("threshold", [THRESHOLD, 0.3])
 def test_state_and_time_events_of_fmi_3_are_handled(tank: str, threshold: float) -> None:
-    inputs = (SignalChoice("inflow", hold="zero_order"),)
-    outputs = (SignalChoice("level"), SignalChoice("outflow"))
+    inputs = {"inflow": SignalTable(hold="zero_order")}
+    outputs = {"level": SignalTable(), "outflow": SignalTable()}
     parameters = {} if threshold == THRESHOLD else {"threshold": threshold}
     system = load_system(Specification(tank, parameters, 0.02, "fmu", inputs, outputs))
     inflow = (0.4 + 0.4 * np.sin(0.3 * np.arange(80)))[:, None]
@@ -188,8 +189,8 @@ def test_a_slave_of_fmi_3_with_single_precision_follows_its_input(lag: str, hold
                 {"lag": 0.1, "fmu-substeps": count},
                 0.05,
                 "fmu",
-                (SignalChoice("drive", hold=hold),),
-                (SignalChoice("level"), SignalChoice("excess")),
+                {"drive": SignalTable(hold=hold)},
+                {"level": SignalTable(), "excess": SignalTable()},
             )
         )
         found = simulate(system, drive[:, None]).outputs
@@ -310,10 +311,10 @@ def test_a_released_fmu_gives_the_outputs_of_its_surrogate(fmi: int, tmp_path: P
     path = tmp_path / "linear.fmu"
     export_fmu(surrogate, path, fmi=fmi)
     # outputs of a surrogate declare no range: nothing keeps them in one
-    force = SignalChoice("force", hold="zero_order")
-    outputs = (SignalChoice("position", low=-2.0, high=2.0),)
+    force = {"force": SignalTable(hold="zero_order")}
+    outputs = {"position": SignalTable(range=(-2.0, 2.0))}
     step = surrogate.window.step
-    system = load_system(Specification(str(path), {}, step, "fmu", (force,), outputs))
+    system = load_system(Specification(str(path), {}, step, "fmu", force, outputs))
     signal = surrogate.inputs[0]
     assert (system.inputs[0].low, system.inputs[0].high) == (signal.low, signal.high)
     assert system.inputs[0].unit == signal.unit

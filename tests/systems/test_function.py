@@ -11,14 +11,16 @@ import pytest
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.systems.base import System
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.function.model import describe
 from slide_fmu.systems.function.record import RecordSystem
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from tests.systems.function_models import specifications as models
+from tests.systems.refusals import refused
 
 LAG = """
 inputs = {"u": {"unit": "1", "range": [-1, 1]}}
@@ -169,8 +171,8 @@ def test_description_says_what_the_file_declares() -> None:
     path = models.TUTORIALS / "quarter_car_function.py"
     found = describe(str(path))
     assert (found.kind, found.model, found.step) == ("function", str(path), None)
-    assert found.inputs == (SignalChoice("road", unit="m", hold="first_order"),)
-    assert [(choice.name, choice.unit) for choice in found.outputs] == [
+    assert found.inputs == {"road": SignalTable(unit="m", hold="first_order")}
+    assert [(name, table.unit) for name, table in found.outputs.items()] == [
         ("body_acceleration", "m/s^2"),
         ("suspension_travel", "m"),
         ("tyre_deflection", "m"),
@@ -180,7 +182,7 @@ def test_description_says_what_the_file_declares() -> None:
 
 def test_description_has_the_ranges_and_the_step_that_the_file_gives(tmp_path: Path) -> None:
     found = describe(written(tmp_path, f"{LAG}\nstep = 0.25\n").model)
-    assert found.inputs == (SignalChoice("u", unit="1", low=-1, high=1),)
+    assert found.inputs == {"u": SignalTable(unit="1", range=(-1, 1))}
     assert found.step == 0.25
 
 
@@ -200,53 +202,51 @@ def test_tutorial_models_have_at_most_forty_lines() -> None:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 40, path
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("def f", "def other", "defines neither f nor simulate; expected f"),
-        ("def g", "def simulate(t, u, p): ...\ndef g", "defines f and simulate; expected"),
-        ("start = [0.0]", "", "does not define start; expected inputs, outputs, g, start beside"),
-        ("[0.0]", "[[0.0]]", "start is .*; expected a list of finite numbers"),
-        ("[0.0]", "['a']", "start gave .* of type <U1; expected a list of numbers"),
-        ("[0.0]", "lambda u: [0.0]", r"start\(u\); expected start\(u, p\)"),
-        ("f(x, u, p)", "f(x, u)", r"f\(x, u\); expected f\(x, u, p\) or f\(x, u, p, du\)"),
-        ("f(x, u, p)", "f(t, x, u)", r"f\(t, x, u\) asks for the time; expected f\(x, u, p\)"),
-        ("g(x, u, p)", "g(u, x, p)", r"g\(u, x, p\) has u, x at another place; expected g\(x"),
-        ("f(x, u, p)", "f(x, u, p, du)", "f takes du, .* but these inputs are held"),
-        (
-            "p.rate",
-            "p.speed",
-            r"f raised AttributeError: p has no parameter 'speed'; expected one of \['rate'\].*"
-            r"model.py, line 8\), at the start",
-        ),
-        ("p.rate", "p['rate']", r"p\['rate'\]; expected p.rate: parameters are attributes \(.*8"),
-        ("[p.rate", "[0, p.rate", r"f gave .* of shape \(2,\); expected 1 numbers"),
-        ("return [x[0]]", "pass", "g gave None of type object; expected 1 numbers"),
-        ("return [x[0]]", "return [1j]", r"g gave \[1j\] of type complex128; expected"),
-        ("[x[0]]", "[x[0] / 0 * 0]", r"g gave \[nan\]; expected finite numbers"),
-        ("[x[0]]", "[[1.0], 2.0]", r"g gave \[\[1.0\], 2.0\]; expected 1 numbers \("),
-        ("return [x[0]]", "x[0] = 1; return x", r"g raised ValueError: assignment .* read-only"),
-        ('{"rate": 2.0}', "[2.0]", r"parameters = \[2.0\]; expected names with values"),
-        ('{"rate": 2.0}', '{"rate": [2.0]}', r"parameters\['rate'\] = \[2.0\]; expected a number"),
-        ('{"u": {', '{"u": {"low": 1, ', r"inputs\['u'\] = .*; expected a unit, or a table with"),
-        ('"range": [-1, 1]', '"range": 3', r"inputs\['u'\]: range = 3; expected \[LOW, HIGH\]"),
-        (
-            '"range": [-1, 1]',
-            '"range": [1, -1]',
-            r"model.py': inputs\['u'\]: range = \[1, -1\]; expected \[LOW, HIGH\], the smaller",
-        ),
-        ('"range": [-1, 1]', '"hold": "ramp"', "input 'u' has no range; expected one"),
-        ('"u"', "3", r"inputs = \{3: .*; expected names with values"),
-        ("start", "step = -1\nstart", "step = -1; expected a positive sample step"),
-        ("start", "method = 'Euler'\nstart", "method = 'Euler'; expected one of .*'LSODA'"),
-        ("start", "rtol = 0\nstart", "rtol = 0; expected a positive number"),
-        ("start", "hold = 'ramp'\nstart", "input 'u': hold 'ramp'; expected one of"),
-        ("start", "start(", "SyntaxError"),
-    ],
-)
-def test_mistake_in_a_model_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
+MISTAKES = [
+    ("def f", "def other", "neither f nor simulate", "expected f"),
+    ("def g", "def simulate(t, u, p): ...\ndef g", "defines f and simulate", "expected"),
+    ("start = [0.0]", "", "does not define start", "expected inputs, outputs, g, start"),
+    ("[0.0]", "[[0.0]]", "start is [[0.0]]", "list of finite numbers"),
+    ("[0.0]", "['a']", "start gave ['a'] of type <U1", "list of numbers"),
+    ("[0.0]", "lambda u: [0.0]", "start(u)", "expected start(u, p)"),
+    ("f(x, u, p)", "f(x, u)", "f(x, u)", "expected f(x, u, p) or f(x, u, p, du)"),
+    ("f(x, u, p)", "f(t, x, u)", "f(t, x, u) asks for the time", "expected f(x, u, p)"),
+    ("g(x, u, p)", "g(u, x, p)", "has u, x at another place", "expected g(x, u, p)"),
+    ("f(x, u, p)", "f(x, u, p, du)", "f takes du", "these inputs are held"),
+    ("p.rate", "p.speed", "no parameter 'speed'; expected one of ['rate']", "model.py, line 8"),
+    ("p.rate", "p['rate']", "p['rate']; expected p.rate", "model.py, line 8"),
+    ("[p.rate", "[0, p.rate", "of shape (2,)", "expected 1 numbers"),
+    ("return [x[0]]", "pass", "g gave None of type object", "expected 1 numbers"),
+    ("return [x[0]]", "return [1j]", "g gave [1j] of type complex128", "expected"),
+    ("[x[0]]", "[x[0] / 0 * 0]", "g gave [nan]", "expected finite numbers"),
+    ("[x[0]]", "[[1.0], 2.0]", "g gave [[1.0], 2.0]", "expected 1 numbers"),
+    ("return [x[0]]", "x[0] = 1; return x", "g raised ValueError", "read-only"),
+    ('{"rate": 2.0}', "[2.0]", "parameters = [2.0]", "expected a table of keys and values"),
+    ('{"rate": 2.0}', '{"rate": [2.0]}', "parameters.rate = [2.0]", "expected a number"),
+    ('{"u": {', '{"u": {"low": 1, ', "inputs.u.low = 1 is not a known key", "'range'"),
+    ('{"u": {', '{"u": {"column": "a", ', "['u'] name columns", "expected none"),
+    ('"range": [-1, 1]', '"range": 3', "inputs.u.range = 3", "expected [LOW, HIGH]"),
+    ('"range": [-1, 1]', '"range": [1, -1]', "inputs.u.range = [1, -1]", "smaller one first"),
+    ('"range": [-1, 1]', '"start": 0.0', "input 'u' has no range", "system.inputs.u.range"),
+    ('"range": [-1, 1]', '"hold": "ramp"', "inputs.u.hold = 'ramp'", "expected 'zero_order'"),
+    ('"u"', "3", "inputs.3 = 3", "expected a text"),
+    ("start", "step = -1\nstart", "step = -1", "expected more than 0"),
+    ("start", "method = 'Euler'\nstart", "method = 'Euler'", "'LSODA'"),
+    ("start", "rtol = 0\nstart", "rtol = 0", "expected a positive number"),
+    ("start", "hold = 'ramp'\nstart", "inputs.u.hold = 'ramp'", "or 'first_order'"),
+    ("start", "start(", "SyntaxError", "correct the model"),
+    ("start", "raise SystemExit(3)\nstart", "SystemExit: 3", "model.py, line 5); correct"),
+    ("return [p.rate", "raise SystemExit\n    return [p.rate", "f raised SystemExit", "correct"),
+]
+"""What is replaced in the lag, by what, and two key words of what is then said."""
+
+
+@pytest.mark.parametrize(("old", "new", "found", "expected"), MISTAKES)
+def test_mistake_in_a_model_is_named(
+    tmp_path: Path, old: str, new: str, found: str, expected: str
+) -> None:
     assert old in LAG
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         loaded(tmp_path, LAG.replace(old, new, 1))
 
 
@@ -264,7 +264,7 @@ def test_mistake_in_a_parameter_of_the_recipe_is_named(
         load_system(replace(written(tmp_path, LAG), parameters=given))
 
 
-CHOSEN = (SignalChoice("c", low=-9.0, high=9.0), SignalChoice("a", low=-9.0, high=9.0))
+CHOSEN = {"c": SignalTable(range=(-9.0, 9.0)), "a": SignalTable(range=(-9.0, 9.0))}
 THREE = {
     "equations": LAG.replace("return [x[0]]", "return [x[0], 2 * x[0], 3 * x[0]]"),
     "record": RECORD.replace("return u", "return u * [1.0, 2.0, 3.0]"),
@@ -360,19 +360,21 @@ def test_step_that_fails_says_what_f_raised_on_the_way(tmp_path: Path, method: s
 
 
 @pytest.mark.parametrize(
-    ("result", "message"),
+    ("result", "found", "expected"),
     [
-        ("u[1:]", r"simulate gave an array of shape \(4, 1\); expected \(5, 1\): a row for each"),
-        ("None", "simulate gave None of type object; expected an array"),
-        ("u / 0", r"simulate gave \[(inf|nan)\] in sample 0 \(t = 0 s\), where u = \["),
-        ("p.none", r"simulate raised AttributeError: .*model.py, line 6\)"),
+        ("u[1:]", "simulate gave an array of shape (4, 1)", "expected (5, 1): a row for"),
+        ("None", "simulate gave None of type object", "expected an array"),
+        ("u / 0", "simulate gave output 'y' = inf 1 in sample 0 (t = 0 s)", "finite numbers"),
+        ("p.none", "simulate raised AttributeError", "model.py, line 6)"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
-def test_mistake_in_a_whole_simulation_is_named(tmp_path: Path, result: str, message: str) -> None:
+def test_mistake_in_a_whole_simulation_is_named(
+    tmp_path: Path, result: str, found: str, expected: str
+) -> None:
     system = loaded(tmp_path, RECORD.replace("return u", f"return {result}"))
-    with pytest.raises(SimulationError, match=message):
-        system.simulate(np.full((4, 1), 0.5))
+    with refused(SimulationError, found, expected):
+        simulate(system, np.full((4, 1), 0.5))
 
 
 def test_input_that_is_none_is_refused() -> None:
@@ -385,20 +387,6 @@ def test_input_that_is_none_is_refused() -> None:
     state = system.get_state()
     with pytest.raises(ValueError, match=r"expected finite numbers of shape \(1,\)"):
         system.set_state(replace(state, coordinates=np.zeros(2)))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("start", "raise SystemExit(3)\nstart", r"SystemExit: 3 \(.*model.py, line 5\); correct"),
-        ("return [p.rate", "raise SystemExit\n    return [p.rate", "f raised SystemExit"),
-    ],
-)
-def test_model_that_ends_the_program_is_refused(
-    tmp_path: Path, old: str, new: str, message: str
-) -> None:
-    with pytest.raises(LoadError, match=message):
-        loaded(tmp_path, LAG.replace(old, new, 1))
 
 
 @pytest.mark.extended

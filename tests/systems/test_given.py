@@ -10,10 +10,11 @@ import pytest
 from mbs_models.oscillators import LinearOscillator
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.systems import given
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from tests.systems.function_models import specifications as models
 
 
@@ -39,7 +40,7 @@ def test_given_system_is_found_by_its_name() -> None:
         ({"step": 0.01}, r"has the step 0.02 s; expected the same window.step, not 0.01"),
         ({"step": 0.005, "part_of": 4}, r"data\.substeps = 4: set data\.substeps = 1, or give"),
         ({"parameters": {"mass": 1.0}}, "an object has its own: remove them"),
-        ({"inputs": (SignalChoice("force", low=0.0, high=1.0),)}, "an object has its own"),
+        ({"inputs": {"force": SignalTable(range=(0.0, 1.0))}}, "an object has its own"),
     ],
 )
 def test_recipe_says_nothing_else_about_a_given_system(

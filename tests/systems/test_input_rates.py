@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.systems.contract import check_system
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from tests.own_models import quarter_car_corner
 
 STEP = 0.005
@@ -15,7 +16,7 @@ SPECIFICATION = Specification(
     quarter_car_corner.__name__,
     kind="function",
     step=STEP,
-    outputs=(SignalChoice("force", low=-2000.0, high=2000.0),),
+    outputs={"force": SignalTable(range=(-2000.0, 2000.0))},
 )
 ROADS = 0.02 * np.sin(STEP * np.arange(60)[:, None] * [20.0, 35.0])
 

@@ -1,4 +1,4 @@
-"""Reference systems of the kind "exudyn": a function of the user builds the model."""
+"""Reference systems of the kind "exudyn" are built by a function of the user."""
 
 from __future__ import annotations
 
@@ -8,17 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.model_file import BUILD, read_model
-from slide_fmu.systems.exudyn.plant import told_by_exudyn
-from slide_fmu.systems.exudyn.system import (
-    SOLVER,
-    ExudynSystem,
-    LinearizableExudynSystem,
-)
-from slide_fmu.systems.found import Found, FoundParameter
+from slide_fmu.systems.exudyn.plant import raised_in_exudyn
+from slide_fmu.systems.exudyn.system import SOLVER, ExudynSystem, LinearizableExudynSystem
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 
 _ACTS = {
@@ -47,11 +43,8 @@ def make(specification: Specification) -> ExudynSystem | LinearizableExudynSyste
     except Exception as error:  # a user's model may raise anything
         if isinstance(error, LoadError) and str(error).startswith("system "):
             raise
-        reason = (
-            str(error)
-            if isinstance(error, (LoadError, SimulationError))
-            else told_by_exudyn(error)
-        )
+        own = isinstance(error, LoadError | SimulationError)
+        reason = str(error) if own else raised_in_exudyn(error)
         raise LoadError(f"system {specification.model!r}: {reason}") from error
     return system
 
@@ -68,26 +61,24 @@ def recognises(model: str) -> bool:
     return inspect.isfunction(vars(module).get(function or BUILD))
 
 
-def describe(model: str) -> Found:
+def describe(model: str) -> Declared:
     """Build a model and say what it declares.
 
     Raises:
         LoadError: as of ``make``.
     """
-    file = read_model(model)
-    inputs, outputs = (
-        tuple(_with_range(choice) for choice in choices) for choices in (file.inputs, file.outputs)
-    )
-    given = Specification(model, {}, file.step or _TRIED_STEP, "exudyn", inputs, outputs)
-    values = {**SOLVER, **file.parameters}
-    system = make(given)
+    file = read_model(model).tables
+    inputs, outputs = _with_ranges(file.inputs), _with_ranges(file.outputs)
+    step = file.step or _TRIED_STEP
+    system = make(Specification(model, {}, step, "exudyn", inputs, outputs))
     remarks = [f"input {name} {_ACTS[what]}" for name, what in system.acts.items()]
     system.rest_state(np.array([signal.start_value for signal in system.inputs]))
+    values = {**SOLVER, **file.parameters}
     if system.remarks:
         values["start"] = "initial"
         remarks += system.remarks
-    parameters = tuple(FoundParameter(name, value) for name, value in values.items())
-    return Found(
+    parameters = tuple(DeclaredParameter(name, value) for name, value in values.items())
+    return Declared(
         "exudyn", model, parameters, file.inputs, file.outputs, file.step, remarks=tuple(remarks)
     )
 
@@ -112,7 +103,11 @@ def integration_error(specification: Specification, inputs: FloatArray) -> Float
     return np.asarray(np.sqrt(np.mean((one - other) ** 2, axis=0)) / np.std(other, axis=0))
 
 
-def _with_range(choice: SignalChoice) -> SignalChoice:
-    """Give a signal a range for a first trial where the file leaves it open."""
-    start = choice.start or 0.0
-    return choice.over(SignalChoice(choice.name, low=start - 1.0, high=start + 1.0))
+def _with_ranges(tables: SignalTables) -> dict[str, SignalTable]:
+    """Give signals ranges for a first trial where the file leaves them open."""
+    found = {}
+    for name, table in tables.items():
+        start = table.start or 0.0
+        ends = table.range or (start - 1.0, start + 1.0)
+        found[name] = table.model_copy(update={"range": ends})
+    return found

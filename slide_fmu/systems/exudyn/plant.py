@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import exudyn as exu
 import numpy as np
@@ -17,9 +17,26 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.exudyn.settings import Integrator, settings_of
 from slide_fmu.systems.user_code import told
 
+Integrator = Literal["explicit", "generalized_alpha", "trapezoidal"]
+"""How a plant is integrated, with fixed substeps.
+
+``explicit``: the explicit Runge-Kutta method of order six (exudyn's ``RK67``), for systems without
+constraints that are not stiff: at the accuracy wanted here it needs a third of the force
+evaluations of the classical one of order four. ``generalized_alpha``: the generalized-alpha method
+(Chung and Hulbert, 1993) with constraints on positions (index 3); it damps frequencies that it
+cannot resolve. ``trapezoidal``: the trapezoidal rule with constraints on velocities (index 2): it
+damps nothing, and the constraints on positions drift with time.
+"""
+
+_SPECTRAL_RADIUS = 0.9
+"""Spectral radius of the generalized-alpha method at infinite frequency."""
+_SMALLEST_SUBSTEP = 1.0 / 64.0
+"""exudyn may reduce a substep to this part of it where Newton's method fails."""
+_RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-4, 1e-6
+"""Newton's residual must fall below these, the first relative to the first residual of the step.
+If the second one were too small, rounding would keep Newton's method from reaching it at rest."""
 _INITIAL = exu.ConfigurationType.Initial
 _CURRENT = exu.ConfigurationType.Current
 _DIFFERENCE = 1e-6
@@ -82,7 +99,7 @@ class Plant:
         self.before_substep: Callable[[float], None] = lambda time: None
         self._container = container
         explicit = integrator == "explicit"
-        self._settings = settings_of(step, substeps, integrator)
+        self._settings = _settings_of(step, substeps, integrator)
         self._settings.timeIntegration.explicit.computeEndOfStepAccelerations = accelerations
         # the implicit solver computes initial accelerations for both
         self._starter: Any = exu.MainSolverImplicitSecondOrder()
@@ -208,7 +225,7 @@ class Plant:
         except Exception as error:  # a user function of the system may raise anything
             if isinstance(error.__cause__, KeyboardInterrupt):  # Ctrl-C within a step
                 raise error.__cause__ from None
-            fine, complaint = False, told_by_exudyn(error)
+            fine, complaint = False, raised_in_exudyn(error)
         if not fine:
             raise SimulationError(f"exudyn {what}: {complaint}. {remedy}")
 
@@ -250,7 +267,31 @@ class Plant:
         return coordinates, velocities
 
 
-def told_by_exudyn(error: BaseException) -> str:
+def _settings_of(step: float, substeps: int, integrator: Integrator) -> exu.SimulationSettings:
+    """Return settings of a silent run over one sample step, without files, sensors, messages."""
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.endTime = step
+    integration.numberOfSteps = substeps
+    integration.automaticStepSize = False
+    integration.verboseMode = settings.staticSolver.verboseMode = 0
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    integration.solverType = exu.DynamicSolverType.RK67
+    integration.adaptiveStep = integrator != "explicit"
+    integration.minimumStepSize = _SMALLEST_SUBSTEP * step / substeps
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance = _RELATIVE_TOLERANCE
+    integration.newton.absoluteTolerance = _ABSOLUTE_TOLERANCE
+    integration.generalizedAlpha.useNewmark = integrator == "trapezoidal"
+    integration.generalizedAlpha.useIndex2Constraints = integrator == "trapezoidal"
+    integration.generalizedAlpha.spectralRadius = _SPECTRAL_RADIUS
+    # dense matrices are as fast as sparse ones up to about 100 coordinates
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+    return settings
+
+
+def raised_in_exudyn(error: BaseException) -> str:
     """Say what a user's code raised, and where; exudyn wraps what its user functions raise."""
     place = re.search(r"At:\s+(\S.*)\((\d+)\): ", str(error))
     if error.__cause__ is None or place is None:

@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast, get_args
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field, ValidationError
 
+from slide_fmu.core.mistakes import mistakes
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearizable, Parameter, State
-from slide_fmu.systems.declarations import require_parameters
+from slide_fmu.core.toml_table import Table
+from slide_fmu.systems.base import Linearizable, State
+from slide_fmu.systems.declared import Parameter, Parameters, merged_parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.exudyn.model_file import ModelFile, read_model
-from slide_fmu.systems.exudyn.plant import Plant
-from slide_fmu.systems.exudyn.settings import Integrator
+from slide_fmu.systems.exudyn.model_file import ExudynFile, read_model
+from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
-from slide_fmu.systems.parameters import Parameters
 from slide_fmu.systems.specification import Specification, chosen_outputs, chosen_signals
 
-SOLVER: dict[str, Parameter] = {"substeps": 0, "integrator": "auto", "start": "equilibrium"}
-"""Every model has these parameters beside its own, whose table may set other defaults of these.
 
-``substeps``, the integration steps per sample step, and ``integrator`` are as of ``Solver``, which
-chooses where they are 0 and ``"auto"``. ``start`` says where motions begin: at the static
-``"equilibrium"`` under the first input if there is one, or at the ``"initial"`` configuration.
-"""
-_CHOICES = {"integrator": ("auto", *get_args(Integrator)), "start": ("equilibrium", "initial")}
+class SolverTable(Table):
+    """Every model has these parameters besides its own; its file may give them other defaults.
+
+    Attributes:
+        substeps: integration steps per sample step; as of ``wired_system.Solver`` if 0.
+        integrator: how it is integrated, as of the same.
+        start: where motions begin: at the static ``"equilibrium"`` under the first input if there
+            is one, or at the ``"initial"`` configuration.
+    """
+
+    substeps: int = Field(default=0, ge=0)
+    integrator: Literal["auto", Integrator] = "auto"
+    start: Literal["equilibrium", "initial"] = "equilibrium"
+
+
+SOLVER: dict[str, Parameter] = SolverTable().model_dump()
+"""The parameters of every model, with the values that they have if nobody gives others."""
 
 
 class _ExudynSystem(WiredSystem):
@@ -40,15 +51,15 @@ class _ExudynSystem(WiredSystem):
             SimulationError: forces or outputs cannot be computed there.
         """
         file = read_model(specification.model)
-        self.specification, self._values = specification, _values(specification, file)
-        inputs = chosen_signals("input", file.inputs, specification.inputs)
-        offered = chosen_outputs(file.outputs, specification.outputs)
+        tables, self.specification = file.tables, specification
+        self._parameters, self._table = _values(specification, file)
+        inputs = chosen_signals("input", tables.inputs, specification.inputs)
+        offered = chosen_outputs(tables.outputs, specification.outputs)
         outputs = chosen_signals("output", offered, specification.outputs)
-        step = specification.step or file.step or specification.sample_step()
-        substeps, integrator = (cast(Any, self._values[n]) for n in ("substeps", "integrator"))
+        step = specification.step or tables.step or specification.sample_step()
         # between samples each part of a step has its part of the integration steps
-        substeps = -(-substeps // specification.part_of)
-        solver = Solver(step, substeps, integrator)
+        substeps = -(-self._table.substeps // specification.part_of)
+        solver = Solver(step, substeps, self._table.integrator)
         super().__init__(0, inputs, outputs, solver)
         self._require_straight_inputs()
         self._samples = 0
@@ -75,8 +86,7 @@ class _ExudynSystem(WiredSystem):
 
     def _fill(self, mbs: Any) -> object:
         file = read_model(self.specification.model)
-        values = {name: self._values[name] for name in file.parameters}
-        kept = file.build(mbs, Parameters(**values))
+        kept = file.build(mbs, Parameters(**self._parameters))
         if mbs.systemData.NumberOfObjects() == 0:
             raise LoadError(
                 f"{_function(file)} added no object to mbs; expected that it fills the system "
@@ -108,7 +118,7 @@ class _ExudynSystem(WiredSystem):
             "a parameter moves within a step": model.wires.moves_parameters,
         }
         for reason, applies in reasons.items():
-            if applies and self._values["integrator"] == "explicit":
+            if applies and self._table.integrator == "explicit":
                 raise LoadError(
                     f"integrator = 'explicit', but {reason}; expected another one: set 'auto'"
                 )
@@ -119,9 +129,8 @@ class _ExudynSystem(WiredSystem):
         return model
 
     def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
-        inputs, outputs = read_model(self.specification.model).wires
-        by_name = {wire.name: wire for wire in outputs}
-        return inputs, [by_name[signal.name] for signal in self.outputs]
+        file = read_model(self.specification.model)
+        return file.input_wires(), [file.output_wire(signal.name) for signal in self.outputs]
 
     def set_state(self, state: State) -> None:
         super().set_state(state)
@@ -165,7 +174,7 @@ class _ExudynSystem(WiredSystem):
             ValueError: the input is not finite.
         """
         held = self._finite_inputs("held input", held_input)
-        if self._values["start"] == "equilibrium":
+        if self._table.start == "equilibrium":
             try:
                 return super().rest_state(held)
             except SimulationError as error:
@@ -189,23 +198,18 @@ class LinearizableExudynSystem(_ExudynSystem, Linearizable):
     """A system of exudyn with coordinates of second order alone. Final."""
 
 
-def _values(specification: Specification, file: ModelFile) -> dict[str, Parameter]:
-    """Give all parameters of a model, those of the recipe before those of its file."""
-    offered = {**SOLVER, **file.parameters}
-    what = f"system {specification.model!r}"
-    require_parameters(what, offered, specification.parameters)
-    values = {**offered, **specification.parameters}
-    for name, words in _CHOICES.items():
-        if values[name] not in words:
-            raise LoadError(f"{what}: {name} = {values[name]!r}; expected one of {list(words)}")
-    substeps = values["substeps"]
-    if type(substeps) is not int or substeps < 0:
-        raise LoadError(
-            f"{what}: substeps = {substeps!r}; expected a whole number from 1, or 0 for as many "
-            "as the integrator usually needs"
-        )
-    return values
+def _values(
+    specification: Specification, file: ExudynFile
+) -> tuple[dict[str, Parameter], SolverTable]:
+    """Give the parameters that build the model, and those that say how it is integrated."""
+    label, own = f"system {specification.model!r}", file.tables.parameters
+    values = merged_parameters(label, {**SOLVER, **own}, specification.parameters)
+    try:
+        table = SolverTable(**{name: values[name] for name in SOLVER})  # type: ignore[arg-type]
+    except ValidationError as error:
+        raise LoadError(mistakes(error, label)) from error
+    return {name: values[name] for name in own}, table
 
 
-def _function(file: ModelFile) -> str:
+def _function(file: ExudynFile) -> str:
     return f"{file.build.__name__}(mbs, p)"

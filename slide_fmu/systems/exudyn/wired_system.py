@@ -13,11 +13,9 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
-from slide_fmu.systems.exudyn.plant import Plant
+from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
-from slide_fmu.systems.exudyn.settings import Integrator
-from slide_fmu.systems.exudyn.variables import Variables
-from slide_fmu.systems.exudyn.wires import InputWire, OutputWire, Wires
+from slide_fmu.systems.exudyn.wires import InputWire, OutputWire, Variables, Wires
 
 RESOLVED = 0.5
 """An explicit substep is at most this part of 1 / |v| for the largest eigenvalue |v| in 1/s."""

@@ -1,21 +1,23 @@
-"""FMUs of the user: what their files say, and what they hold, unpacked once in every process."""
+"""Files of FMUs are read here, and unpacked once in every process."""
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast, get_args
+from typing import Annotated, Literal, cast
 
 import fmpy
 from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
+from pydantic import ConfigDict, Field, ValidationError
 
 from slide_fmu.core.files import FullDiskError
+from slide_fmu.core.mistakes import mistakes
+from slide_fmu.core.toml_table import Table
 from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.core.zip_directory import open_archive
-from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.declared import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
 
@@ -23,8 +25,11 @@ Interface = Literal["co_simulation", "model_exchange"]
 Solver = Literal["CVode", "Euler"]
 
 
-@dataclass(frozen=True)
-class FmuOptions:
+PREFIX = "fmu-"
+"""What the names of options begin with among the parameters of a recipe."""
+
+
+class FmuOptions(Table):
     """FmuOptions say how an FMU is simulated; they are no parameters of the FMU.
 
     In recipes they stand among the parameters, as ``fmu-interface`` and so on: no variable of an
@@ -42,15 +47,13 @@ class FmuOptions:
             keeps its own if None.
     """
 
+    model_config = ConfigDict(alias_generator=lambda name: PREFIX + name)
+
     interface: Interface | None = None
-    substeps: int = 10
-    step: float | None = None
+    substeps: int = Field(default=10, ge=1)
+    step: Annotated[float, Field(gt=0)] | None = None
     solver: Solver = "CVode"
-    tolerance: float | None = None
-
-
-PREFIX = "fmu-"
-"""What the names of options begin with among the parameters of a recipe."""
+    tolerance: Annotated[float, Field(gt=0, lt=1)] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +84,26 @@ class FmuFile:
         return cast("CoSimulation | ModelExchange", found)
 
     @property
+    def interpolates(self) -> bool:
+        """Tell whether it takes the slopes of its inputs in co-simulation, as of FMI 2.0 alone."""
+        return not self.fmi_3 and bool(getattr(self.type, "canInterpolateInputs", False))
+
+    @property
+    def is_continuous(self) -> bool:
+        """Tell whether it has continuous states alone, as far as its description says."""
+        found = self.description
+        discrete = any(
+            v.variability == "discrete" and v.causality in ("local", "output")
+            for v in found.modelVariables
+        )
+        return (
+            self.interface == "model_exchange"
+            and found.numberOfContinuousStates > 0
+            and found.numberOfEventIndicators == 0
+            and not discrete
+        )
+
+    @property
     def own_step(self) -> float | None:
         """The step in s that the user names, or the FMU: its internal one, or its experiment's."""
         if self.options.step is not None:
@@ -97,36 +120,20 @@ class FmuFile:
 
 
 def split_options(
-    what: str, parameters: Mapping[str, Parameter]
+    label: str, parameters: Mapping[str, Parameter]
 ) -> tuple[FmuOptions, dict[str, Parameter]]:
     """Give the options among the parameters of a recipe, and the FMU's own parameters.
 
     Raises:
-        LoadError: there is no such option, or it has another value; ``what`` begins the message.
+        LoadError: there is no such option, or it has another value; the label begins the message.
     """
-    options = {k.removeprefix(PREFIX): v for k, v in parameters.items() if k.startswith(PREFIX)}
-    own = {key: value for key, value in parameters.items() if not key.startswith(PREFIX)}
-    expected = {
-        "interface": f"one of {list(get_args(Interface))}",
-        "substeps": "a whole number from 1 on",
-        "step": "a number of seconds above 0",
-        "solver": f"one of {list(get_args(Solver))}",
-        "tolerance": "a number between 0 and 1",
-    }
-    fits = {
-        "interface": lambda v: v in get_args(Interface),
-        "substeps": lambda v: type(v) is int and v >= 1,
-        "step": lambda v: isinstance(v, int | float) and type(v) is not bool and 0 < v < math.inf,
-        "solver": lambda v: v in get_args(Solver),
-        "tolerance": lambda v: isinstance(v, float) and 0 < v < 1,
-    }
-    for key, value in options.items():
-        if key not in fits:
-            names = [PREFIX + name for name in fits]
-            raise LoadError(f"{what}: parameter {PREFIX + key!r}; expected one of {names}")
-        if not fits[key](value):
-            raise LoadError(f"{what}: {PREFIX}{key} = {value!r}; expected {expected[key]}")
-    return FmuOptions(**cast("dict[str, Any]", options)), own  # checked above
+    options = {key: value for key, value in parameters.items() if key.startswith(PREFIX)}
+    own = {key: value for key, value in parameters.items() if key not in options}
+    try:
+        return FmuOptions.model_validate(options), own
+    except ValidationError as error:
+        known = {"": [PREFIX + name for name in FmuOptions.model_fields]}
+        raise LoadError(mistakes(error, label, known)) from error
 
 
 def read_fmu_file(model: str, options: FmuOptions) -> FmuFile:
@@ -136,27 +143,22 @@ def read_fmu_file(model: str, options: FmuOptions) -> FmuFile:
         LoadError: there is no such file, it is no FMU of FMI 2.0 or 3.0, it has not the interface
             that is asked for, or no library for this platform.
     """
-    what = f"FMU {model!r}"
-    path = find_file(what, model)
+    label = f"FMU {model!r}"
+    path = find_file(label, model)
     try:
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
             description = fmpy.read_model_description(file, validate=False)
     except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
         raise LoadError(
-            f"{what} is not an FMU that can be read: {error}; expected one of FMI 2.0 or 3.0"
+            f"{label} is not an FMU that can be read: {error}; expected one of FMI 2.0 or 3.0"
         ) from error
     if str(description.fmiVersion)[:2] not in ("2.", "3."):
         raise LoadError(
-            f"{what} is of FMI {description.fmiVersion}; expected FMI 2.0 or 3.0: export it anew"
+            f"{label} is of FMI {description.fmiVersion}; expected FMI 2.0 or 3.0: export it anew"
         )
-    found = FmuFile(path, description, _choose(what, description, options.interface), options)
-    _require_library(what, found)
+    found = FmuFile(path, description, _choose(label, description, options.interface), options)
+    _require_library(label, found)
     return found
-
-
-def other_interface(file: FmuFile) -> Interface | None:
-    """Give the interface that an FMU offers beside the one that is used."""
-    return next((i for i in _offered(file.description) if i != file.interface), None)
 
 
 def unpacked(file: FmuFile) -> str:
@@ -192,26 +194,27 @@ def _interfaces(description: ModelDescription) -> dict[Interface, object]:
     }
 
 
-def _offered(description: ModelDescription) -> list[Interface]:
+def offered_interfaces(description: ModelDescription) -> list[Interface]:
+    """Give the interfaces that an FMU has, the one first that is used if nobody chooses."""
     return [name for name, type_ in _interfaces(description).items() if type_ is not None]
 
 
-def _choose(what: str, description: ModelDescription, wanted: Interface | None) -> Interface:
+def _choose(label: str, description: ModelDescription, wanted: Interface | None) -> Interface:
     """Choose the interface: the one that is asked for, else co-simulation before the other."""
-    offered = _offered(description)
+    offered = offered_interfaces(description)
     if not offered:
         raise LoadError(
-            f"{what} is for scheduled execution; expected co-simulation or model exchange"
+            f"{label} is for scheduled execution; expected co-simulation or model exchange"
         )
     if wanted is not None and wanted not in offered:
         raise LoadError(
-            f"{what}: {PREFIX}interface = {wanted!r}; expected one of {offered}, which it offers: "
-            "correct or remove it"
+            f"{label}: {PREFIX}interface = {wanted!r}; expected one of {offered}, which it "
+            "offers: correct or remove it"
         )
     return wanted or offered[0]
 
 
-def _require_library(what: str, file: FmuFile) -> None:
+def _require_library(label: str, file: FmuFile) -> None:
     """Refuse an FMU that has no library for this platform."""
     platform = fmpy.platform_tuple if file.fmi_3 else fmpy.platform
     library = f"{file.type.modelIdentifier}{fmpy.sharedLibraryExtension}"
@@ -226,6 +229,6 @@ def _require_library(what: str, file: FmuFile) -> None:
         "fmpy compile builds it from its sources" if sources else "export it for this platform"
     )
     raise LoadError(
-        f"{what} has no library {library!r} for {platform!r}; it has some for "
+        f"{label} has no library {library!r} for {platform!r}; it has some for "
         f"{platforms or 'no platform'}: {remedy}"
     )

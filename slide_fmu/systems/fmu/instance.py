@@ -1,14 +1,15 @@
-"""One instance of an FMU, of either standard and interface, with calls of one name."""
+"""An instance of an FMU, of either standard and interface, has calls of one name."""
 
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import chdir
 from ctypes import c_double, c_float
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 from fmpy import fmi2, fmi3
 from fmpy.simulation import (
@@ -18,10 +19,9 @@ from fmpy.simulation import (
 )
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.declared import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.fmu.file import FmuFile, unpacked
-from slide_fmu.systems.fmu.log import callbacks_of_fmi2, logger
 
 _CLASSES = {
     ("co_simulation", False): fmi2.FMU2Slave,
@@ -58,8 +58,10 @@ class Instance:
         self.free = weakref.finalize(self, self.calls.freeInstance)
         """Frees the instance, which is not used afterwards; it does so by itself at the end."""
         self.free.atexit = False  # an FMU in Python cannot end after Python
-        self._inputs = _Block(self.calls, [variables[s.name] for s in inputs])
-        self._outputs = _Block(self.calls, [variables[s.name] for s in outputs])
+        self._references = [variables[signal.name].valueReference for signal in inputs]
+        self._inputs = _blocks(self.calls, [variables[signal.name] for signal in inputs])
+        self._outputs = _blocks(self.calls, [variables[signal.name] for signal in outputs])
+        self._count = len(outputs)
 
     def _instantiate(self, file: FmuFile) -> Any:
         description, folder = file.description, unpacked(file)
@@ -112,53 +114,35 @@ class Instance:
 
     def set_inputs(self, values: Sequence[float] | FloatArray) -> None:
         """Set the inputs, one value for each, in their units."""
-        self._inputs.set(values)
+        for block in self._inputs:
+            block.set(values)
 
     def set_slopes(self, values: FloatArray) -> None:
         """Set the first derivatives of the inputs of a slave of FMI 2.0, in their units per s."""
-        references = self._inputs.references
-        self.calls.setRealInputDerivatives(references, [1] * len(references), values)
+        orders = [1] * len(self._references)
+        self.calls.setRealInputDerivatives(self._references, orders, values)
 
     def outputs(self) -> FloatArray:
         """Give the outputs in their units, shape (n_outputs,)."""
-        return self._outputs.get()
+        values = np.empty(self._count)
+        for block in self._outputs:
+            values[block.columns] = block.get()
+        return values
 
 
 class _Block:
-    """A block of real variables that are set and got together, in one order.
+    """A block has the real variables of one type, which are set and got together.
 
     Its arrays are made once: inputs are set several times in every step of a solver.
     """
 
-    def __init__(self, calls: Any, variables: Sequence[Any]) -> None:
-        self.references = [variable.valueReference for variable in variables]
-        types = [variable.type for variable in variables]
-        self._parts = [
-            _Part(calls, type_, [i for i, t in enumerate(types) if t == type_], self)
-            for type_ in dict.fromkeys(types)
-        ]
-
-    def set(self, values: Sequence[float] | FloatArray) -> None:
-        for part in self._parts:
-            part.set(values)
-
-    def get(self) -> FloatArray:
-        values = np.empty(len(self.references))
-        for part in self._parts:
-            values[part.columns] = part.get()
-        return values
-
-
-class _Part:
-    """The variables of a block that have the same type."""
-
-    def __init__(self, calls: Any, type_: str, columns: list[int], block: _Block) -> None:
+    def __init__(self, calls: Any, type_: str, columns: list[int], references: list[int]) -> None:
         self.columns = columns
         count, standard = len(columns), "fmi2" if type_ == "Real" else "fmi3"
-        references = (fmi2.fmi2ValueReference * count)(*(block.references[i] for i in columns))
+        numbers = (fmi2.fmi2ValueReference * count)(*(references[i] for i in columns))
         self._values = ((c_float if type_ == "Float32" else c_double) * count)()
         lengths = () if type_ == "Real" else (count,)
-        self._arguments = (calls.component, references, count, self._values, *lengths)
+        self._arguments = (calls.component, numbers, count, self._values, *lengths)
         self._set = getattr(calls, f"{standard}Set{type_}")
         self._get = getattr(calls, f"{standard}Get{type_}")
 
@@ -169,3 +153,38 @@ class _Part:
     def get(self) -> list[float]:
         self._get(*self._arguments)
         return list(self._values)
+
+
+def _blocks(calls: Any, variables: Sequence[Any]) -> list[_Block]:
+    """Return the blocks of variables, one for each type among them."""
+    types = [variable.type for variable in variables]
+    references = [variable.valueReference for variable in variables]
+    return [
+        _Block(calls, kind, [i for i, type_ in enumerate(types) if type_ == kind], references)
+        for kind in dict.fromkeys(types)
+    ]
+
+
+def logger(messages: list[str]) -> Callable[..., None]:
+    """Make a callback, of either standard, that keeps what the FMU logs as warning or worse."""
+
+    def log(*arguments: Any) -> None:
+        *caller, status, _category, message = arguments
+        if status > fmi2.fmi2OK and message:
+            text = message.decode("utf-8", "replace")
+            messages.append(text.replace("%%", "%") if len(caller) == 2 else text)
+
+    return log
+
+
+def callbacks_of_fmi2(messages: list[str]) -> Any:
+    """Make callbacks of FMI 2.0 that keep what the FMU logs.
+
+    fmpy's own proxy for printf-like messages is left alone: it serves one logger per process, and
+    would outlive this one. Messages without arguments need it only for their doubled signs.
+    """
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger(messages))
+    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+    return callbacks

@@ -1,4 +1,4 @@
-"""Reference systems of the kind "fmu": FMUs of FMI 2.0 and 3.0, whoever made them.
+"""Reference systems of the kind "fmu" are FMUs of FMI 2.0 and 3.0, whoever made them.
 
 Both interfaces work: co-simulation, and model exchange with fmpy's solvers. Inputs, outputs,
 units, ranges and parameters are those of the model description.
@@ -7,33 +7,32 @@ units, ranges and parameters are those of the model description.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import replace
+from collections.abc import Collection, Container
 from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.core.signals import FloatArray, Hold, hold_of
 from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
+from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.fmu.file import FmuOptions, read_fmu_file, split_options
-from slide_fmu.systems.fmu.remarks import (
-    default_hold,
-    is_continuous,
-    proposed_hold,
-    remark_on_inputs,
-    remarks_on,
+from slide_fmu.systems.fmu.file import (
+    PREFIX,
+    FmuFile,
+    FmuOptions,
+    offered_interfaces,
+    read_fmu_file,
+    split_options,
 )
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import SolverSteps
-from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps, interpolates
+from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
 from slide_fmu.systems.fmu.variables import (
-    choices_of,
     parameters_of,
     require_parameters,
     signals_of,
+    tables_of,
 )
-from slide_fmu.systems.found import Found
 from slide_fmu.systems.specification import Specification
 
 
@@ -48,34 +47,34 @@ def make(specification: Specification) -> System:
     Raises:
         LoadError: there is no such FMU, it does not run here, or signals or parameters do not fit.
     """
-    what = f"FMU {specification.model!r}"
-    options, parameters = split_options(what, specification.parameters)
+    label = f"FMU {specification.model!r}"
+    options, parameters = split_options(label, specification.parameters)
     # between samples each part of a step has its part of the stairs
     substeps = -(-options.substeps // specification.part_of)
-    options = replace(options, substeps=substeps)
+    options = options.model_copy(update={"substeps": substeps})
     file = read_fmu_file(specification.model, options)
     require_parameters(file, parameters)
-    hold = default_hold(file)
+    hold = _default_hold(file)
     inputs = signals_of(file, "input", specification.inputs, hold)
     outputs = signals_of(file, "output", specification.outputs, None)
     plan = Plan(file, specification.sample_step(), inputs, outputs, parameters)
-    _require_whole_steps(what, plan)
-    return RestorableFmu(plan) if is_continuous(file) else SteppedFmu(plan)
+    _require_whole_steps(label, plan)
+    return RestorableFmu(plan) if file.is_continuous else SteppedFmu(plan)
 
 
-def _require_whole_steps(what: str, plan: Plan) -> None:
+def _require_whole_steps(label: str, plan: Plan) -> None:
     """Refuse steps of an importer that do not fill a sample step, or that nobody takes."""
     own = plan.file.options.step
     if own is None:
         return
     if plan.file.interface != "co_simulation":
         raise LoadError(
-            f"{what}: fmu-step = {own:g} with model exchange; expected co-simulation, whose "
+            f"{label}: fmu-step = {own:g} with model exchange; expected co-simulation, whose "
             "inputs are held over steps: remove fmu-step"
         )
     if not math.isclose(plan.stairs * own, plan.step, rel_tol=1e-6):
         raise LoadError(
-            f"{what}: fmu-step = {own:g} s, of which {plan.step / own:.6g} fill {plan.step:g} s; "
+            f"{label}: fmu-step = {own:g} s, of which {plan.step / own:.6g} fill {plan.step:g} s; "
             "expected a whole number in window.step, and in the part of it that data.substeps "
             "makes: change one of the three"
         )
@@ -86,24 +85,24 @@ def recognises(model: str) -> bool:
     return model.endswith(".fmu")
 
 
-def describe(model: str) -> Found:
+def describe(model: str) -> Declared:
     """Find out what an FMU says about itself.
 
     Raises:
         LoadError: there is no such FMU, or it does not run here.
     """
     file = read_fmu_file(model, FmuOptions())
-    choices = choices_of(file, "input")
-    hold = proposed_hold(file, {choice.name for choice in choices})
-    return Found(
+    inputs = tables_of(file, "input")
+    hold = _proposed_hold(file, inputs)
+    return Declared(
         "fmu",
         model,
         parameters_of(file),
-        tuple(replace(choice, hold=hold) for choice in choices),
-        choices_of(file, "output"),
+        {name: table.model_copy(update={"hold": hold}) for name, table in inputs.items()},
+        tables_of(file, "output"),
         file.own_step,
         file.held_step if hold == "first_order" else None,
-        remarks_on(file),
+        _remarks_on(file),
         inputs_may_be_left_out=True,
     )
 
@@ -121,10 +120,10 @@ class FmuSystem(Stepping):
 
     def __init__(self, plan: Plan) -> None:
         self.step, self.inputs, self.outputs = plan.step, plan.inputs, plan.outputs
-        self.input_remark = remark_on_inputs(plan.file, hold_of(plan.inputs))
-        self.remarks = (*remarks_on(plan.file), self.input_remark)
+        self.input_remark = _remark_on_inputs(plan.file, hold_of(plan.inputs))
+        self.remarks = (*_remarks_on(plan.file), self.input_remark)
         self.own_step = plan.file.held_step
-        self.climbs = plan.file.interface == "co_simulation" and not interpolates(plan.file)
+        self.climbs = plan.file.interface == "co_simulation" and not plan.file.interpolates
         self._plan = plan
         self._runs = Runs(self._make_steps)
 
@@ -218,3 +217,68 @@ class RestorableFmu(FmuSystem, Linearizable):
                 "interface if it has one (fmu-interface)"
             ) from error
         return StateMatrix(matrix)
+
+
+def _default_hold(file: FmuFile) -> Hold:
+    """Give the hold of an FMU's inputs where a recipe names none: what costs no substeps."""
+    if file.interface == "model_exchange" or file.interpolates:
+        return "first_order"
+    return "zero_order"
+
+
+def _proposed_hold(file: FmuFile, inputs: Container[str]) -> Hold:
+    """Give the hold that a first recipe names: inputs move, unless one of these is discrete.
+
+    An FMU steps more finely than its surrogate, and smooth inputs that are held over the longer
+    steps would be late by half of one.
+    """
+    found = file.description.modelVariables
+    discrete = any(v.name in inputs and v.variability == "discrete" for v in found)
+    return "zero_order" if discrete else "first_order"
+
+
+def _remarks_on(file: FmuFile) -> tuple[str, ...]:
+    """Say how an FMU is simulated, one sentence each; of its inputs ``_remark_on_inputs`` does."""
+    version = file.description.fmiVersion
+    kind = "co-simulation" if file.interface == "co_simulation" else "model exchange"
+    other = next((i for i in offered_interfaces(file.description) if i != file.interface), None)
+    beside = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
+    remarks = [f"the FMU is used for {kind}, FMI {version}{beside}"]
+    if file.interface == "model_exchange":
+        solver = f"fmpy's {file.options.solver} integrates it, anew from each sample on"
+        states = (
+            "its continuous states are all its states"
+            if file.is_continuous
+            else "it has events or discrete states, so a motion leads in instead of initial states"
+        )
+        remarks += [solver, states]
+    else:
+        remarks.append("its states are not known: a motion leads in instead of initial states")
+    if file.type.needsExecutionTool:
+        remarks.append("it needs the tool that made it where it is simulated")
+    return tuple(remarks)
+
+
+def _remark_on_inputs(file: FmuFile, hold: Hold) -> str:
+    """Say how inputs of a hold act between samples, and what that takes."""
+    own = file.options.step
+    if hold == "zero_order":
+        hint = 'hold = "first_order" in system.inputs lets them move linearly'
+        by = "" if own is None else f", in which the FMU does steps of {own:g} s"
+        return f"its inputs are held over each sample step{by}; {hint}"
+    way = "its inputs move linearly from sample to sample"
+    if file.interface == "model_exchange":
+        return way
+    if own is not None:
+        return (
+            f"its inputs are held over each of its steps of {own:g} s, as they are when it begins "
+            f"({PREFIX}step)"
+        )
+    if file.interpolates:
+        return f"{way}, by their derivatives"
+    return (
+        f"{way}, as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps); "
+        "outputs that it computes from its inputs in its steps see the middle of the last stair. "
+        "Where it is run by steps over which its inputs are held, it is late by half a step: "
+        f"{PREFIX}step = SECONDS (init --fmu-step) makes a surrogate of that"
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.declared import Parameter
 from slide_fmu.systems.fmu.file import FmuFile
 from slide_fmu.systems.fmu.instance import Instance
 
@@ -91,7 +91,7 @@ class CoSimulationSteps(Steps):
             count = 1 if own is None else self.plan.stairs
             for k in range(count):
                 self._do_step(begin + k * step / count, step / count)
-        elif own is None and interpolates(self.plan.file):
+        elif own is None and self.plan.file.interpolates:
             instance.set_inputs(before)
             instance.set_slopes((now - before) / step)
             self._do_step(begin, step)
@@ -119,8 +119,3 @@ class CoSimulationSteps(Steps):
         if terminate or early:
             what = "asks for the end of the simulation" if terminate else "returned early"
             raise StoppedError(f"fmi3DoStep {what} at t = {reached:g} s")
-
-
-def interpolates(file: FmuFile) -> bool:
-    """Tell whether a co-simulation FMU takes the slopes of its inputs, which FMI 2.0 alone has."""
-    return not file.fmi_3 and bool(getattr(file.type, "canInterpolateInputs", False))

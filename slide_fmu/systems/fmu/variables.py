@@ -1,20 +1,23 @@
-"""Variables of an FMU as signals and parameters: units, ranges and start values as it says."""
+"""Variables of an FMU become signals and parameters, with units, ranges and starts as it says."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 from fmpy.model_description import ModelVariable
 from fmpy.simulation import settable_in_initialization_mode, settable_in_instantiated
 
 from slide_fmu.core.signals import Hold, Signal
-from slide_fmu.systems.base import Parameter
+from slide_fmu.systems.declared import (
+    DeclaredParameter,
+    Parameter,
+    SignalTable,
+    SignalTables,
+)
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.fmu.file import FmuFile
-from slide_fmu.systems.found import FoundParameter
-from slide_fmu.systems.specification import SignalChoice, chosen_signals
+from slide_fmu.systems.specification import chosen_signals
 
 REALS = ("Real", "Float64", "Float32")
 """Types of variables that can be signals."""
@@ -28,7 +31,7 @@ WHOLE = (
 
 
 def signals_of(
-    file: FmuFile, causality: str, chosen: tuple[SignalChoice, ...], hold: Hold | None
+    file: FmuFile, causality: str, chosen: SignalTables, hold: Hold | None
 ) -> tuple[Signal, ...]:
     """Give the inputs or outputs that a recipe chooses, in its order; all real ones if none.
 
@@ -42,50 +45,52 @@ def signals_of(
         LoadError: a name is no such variable, is not real or an array, or has no range.
     """
     variables = {v.name: v for v in file.description.modelVariables}
-    for choice in chosen:
-        _require_real(file, variables.get(choice.name), causality, choice.name)
-    names = [choice.name for choice in chosen]
-    if not names:
-        names = [v.name for v in variables.values() if _is_signal(v, causality)]
+    for name in chosen:
+        _require_real(file, variables.get(name), causality, name)
+    names = list(chosen) or [v.name for v in variables.values() if _is_signal(v, causality)]
     if not names:
         raise LoadError(
             f"FMU {file.path.name!r} has no real {causality}; expected at least one: choose a "
             f"variable in system.{causality}s of the recipe"
         )
-    offered = tuple(replace(choice_of(file, variables[name]), hold=hold) for name in names)
-    ranges = {choice.name: choice for choice in chosen}
-    fitting = tuple(_starting_inside(o, ranges.get(o.name)) for o in offered)
-    return chosen_signals(causality, fitting, chosen)
+    offered = {}
+    for name in names:
+        table = table_of(variables[name])
+        ends = table.range if name not in chosen else chosen[name].range or table.range
+        start = _within(table.start, *(ends or (None, None)))
+        offered[name] = table.model_copy(update={"hold": hold, "start": start})
+    return chosen_signals(causality, offered, chosen)
 
 
-def choices_of(file: FmuFile, causality: str) -> tuple[SignalChoice, ...]:
+def tables_of(file: FmuFile, causality: str) -> dict[str, SignalTable]:
     """Give all real inputs or outputs of an FMU with what its description says about them."""
     variables = file.description.modelVariables
-    return tuple(choice_of(file, v) for v in variables if _is_signal(v, causality))
+    return {v.name: table_of(v) for v in variables if _is_signal(v, causality)}
 
 
-def choice_of(file: FmuFile, variable: ModelVariable) -> SignalChoice:
-    """Give what the description of an FMU says about a variable; its display unit is left out."""
+def table_of(variable: ModelVariable) -> SignalTable:
+    """Give what the description of an FMU says about a variable; its display unit is left out.
+
+    A range needs both ends; a start value outside of an end that there is counts as none.
+    """
     declared = variable.declaredType
     said = {
-        key: getattr(variable, key) or (declared and getattr(declared, key))
+        key: getattr(variable, key) or (declared and getattr(declared, key)) or None
         for key in ("unit", "min", "max", "description")
     }
-    low, high, start = _number(said["min"]), _number(said["max"]), None
-    if variable.causality == "input":
-        start = _number(variable.start)
-        if start is not None and not _between(start, low, high):
-            start = None
-    return SignalChoice(variable.name, said["unit"], low, high, said["description"], start)
+    low, high = _number(said.pop("min")), _number(said.pop("max"))
+    start = _number(variable.start) if variable.causality == "input" else None
+    ends = (low, high) if low is not None and high is not None and low < high else None
+    return SignalTable(**said, range=ends, start=_within(start, low, high))
 
 
-def parameters_of(file: FmuFile) -> tuple[FoundParameter, ...]:
+def parameters_of(file: FmuFile) -> tuple[DeclaredParameter, ...]:
     """Give the parameters of an FMU with their start values, as a recipe would write them."""
     return tuple(
-        FoundParameter(
+        DeclaredParameter(
             variable.name,
             _value(variable),
-            choice_of(file, variable).unit or "",
+            table_of(variable).unit or "",
             variable.description or "",
         )
         for variable in file.description.modelVariables
@@ -180,13 +185,8 @@ def _number(text: str | None) -> float | None:
     return value if math.isfinite(value) and abs(value) < 1e300 else None
 
 
-def _between(value: float, low: float | None, high: float | None) -> bool:
-    return (low is None or low <= value) and (high is None or value <= high)
-
-
-def _starting_inside(offered: SignalChoice, chosen: SignalChoice | None) -> SignalChoice:
-    """Forget the start value of an FMU where a recipe's range excludes it."""
-    merged = offered if chosen is None else chosen.over(offered)
-    if offered.start is None or _between(offered.start, merged.low, merged.high):
-        return offered
-    return replace(offered, start=None)
+def _within(value: float | None, low: float | None, high: float | None) -> float | None:
+    """Give a value that lies between bounds, where there are some; else None."""
+    below = value is not None and low is not None and value < low
+    above = value is not None and high is not None and value > high
+    return None if below or above else value

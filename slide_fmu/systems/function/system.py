@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import Bending, Linearizable, Parameter, State, StateMatrix, read_only
+from slide_fmu.systems.base import Bending, Linearizable, State, StateMatrix, read_only
+from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.function.bend import Bend
-from slide_fmu.systems.function.equations import Equations
+from slide_fmu.systems.function.equations import Bend, Equations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
 from slide_fmu.systems.function.user_function import (
@@ -23,7 +23,6 @@ from slide_fmu.systems.function.user_function import (
     require_arguments,
     require_signals,
 )
-from slide_fmu.systems.parameters import Parameters
 
 PROBED_SAMPLES = 50
 """The motion that shows how large the states become has twice as many samples."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.systems.base import Parameter
-from slide_fmu.systems.specification import SignalChoice, Specification
+from slide_fmu.systems.declared import Parameter, SignalTable
+from slide_fmu.systems.specification import Specification
 
 HERE = Path(__file__).parent
 TUTORIALS = Path(__file__).parents[3] / "docs" / "tutorials"
@@ -17,11 +17,11 @@ def specification(
     path: Path, inputs: Ranges, outputs: Ranges, step: float | None, **parameters: Parameter
 ) -> Specification:
     """A model in a file, with the ranges of its signals."""
-    choices = (
-        tuple(SignalChoice(name, low=low, high=high) for name, (low, high) in ranges.items())
+    tables = (
+        {name: SignalTable(range=ends) for name, ends in ranges.items()}
         for ranges in (inputs, outputs)
     )
-    return Specification(str(path), parameters, step, "function", *choices)
+    return Specification(str(path), parameters, step, "function", *tables)
 
 
 def quarter_car(**parameters: Parameter) -> Specification:

@@ -1,0 +1,247 @@
+"""What users declare about a model is read here: its signals, parameters and sample step.
+
+Recipes, model files in Python and the descriptions of FMUs share one table of a signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Annotated, Any, NoReturn, TypeVar, get_args
+
+import numpy as np
+from pydantic import ConfigDict, Field, ValidationError, field_validator
+
+from slide_fmu.core.mistakes import mistakes
+from slide_fmu.core.signals import Angle, Hold, Signal
+from slide_fmu.core.suggestions import or_meant
+from slide_fmu.core.toml_table import Table
+from slide_fmu.systems.errors import LoadError
+
+Parameter = float | int | str | bool
+"""Value of a parameter of a reference system, as TOML and JSON know it."""
+
+
+class SignalTable(Table):
+    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
+
+    Attributes:
+        range: lowest and highest value of the intended range, in ``unit``; that of the model if
+            not given, and likewise for the keys below.
+        unit: unit of the values, as FMI names it (``"N"``, ``"m"``, ``"rad"``).
+        description: one line for people.
+        start: value before anybody sets one, within the range; the one nearest to 0 if neither the
+            recipe nor the model says one.
+        hold: how an input acts between samples: ``"zero_order"`` holds it over a step,
+            ``"first_order"`` moves it linearly to its next value. All inputs have the same.
+        angle: ``"cosine"`` or ``"sine"`` of an input that is the one of an angle; the sine follows
+            its cosine, and both turn on the circle between samples.
+        period: of an input that means the same after so much more, in ``unit``; inputs in rad or
+            deg are angles without it.
+        column: of records, the name of the signal's column; that of the signal if not given.
+    """
+
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    description: str | None = None
+    start: float | None = None
+    hold: Hold | None = None
+    angle: Angle | None = None
+    period: float | None = None
+    column: str | None = None
+
+    @field_validator("range", mode="wrap")
+    @classmethod
+    def _low_end_comes_first(cls, value: Any, read: Any) -> tuple[float, float] | None:
+        with suppress(ValidationError):
+            ends: tuple[float, float] | None = read(value)
+            if ends is None or ends[0] < ends[1]:
+                return ends
+        raise ValueError("expected [LOW, HIGH], two finite numbers, the smaller one first")
+
+    @staticmethod
+    def of(signal: Signal) -> SignalTable:
+        """Give the table that says everything about a signal."""
+        said = {key: value for key, value in vars(signal).items() if key in SIGNAL_KEYS}
+        return SignalTable(range=(signal.low, signal.high), **said)
+
+    def over(self, other: SignalTable) -> SignalTable:
+        """Give the table that says what this one says, and elsewhere what the other one says."""
+        return other.model_copy(update=self.model_dump(exclude_none=True))
+
+    def signal(self, label: str, name: str) -> Signal:
+        """Give the signal of a name; the label begins messages, for example ``"input"``.
+
+        Raises:
+            LoadError: the range is not known, or a value cannot be that of a signal.
+        """
+        if self.range is None:
+            raise LoadError(
+                f"{label} {name!r} has no range; expected one in the recipe: add "
+                f"system.{label}s.{name}.range = [LOW, HIGH]"
+            )
+        said = self.model_dump(exclude_none=True, include=SIGNAL_KEYS)
+        try:
+            return Signal(name, **{"unit": "1", **said}, low=self.range[0], high=self.range[1])
+        except ValueError as error:
+            raise LoadError(f"{label} {str(error).removeprefix('signal ')}") from error
+
+
+SIGNAL_KEYS = {"unit", "description", "start", "hold", "angle", "period"}
+"""Keys of a ``SignalTable`` that a ``Signal`` has too."""
+
+SignalTables = Mapping[str, SignalTable]
+"""Tables of signals by their names, in the order of the signals."""
+
+
+class ModelFile(Table):
+    """A model file is what a Python file of a user declares about its model.
+
+    Attributes:
+        inputs, outputs: its signals; what it leaves open is None.
+        parameters: the values that they have if the recipe gives no others, by name.
+        step: sample step h in s that it suggests, or None.
+    """
+
+    model_config = ConfigDict(allow_inf_nan=True)
+
+    inputs: Annotated[dict[str, SignalTable], Field(min_length=1)]
+    outputs: Annotated[dict[str, SignalTable], Field(min_length=1)]
+    parameters: dict[str, Parameter] = Field(default={})
+    step: Annotated[float, Field(gt=0)] | None = None
+
+    @field_validator("inputs", "outputs")
+    @classmethod
+    def _have_no_columns(cls, tables: dict[str, Any]) -> dict[str, Any]:
+        named = [name for name, table in tables.items() if table.column is not None]
+        if named:
+            raise ValueError(f"{named} name columns; expected none, which records alone have")
+        return tables
+
+
+File = TypeVar("File", bound=ModelFile)
+
+
+def read_declared(kind: type[File], label: str, values: Mapping[str, Any]) -> File:
+    """Read what a Python file declares, from everything that it defines, by name.
+
+    A signal is its table, or its unit alone; the file's ``hold`` is that of all inputs.
+
+    Args:
+        kind: which tables such a file has.
+        label: names the model, at the beginning of messages.
+        values: everything that the file defines.
+
+    Raises:
+        LoadError: the file declares something else; there is one line per mistake.
+    """
+    declared = {key: _plain(values[key]) for key in kind.model_fields if key in values}
+    shared = {"hold": values["hold"]} if "hold" in values else {}
+    for name, every in (("inputs", shared), ("outputs", {})):
+        if isinstance(declared.get(name), dict):
+            tables = declared[name].items()
+            declared[name] = {key: {**every, **_table(value)} for key, value in tables}
+    try:
+        return kind.model_validate(declared)
+    except ValidationError as error:
+        fields = {name: kind.model_fields[name].annotation for name in ("inputs", "outputs")}
+        known = {name: list(get_args(one)[1].model_fields) for name, one in fields.items()}
+        raise LoadError(mistakes(error, label, known)) from error
+
+
+def _plain(value: Any) -> Any:
+    """Return numbers of numpy as those of Python, inside tables and lists too."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _table(value: Any) -> dict[str, Any]:
+    """Return the table of a signal, of which its unit alone may be given."""
+    return value if isinstance(value, dict) else {"unit": value}
+
+
+class Parameters(SimpleNamespace):
+    """Parameters are attributes, as ``p.name``, for functions and models of the user.
+
+    Whoever asks for another one, or in brackets, learns what there is.
+    """
+
+    def __getitem__(self, name: object) -> NoReturn:
+        raise TypeError(f"p[{name!r}]; expected p.{name}: parameters are attributes")
+
+    def __getattr__(self, name: str) -> NoReturn:
+        known = list(vars(self))
+        raise AttributeError(
+            f"p has no parameter {name!r}; expected one of {known}{or_meant(name, known)}"
+        )
+
+
+def merged_parameters(
+    label: str, declared: Mapping[str, Parameter], given: Mapping[str, Parameter]
+) -> dict[str, Parameter]:
+    """Give the parameters of a model, with the values of the recipe where it has some.
+
+    Raises:
+        LoadError: the model has no such parameter, or one of another type.
+    """
+    unknown = sorted(set(given) - set(declared))
+    if unknown:
+        raise LoadError(
+            f"{label}: unknown parameters {unknown}; expected some of {sorted(declared)}: correct "
+            f"or remove them{or_meant(unknown, declared)}"
+        )
+    for name, value in given.items():
+        if _sort(value) is not _sort(declared[name]):
+            raise LoadError(
+                f"{label}: parameter {name} = {value!r}; expected one like that of the model, "
+                f"{declared[name]!r}: correct its type"
+            )
+    return {**declared, **given}
+
+
+def _sort(value: Parameter) -> type:
+    """Return the type that a value counts as: true and false are no numbers."""
+    return float if isinstance(value, float | int) and not isinstance(value, bool) else type(value)
+
+
+@dataclass(frozen=True)
+class DeclaredParameter:
+    """A DeclaredParameter is a parameter of a model, with the value that it has."""
+
+    name: str
+    value: Parameter
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A Declared says what a model declares before there is a recipe for it.
+
+    Attributes:
+        kind: one of ``slide_fmu.systems.loading.KINDS``.
+        model: what a recipe calls the model.
+        parameters: parameters of the model, in its order.
+        inputs, outputs: its signals, in its order; what it leaves open is None.
+        step: sample step h in s that the model suggests; None where it suggests none.
+        held_step: the step in s by which an importer runs it, its inputs held over it, where a
+            co-simulation FMU names one and its inputs are not discrete.
+        remarks: one sentence each on what was assumed, for people.
+        inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
+            their start values.
+    """
+
+    kind: str
+    model: str
+    parameters: tuple[DeclaredParameter, ...] = ()
+    inputs: SignalTables = field(default_factory=dict)
+    outputs: SignalTables = field(default_factory=dict)
+    step: float | None = None
+    held_step: float | None = None
+    remarks: tuple[str, ...] = ()
+    inputs_may_be_left_out: bool = False

@@ -1,0 +1,17 @@
+"""Refusals are checked by key words of their messages, so that sentences can be mended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+
+@contextmanager
+def refused(kind: type[Exception], *words: str) -> Iterator[None]:
+    """Expect an error whose message has all of these words."""
+    with pytest.raises(kind) as caught:
+        yield
+    missing = [word for word in words if word not in str(caught.value)]
+    assert not missing, f"{missing} not in {str(caught.value)!r}"

@@ -1,1 +1,2 @@
-"""The models share what is here: rows of masses and springs, and checks of parameters."""
+"""The models share what is here: rows of masses and springs, driven plants, and checks of
+parameters."""

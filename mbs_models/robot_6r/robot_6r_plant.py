@@ -29,12 +29,12 @@ from exudyn.itemInterface import (
 )
 
 from mbs_models.plants.checks import expect_positive, expect_substeps
+from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.robot_6r.puma_560 import JOINTS
 from mbs_models.robot_6r.socket import FLANGE, Socket
 from mbs_models.robot_6r.socket_spring import SocketSpring
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
-from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
 from slide_fmu.systems.exudyn.plant import Plant
 
 _INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current

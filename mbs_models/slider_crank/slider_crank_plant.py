@@ -32,9 +32,9 @@ from mbs_models.plants.checks import (
     expect_positive,
     expect_substeps,
 )
+from mbs_models.plants.driven_plant import DrivenPlant
 from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
 from slide_fmu.systems.exudyn.plant import Plant
 
 CRANK_LENGTH, CRANK_MASS = 0.5, 2.0

@@ -299,24 +299,19 @@ def _row(
         raise
     except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, method, error, k, *inputs), time) from error
-    found = _numbers(row)
-    if found is not None and found.shape == (len(system.outputs),):
-        return found
-    what = repr(row) if found is None else f"outputs of shape {found.shape}"
+    try:
+        found = real_numbers(row)
+        what = f"outputs of shape {found.shape}"
+        if found.shape == (len(system.outputs),):
+            return found
+    except (TypeError, ValueError):
+        what = repr(row)
     raise SimulationError(
         f"{type(system).__qualname__}.{method} gave {what}{_place(system, k, *inputs)}; expected "
         f"an array of shape ({len(system.outputs)},), one number for each output: correct the "
         "model",
         time,
     )
-
-
-def _numbers(row: object) -> FloatArray | None:
-    """Return what a method of a user gave as numbers, or None where it is none."""
-    try:
-        return real_numbers(row)
-    except (TypeError, ValueError):
-        return None
 
 
 def read_only(values: FloatArray) -> FloatArray:
@@ -326,17 +321,18 @@ def read_only(values: FloatArray) -> FloatArray:
     return view
 
 
-def real_numbers(values: object) -> FloatArray | None:
-    """Return what a method of a user gave as an array of numbers, or None where it gave nothing.
+def real_numbers(values: object) -> FloatArray:
+    """Return what code of a user gave as an array of its own.
 
     Raises:
-        TypeError, ValueError: these are no numbers, or complex ones.
+        TypeError, ValueError: these are no real numbers.
     """
-    if values is None:
-        return None
-    if np.iscomplexobj(np.asarray(values)):  # a conversion would drop the imaginary parts
-        raise ValueError("complex numbers")
-    return np.asarray(values, dtype=np.float64)
+    found = np.array(values)
+    if found.dtype == np.float64:
+        return found
+    if found.dtype.kind not in "fiub":
+        raise ValueError(f"of type {found.dtype}, no real numbers")
+    return found.astype(np.float64)
 
 
 def raised(

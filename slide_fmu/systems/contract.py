@@ -1,16 +1,19 @@
-"""Whether a system keeps its word: found on a short record, before anything is made of it.
+"""A system must keep its word: that is checked on a short record before anything is made of it.
 
 What every system owes is checked first, then what each of its offers promises.
 """
 
 from __future__ import annotations
 
+import inspect
+import math
 from collections.abc import Callable
-from typing import TypeVar
+from itertools import pairwise
+from typing import Any, TypeVar
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import (
     Linearizable,
     Linearization,
@@ -22,14 +25,7 @@ from slide_fmu.systems.base import (
     System,
     go_on,
 )
-from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.self_description import (
-    ContractError,
-    check_signals,
-    check_step,
-    class_name,
-    contract_error,
-)
+from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.user_code import told
 
@@ -43,6 +39,10 @@ CAUSAL = 1e-3
 chooses its own steps across samples moves them a little."""
 
 Result = TypeVar("Result")
+
+
+class ContractError(LoadError):
+    """A system does not do what it promises; the message says which method, and the remedy."""
 
 
 def check_system(
@@ -238,3 +238,86 @@ def _call(system: System, method: str, call: Callable[[], Result]) -> Result:
         raise ContractError(
             f"{class_name(system)}.{method} raised {told(error)}; correct it"
         ) from error
+
+
+def check_self_description(system: System, step: float | None, model: str) -> None:
+    """Refuse a system whose step or signals are not what they should be.
+
+    Args:
+        system: what was made.
+        step: the sample step in s that it should have, or None where any will do.
+        model: what the recipe calls it, at the beginning of messages.
+
+    Raises:
+        ContractError: as of ``check_step`` and ``check_signals``.
+    """
+    try:
+        check_step(system, step)
+        check_signals(system)
+    except ContractError as error:
+        raise ContractError(f"system {model!r}: {error}") from error
+
+
+def check_step(system: System, step: float | None) -> None:
+    """Refuse a sample step that is no positive number, or not the one that was asked for.
+
+    Args:
+        system: what was made.
+        step: the sample step in s that it should have, or None where any will do.
+
+    Raises:
+        ContractError: it has another step, or none.
+    """
+    found: Any = getattr(system, "step", None)
+    number = isinstance(found, float | int) and not isinstance(found, bool)
+    if number and 0 < found < math.inf and (step is None or abs(found - step) <= 1e-9 * step):
+        return
+    expected = "the sample step in s that it simulates with, a positive number"
+    if step is not None and step > 0:
+        expected = f"{step!r}, the step that it was made with (in s)"
+    raise contract_error(
+        system, "step", f"is {found!r}", expected,
+        "take an argument `step`, and keep it as it is given: self.step = step",
+    )  # fmt: skip
+
+
+def check_signals(system: System) -> None:
+    """Refuse inputs and outputs that are no tuples of signals, or two signals of one name.
+
+    Raises:
+        ContractError: some are not what they should be.
+    """
+    names = []
+    for what in ("inputs", "outputs"):
+        found = getattr(system, what, None)
+        if not (isinstance(found, tuple) and found and all(isinstance(s, Signal) for s in found)):
+            raise contract_error(
+                system, what, f"is {found!r}", "a tuple of slide_fmu.Signal, at least one",
+                f'write self.{what} = (Signal("name", "unit", low, high),)',
+            )  # fmt: skip
+        names += [signal.name for signal in found]
+    twice = sorted({name for name, next_one in pairwise(sorted(names)) if name == next_one})
+    if twice:
+        raise contract_error(
+            system, "inputs and outputs", f"share the names {twice}", "a name of its own for each",
+            "rename one of each",
+        )  # fmt: skip
+
+
+def contract_error(
+    system: Any, method: str, found: str, expected: str, remedy: str
+) -> ContractError:
+    """Make the error that says what a method or an attribute of a system does wrong."""
+    return ContractError(f"{class_name(system)}.{method} {found}; expected {expected}: {remedy}")
+
+
+def class_name(system: System) -> str:
+    """Name the class of a system, and the file that it is in where it is not of this package."""
+    kind = type(system)
+    if kind.__module__.startswith("slide_fmu."):  # the user has another file
+        return kind.__qualname__
+    try:
+        place = f" ({inspect.getfile(kind)})"
+    except (TypeError, OSError):
+        place = ""
+    return f"system {kind.__qualname__}{place}"

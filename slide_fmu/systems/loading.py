@@ -12,9 +12,9 @@ from slide_fmu.core.signals import check_inputs
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.contract import check_self_description
 from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 

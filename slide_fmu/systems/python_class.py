@@ -8,9 +8,9 @@ from typing import Any, cast
 
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
+from slide_fmu.systems.contract import check_self_description
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.self_description import check_self_description
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported, refuse_foreign, told
 

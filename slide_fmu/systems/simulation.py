@@ -141,8 +141,6 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
     except (TypeError, ValueError) as error:
         what = f"{name}.simulate gave {type(outputs).__name__} ({error})"
         raise SimulationError(f"{what}; {expected}") from error
-    if found is None:
-        raise SimulationError(f"{name}.simulate gave None; {expected}")
     if found.shape != shape:
         raise SimulationError(
             f"{name}.simulate gave an array of shape {found.shape}; expected {shape}: a row for "

@@ -24,12 +24,12 @@ from exudyn.itemInterface import (
 )
 from exudyn.robotics import Robot, RobotBase, RobotLink
 
+from mbs_models.plants.driven_plant import SetPoints
 from mbs_models.robot_6r.puma_560 import DAMPING, JOINTS, STIFFNESS, puma_560
 from mbs_models.robot_6r.robot_6r import SOCKET_DAMPING
 from mbs_models.robot_6r.socket import SocketMesh
 from mbs_models.robot_6r.socket_mesh import finite_elements
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.exudyn.driven_plant import SetPoints
 
 AUTHORS_MESH = SocketMesh(element_size=0.05, element_order=1)
 ARM = puma_560(np.zeros(3))

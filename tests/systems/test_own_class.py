@@ -12,6 +12,7 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
+from tests.systems.refusals import refused
 
 PUMP = """
 import numpy as np
@@ -41,32 +42,24 @@ def written(folder: Path, old: str, new: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "found", "expected"),
     [
-        (INPUTS, "", r"pump\.py\)\.inputs is None; expected a tuple of slide_fmu\.Signal"),
-        (INPUTS, '        self.inputs = ("u",)\n', r"\.inputs is \('u',\); expected a tuple"),
-        ('"y"', '"u"', r"share the names \['u'\]; expected a name of its own for each"),
-        ("= step\n", "= str(step)\n", r"\.step is '0\.1'; expected .*: take an argument `step`"),
-        ("= step\n", "= -step\n", r"\.step is -0\.1; expected .*: take an argument `step`"),
-        (
-            "= step\n",
-            "= step\n        raise ValueError('größer')\n",
-            r"ValueError: größer \(.*pump\.py, line 9\)",
-        ),
-        (
-            '"m", -1.0',
-            '"m", "-1.0"',
-            r"ValueError: signal 'y': low '-1\.0'; expected a number \(.*pump\.py, line 10\)",
-        ),
+        (INPUTS, "", "pump.py).inputs is None", "expected a tuple of slide_fmu.Signal"),
+        (INPUTS, '        self.inputs = ("u",)\n', ".inputs is ('u',)", "expected a tuple"),
+        ('"y"', '"u"', "share the names ['u']", "expected a name of its own for each"),
+        ("= step\n", "= str(step)\n", ".step is '0.1'", "take an argument `step`"),
+        ("= step\n", "= -step\n", ".step is -0.1", "take an argument `step`"),
+        ("= step\n", "= step\n        raise ValueError('größer')\n", "größer", "pump.py, line 9)"),
+        ('"m", -1.0', '"m", "-1.0"', "'y': low '-1.0'; expected a number", "pump.py, line 10)"),
     ],
 )
 def test_class_with_a_mistake_in_what_it_says_of_itself_is_refused(
-    tmp_path: Path, old: str, new: str, message: str
+    tmp_path: Path, old: str, new: str, found: str, expected: str
 ) -> None:
     model = written(tmp_path, old, new)
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         describe_model(model)
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         load_system(Specification(f"{model}:Pump", step=0.1))
 
 
@@ -77,19 +70,19 @@ def test_class_whose_default_step_is_negative_is_refused(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("result", "message"),
+    ("result", "found", "expected"),
     [
-        ("None", r"Pump\.simulate gave None; expected an array of numbers of shape \(5, 1\)"),
-        (f"{RESULT} + 1j", r"Pump\.simulate gave ndarray \(complex numbers\); expected an array"),
-        ("inputs.fill(0.0)", r"raised ValueError: .*read-only \(.*pump\.py, line 13\)"),
+        ("None", "Pump.simulate gave NoneType", "expected an array of numbers of shape (5, 1)"),
+        (f"{RESULT} + 1j", "gave ndarray (of type complex128", "expected an array"),
+        ("inputs.fill(0.0)", "raised ValueError", "pump.py, line 13)"),
     ],
 )
-def test_outputs_that_are_none_and_inputs_that_are_overwritten_are_told(
-    tmp_path: Path, result: str, message: str
+def test_outputs_that_are_none_and_inputs_that_are_overwritten_are_refused(
+    tmp_path: Path, result: str, found: str, expected: str
 ) -> None:
     model = written(tmp_path, RESULT, result)
     inputs = np.full((4, 1), 0.5)
-    with pytest.raises(SimulationError, match=message):
+    with refused(SimulationError, found, expected):
         simulate(load_system(Specification(f"{model}:Pump", step=0.1)), inputs)
     inputs[:] = 0.0  # whoever simulates may go on with its inputs
 

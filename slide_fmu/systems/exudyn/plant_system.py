@@ -9,15 +9,27 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization, Restorable, State
-from slide_fmu.systems.exudyn.driven_plant import DrivenPlant
-from slide_fmu.systems.exudyn.plant import Plant
+
+
+class SteppedPlant(Protocol):
+    """A stepped plant goes from sample to sample, as ``slide_fmu.systems.exudyn.plant.Plant``."""
+
+    def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None: ...
+
+    def coordinates(self) -> FloatArray: ...
+
+    def velocities(self) -> FloatArray: ...
+
+    def advance(self) -> None: ...
+
+    def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization: ...
 
 
 class Model(Protocol):
     """A model is an exudyn system with a plant that steps and linearizes it."""
 
     @property
-    def plant(self) -> Plant | DrivenPlant: ...
+    def plant(self) -> SteppedPlant: ...
 
 
 M = TypeVar("M", bound=Model)

@@ -12,7 +12,7 @@ from slide_fmu.systems.base import System, read_only
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.function.user_function import (
     called_with,
-    real_numbers,
+    numbers_of,
     require_arguments,
     require_signals,
 )
@@ -59,6 +59,6 @@ class RecordSystem(System):
         values = np.concatenate([inputs[:1], inputs])
         arguments = (read_only(time), read_only(values), self._p)
         result = called_with("simulate", self._simulate, arguments)
-        outputs = real_numbers("simulate", result, "an array of numbers")
+        outputs = numbers_of("simulate", result, "an array of numbers")
         one_column = outputs.ndim == 1 and len(self.outputs) == 1
         return outputs[:, None] if one_column else outputs

@@ -19,7 +19,7 @@ from slide_fmu.systems.function.user_function import (
     FunctionError,
     UserFunction,
     called_with,
-    real_numbers,
+    numbers_of,
     require_arguments,
     require_signals,
 )
@@ -107,7 +107,7 @@ class FunctionSystem(Linearizable, Bending):
         given = self._given_start
         if callable(given):
             given = called_with("start", given, (read_only(held), self._p))
-        state = real_numbers("start", given, "a list of numbers, one for each state")
+        state = numbers_of("start", given, "a list of numbers, one for each state")
         if state.ndim != 1 or not len(state) or not np.isfinite(state).all():
             raise FunctionError(
                 f"start is {state.tolist()}; expected a list of finite numbers, one for each state"

@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
-from slide_fmu.systems.base import read_only
+from slide_fmu.systems.base import read_only, real_numbers
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.user_code import told
-
-REAL = "fiub"
-"""Kinds of numpy types that hold real numbers."""
 
 
 class FunctionError(SimulationError):
@@ -53,7 +50,7 @@ class UserFunction:
         arguments = (read_only(x), u, p, du) if self.takes_rates else (read_only(x), u, p)
         self.calls += 1
         result = called_with(self.name, self._function, arguments)
-        values = real_numbers(self.name, result, f"{self.count} numbers")
+        values = numbers_of(self.name, result, f"{self.count} numbers")
         if values.shape == (self.count,):
             return values
         if self.count == 1 and values.ndim == 0:
@@ -105,7 +102,7 @@ def with_columns(
 
     @wraps(function)
     def chosen(*arguments: Any) -> FloatArray:
-        values = real_numbers(name, function(*arguments), f"{count} columns")
+        values = numbers_of(name, function(*arguments), f"{count} columns")
         if values.shape[-1:] != (count,):
             raise FunctionError(
                 f"{name} gave an array of shape {values.shape}; expected {count} columns, one for "
@@ -116,25 +113,17 @@ def with_columns(
     return chosen
 
 
-def real_numbers(name: str, result: object, expected: str) -> FloatArray:
+def numbers_of(name: str, result: object, expected: str) -> FloatArray:
     """Give what a function gave as an array of its own.
 
     Raises:
         FunctionError: these are no real numbers; the message says what came.
     """
     try:
-        values = np.array(result)
-    except ValueError as error:  # rows of several lengths
-        raise FunctionError(
-            f"{name} gave {_shown(result)}; expected {expected} ({error})"
-        ) from error
-    if values.dtype == np.float64:
-        return values
-    if values.dtype.kind not in REAL:
-        raise FunctionError(
-            f"{name} gave {_shown(result)} of type {values.dtype}; expected {expected}, real ones"
-        )
-    return values.astype(np.float64)
+        return real_numbers(result)
+    except (TypeError, ValueError) as error:
+        text = f"{name} gave {_shown(result)}, {error}; expected {expected}"
+        raise FunctionError(text) from error
 
 
 def require_arguments(name: str, function: object, arguments: tuple[str, ...], least: int) -> int:

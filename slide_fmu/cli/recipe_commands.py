@@ -129,7 +129,7 @@ def init(
 ) -> None:
     """Write a first recipe for your own model, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
-    from slide_fmu.propose.draft_signals import parse_range, proposed_name
+    from slide_fmu.propose.draft_signals import parse_range, proposed_name, require_models
     from slide_fmu.propose.proposal import Proposal, Wish, propose
     from slide_fmu.propose.record_columns import RecordWish
     from slide_fmu.propose.record_proposal import (
@@ -140,6 +140,7 @@ def init(
     from slide_fmu.propose.template import write_template
 
     with progress_bars() as bar:
+        require_models(models)
         place = output or Path(f"{proposed_name(models[0], name)}.toml")
         if not force:
             _require_free(place)  # before the model is simulated

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
+from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.attachments.files import attached_files
@@ -281,11 +282,9 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
 
 def _no_archive(path: Path, error: Exception) -> FmuError:
     """Say that a file is no FMU, and what else it is by its name."""
-    if path.suffix == ".toml":
-        return FmuError(
-            f"{path} is no FMU, but by its name a recipe or a task; expected an FMU (.fmu): "
-            "slide-fmu run RECIPE writes one, and says where"
-        )
+    other = file_of_another_kind(path, "an FMU (.fmu)")
+    if other is not None and path.suffix != ".fmu":
+        return FmuError(f"{path} {other}")
     return FmuError(f"{path} is no FMU or is damaged: {error}; {REMEDY}")
 
 

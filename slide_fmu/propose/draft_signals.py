@@ -8,6 +8,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from slide_fmu.core.file_kinds import SPREADSHEETS, file_of_another_kind
 from slide_fmu.core.signals import LARGEST, Hold
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.propose.first_look import FirstLook
@@ -151,6 +152,18 @@ def _require_declared(what: str, found: Declared, wanted: Mapping[str, str]) -> 
 
 def _ends(limits: tuple[float, float] | None) -> str:
     return "" if limits is None else f"{limits[0]:g}..{limits[1]:g}"
+
+
+def require_models(names: Sequence[str]) -> None:
+    """Refuse recipes and spreadsheets by their names, before anything else is said of them.
+
+    Raises:
+        RecipeError: a name is neither that of a model nor that of a measured record.
+    """
+    for name in names:
+        other = file_of_another_kind(name, "a model (.py, .fmu) or a measured record (.csv)")
+        if other is not None and Path(name).suffix.lower() in (".toml", *SPREADSHEETS):
+            raise RecipeError(f"{name!r} {other}")
 
 
 def proposed_name(model: str, name: str | None) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 
-from slide_fmu.core.files import write_whole
+from slide_fmu.core.files import find_file, write_whole
 
 TEMPLATES = ("function", "exudyn")
 """Kinds of systems of which a small model can be written."""
@@ -20,9 +21,14 @@ def write_template(name: str, kind: str | None) -> str | None:
     template.
 
     Raises:
-        ValueError: a new file cannot have that name.
+        ValueError: a new file cannot have that name, or there is no such FMU.
         OSError: the file cannot be written.
     """
+    if kind == "fmu" and not _is_there(name):
+        raise ValueError(
+            f"--kind fmu {name}: there is no such file; expected the path of an FMU (.fmu): "
+            f"correct it, or let --kind {' or '.join(TEMPLATES)} write a small model"
+        )
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if kind not in TEMPLATES or path.exists() or Path(name).exists():
         return None
@@ -34,6 +40,13 @@ def write_template(name: str, kind: str | None) -> str | None:
     text = resources.files(__package__).joinpath("templates", f"{kind}.py").read_bytes()
     write_whole(path, text)
     return str(path)
+
+
+def _is_there(name: str) -> bool:
+    with suppress(FileNotFoundError):
+        find_file(name)
+        return True
+    return False
 
 
 def _require_module(name: str, stem: str, kind: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import told_of_system
 from slide_fmu.core.mistakes import causes, expectation, meant_choice, value_text
 from slide_fmu.core.signals import UNUSABLE
@@ -151,13 +152,11 @@ def read_recipe_text(path: Path) -> str:
     """Return the text of a recipe file.
 
     Raises:
-        RecipeError: the file cannot be read, or is one of Python by its name.
+        RecipeError: the file cannot be read, or is another by its name.
     """
-    if path.suffix == ".py":
-        raise RecipeError(
-            f"recipe {str(path)!r} is a Python file by its name; expected a TOML file: write a "
-            f"first one for a model with slide-fmu init {path.name}"
-        )
+    other = file_of_another_kind(path, "a TOML file")
+    if other is not None and path.suffix != ".toml":
+        raise RecipeError(f"recipe {str(path)!r} {other}")
     try:
         return path.read_text(encoding="utf-8-sig")  # some editors begin files with a mark
     except OSError as error:

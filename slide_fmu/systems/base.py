@@ -18,7 +18,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.user_code import told
+from slide_fmu.systems.user_code import error_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,7 +315,7 @@ def _row(
 
 
 def read_only(values: FloatArray) -> FloatArray:
-    """Give a view that nobody can write to: a model that changes its arguments is told so."""
+    """Give a view that nobody can write to: a model that changes its arguments fails."""
     view = values.view()
     view.setflags(write=False)
     return view
@@ -339,8 +339,8 @@ def raised(
     system: System, method: str, error: BaseException, k: int = -1, *inputs: FloatArray
 ) -> str:
     """Say what a method of a user raised, in which step, and where in which file."""
-    place = _place(system, k, *inputs)
-    return f"{type(system).__qualname__}.{method} raised {told(error)}{place}: correct the model"
+    name, place = type(system).__qualname__, _place(system, k, *inputs)
+    return f"{name}.{method} raised {error_text(error)}{place}: correct the model"
 
 
 def _place(system: System, k: int, *inputs: FloatArray) -> str:

@@ -27,7 +27,7 @@ from slide_fmu.systems.base import (
 )
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.systems.user_code import told
+from slide_fmu.systems.user_code import error_text
 
 SAME = 1e-6
 """Outputs of the same record differ by no more than this part of their size."""
@@ -229,14 +229,14 @@ def _shapes(state: State) -> tuple[tuple[int, ...], ...]:
 
 
 def _call(system: System, method: str, call: Callable[[], Result]) -> Result:
-    """Call a method of the user; whatever it raises is told with file and line."""
+    """Call a method of the user; whatever it raises is named with file and line."""
     try:
         return call()
     except (SimulationError, ContractError):
         raise
     except (Exception, SystemExit) as error:
         raise ContractError(
-            f"{class_name(system)}.{method} raised {told(error)}; correct it"
+            f"{class_name(system)}.{method} raised {error_text(error)}; correct it"
         ) from error
 
 

@@ -12,7 +12,7 @@ from slide_fmu.systems.contract import check_self_description
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
-from slide_fmu.systems.user_code import imported, refuse_foreign, told
+from slide_fmu.systems.user_code import error_text, imported, refuse_other_file
 
 
 def make(specification: Specification) -> System:
@@ -42,7 +42,7 @@ def make(specification: Specification) -> System:
     try:
         return found(**arguments)
     except (Exception, SystemExit) as error:  # a user's class may raise anything, and end
-        raise LoadError(f"system {model!r} with {arguments}: {told(error)}") from error
+        raise LoadError(f"system {model!r} with {arguments}: {error_text(error)}") from error
 
 
 def recognises(model: str) -> bool:
@@ -95,7 +95,7 @@ def describe(model: str) -> Declared:
 def _classes_of(model: str) -> list[str]:
     """Return the names of classes of systems that a file or module defines itself.
 
-    Classes that lack methods count where there are no others: then those methods can be told.
+    Classes that lack methods count where there are no others: then a message names those methods.
     """
     module, _ = imported(f"system {model!r}", model)
     own = {
@@ -112,7 +112,7 @@ def _classes_of(model: str) -> list[str]:
 def _find_class(model: str) -> type[System]:
     """Import the class that a dotted name means."""
     if not all(model.partition(":")):
-        refuse_foreign(f"system {model!r}", model)
+        refuse_other_file(f"system {model!r}", model)
         raise LoadError(
             f"system {model!r}; expected 'package.module:Class', for example "
             "'mbs_models.oscillators:DuffingOscillator'; a model that is no class has another "

@@ -1,4 +1,4 @@
-"""Models are code of the user: it is imported here, and its errors are told with file and line."""
+"""Models are code of the user: it is imported here, and its errors name file and line."""
 
 from __future__ import annotations
 
@@ -13,32 +13,15 @@ from pathlib import Path
 from types import ModuleType
 
 from slide_fmu.core.extras import how_to_install
+from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import AmbiguousFileError
 from slide_fmu.core.files import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
-FOREIGN = {
-    ".slx": "Simulink",
-    ".mdl": "Simulink",
-    ".slxp": "Simulink",
-    ".mo": "Modelica",
-    ".mos": "Modelica",
-    ".moe": "Modelica",
-    ".ame": "Amesim",
-    ".adm": "Adams",
-    ".spck": "Simpack",
-    ".xcos": "Xcos",
-    ".zcos": "Xcos",
-    ".msim": "MapleSim",
-    ".rfmbd": "RecurDyn",
-    ".rdyn": "RecurDyn",
-}
-"""Tools whose own files are no models here, by the end of the file's name in small letters."""
-
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"
 
 
-def imported(what: str, name: str) -> tuple[ModuleType, str]:
+def imported(label: str, name: str) -> tuple[ModuleType, str]:
     """Import the module in ``"package.module:Name"``, and give it with the name behind the colon.
 
     The module may also be a file, as in ``"model.py:Name"``; ``find_file`` says where it may lie.
@@ -49,35 +32,35 @@ def imported(what: str, name: str) -> tuple[ModuleType, str]:
     """
     module_name, _, wanted = name.partition(":")
     if not _is_module(module_name):
-        refuse_foreign(what, module_name)
+        refuse_other_file(label, module_name)
         raise LoadError(
-            f"{what}: {module_name!r} is no name of a module; expected a Python file (.py), an "
+            f"{label}: {module_name!r} is no name of a module; expected a Python file (.py), an "
             "FMU (.fmu), or a module as in 'package.module': check the name"
         )
     try:
         if module_name.endswith(".py"):
-            return _module_of_file(find_file(what, module_name)), wanted
-        _require_own(what, module_name)
+            return _module_of_file(find_file(label, module_name)), wanted
+        _require_own(label, module_name)
         return importlib.import_module(module_name), wanted
     except LoadError:
         raise
     except ModuleNotFoundError as error:
         if error.name is not None and module_name.startswith(error.name):
-            refuse_foreign(what, module_name)
+            refuse_other_file(label, module_name)
             raise LoadError(
-                f"{what}: module {module_name!r} cannot be imported ({error}); expected an "
+                f"{label}: module {module_name!r} cannot be imported ({error}); expected an "
                 "installed module, or one beside the recipe or in a folder on PYTHONPATH: check "
                 "the name"
             ) from error
         raise LoadError(
-            f"{what}: {told(error)}: correct the name of the import, or install what it needs "
-            f"(exudyn by {how_to_install('train')})"
+            f"{label}: {error_text(error)}: correct the name of the import, or install what it "
+            f"needs (exudyn by {how_to_install('train')})"
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
-        raise LoadError(f"{what}: {told(error)}; correct the model") from error
+        raise LoadError(f"{label}: {error_text(error)}; correct the model") from error
 
 
-def _require_own(what: str, name: str) -> None:
+def _require_own(label: str, name: str) -> None:
     """Refuse a module of which this process already uses another one, from another file."""
     places: list[str] | None = None
     parts = name.split(".")
@@ -89,25 +72,22 @@ def _require_own(what: str, name: str) -> None:
         used = getattr(sys.modules.get(module), "__file__", None)
         if used and spec.origin and Path(used).resolve() != Path(spec.origin).resolve():
             raise LoadError(
-                f"{what}: module {module!r} is that of {spec.origin!r}, but this process uses "
+                f"{label}: module {module!r} is that of {spec.origin!r}, but this process uses "
                 f"{used!r} under the name; expected one of them: rename one, or use a process for "
                 "each"
             )
         places = list(spec.submodule_search_locations or ())
 
 
-def refuse_foreign(what: str, name: str) -> None:
-    """Refuse a file of another tool, by its name.
+def refuse_other_file(label: str, name: str) -> None:
+    """Refuse a file that is no model in Python by its name.
 
     Raises:
-        LoadError: it is one; the message begins with what names it.
+        LoadError: it is one; the label begins the message.
     """
-    tool = FOREIGN.get(Path(name).suffix.lower())
-    if tool is not None:
-        raise LoadError(
-            f"{what}: {name!r} is a file of {tool} by its name; expected an FMU (.fmu): export "
-            f"the model from {tool} as an FMU for co-simulation, and name that"
-        ) from None
+    other = file_of_another_kind(name, "an FMU (.fmu), a Python file (.py) or a measured record")
+    if other is not None and not name.endswith(".py"):
+        raise LoadError(f"{label}: {name!r} {other}") from None
 
 
 def _is_module(name: str) -> bool:
@@ -118,7 +98,7 @@ def _is_module(name: str) -> bool:
     return not another_file and all(part.isidentifier() for part in name.split("."))
 
 
-def find_file(what: str, name: str) -> Path:
+def find_file(label: str, name: str) -> Path:
     """Find a file of the user: a path from here, or from a folder in which modules are looked for.
 
     The folder of the recipe is one of those.
@@ -130,10 +110,10 @@ def find_file(what: str, name: str) -> Path:
     try:
         return core_find_file(name)
     except (AmbiguousFileError, FileNotFoundError) as error:
-        raise LoadError(f"{what}: {error}") from error
+        raise LoadError(f"{label}: {error}") from error
 
 
-def told(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """Say what a user's code raised, and where: the innermost line that is not of this package."""
     name = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     if isinstance(error, SyntaxError) and error.filename:

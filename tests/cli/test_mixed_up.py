@@ -30,10 +30,35 @@ def test_recipe_in_the_place_of_an_fmu_is_told(subcommand: str, tmp_path: Path) 
     recipe.write_text('name = "spring"\n', encoding="utf-8")
     code, output = said(subcommand, recipe)
     assert code == 1
-    assert "spring.toml is no FMU, but by its name a recipe or a task; expected an FMU (.fmu)" in (
-        output
-    )
-    assert "slide-fmu run RECIPE writes one" in output
+    assert "spring.toml is a recipe or a task by its name; expected an FMU (.fmu)" in output
+    assert "slide-fmu run spring.toml writes an FMU" in output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "found", "expected"),
+    [
+        (["init", "m.xlsx"], "'m.xlsx' is a spreadsheet by its name", "save its sheet as CSV"),
+        (["init", "bench.toml"], "is a recipe or a task by its name", "run bench.toml writes"),
+        (["run", "bench.csv"], "is a measured record by its name", "slide-fmu init bench.csv"),
+        (["info", "model.py"], "is a Python file by its name", "slide-fmu init model.py"),
+        (["init", "--kind", "fmu", "NEW"], "there is no such file", "the path of an FMU (.fmu)"),
+        (["init", "--kind", "exudyn", "new.fmu"], "is an FMU by its name", "a Python file (.py)"),
+    ],
+)
+def test_file_of_another_kind_is_named_with_what_to_do_with_it(
+    arguments: list[str],
+    found: str,
+    expected: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("m.xlsx", "bench.toml", "bench.csv", "model.py"):
+        Path(name).write_text("1, 2\n", encoding="utf-8")
+    code, output = said(*arguments)
+    assert code == 1
+    assert found in output
+    assert expected in output
 
 
 @pytest.mark.parametrize("subcommand", ["try", "run", "window"])

@@ -17,7 +17,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.user_code import told
+from slide_fmu.systems.user_code import error_text
 
 Integrator = Literal["explicit", "generalized_alpha", "trapezoidal"]
 """How a plant is integrated, with fixed substeps.
@@ -295,5 +295,5 @@ def raised_in_exudyn(error: BaseException) -> str:
     """Say what a user's code raised, and where; exudyn wraps what its user functions raise."""
     place = re.search(r"At:\s+(\S.*)\((\d+)\): ", str(error))
     if error.__cause__ is None or place is None:
-        return told(error)
-    return f"{told(error.__cause__)} ({place[1]}, line {place[2]})"
+        return error_text(error)
+    return f"{error_text(error.__cause__)} ({place[1]}, line {place[2]})"

@@ -1,4 +1,4 @@
-"""Runs of an FMU: instances are used again where that is safe, and failures are told."""
+"""Runs of an FMU: instances are used again where that is safe, and failures are named."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Runs:
         call: Callable[[], FloatArray | None],
         hint: str = "",
     ) -> FloatArray:
-        """Call the FMU; what fails is told with its time, its inputs and a hint."""
+        """Call the FMU; what fails is named with its time, its inputs and a hint."""
         try:
             result = call()
         except FAILURES as error:
@@ -157,7 +157,7 @@ class Runs:
         logged = "; ".join(steps.instance.messages[-3:])
         text = (
             f"FMU {plan.file.path.name!r} failed at t = {time:.6g} s with "
-            f"{told_inputs(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
+            f"{_inputs_text(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
         )
         self._drop()
         return SimulationError(text + hint, time)
@@ -170,7 +170,7 @@ class Runs:
         self._steps = None
 
 
-def told_inputs(signals: tuple[Signal, ...], values: FloatArray) -> str:
+def _inputs_text(signals: tuple[Signal, ...], values: FloatArray) -> str:
     """Say what the inputs are, for example ``"road = 0.1 m"``."""
     pairs = zip(signals, values, strict=True)
     return ", ".join(f"{signal.name} = {value:.6g} {signal.unit}" for signal, value in pairs)

@@ -28,7 +28,7 @@ ENDED = "the FMU asks for the end of the simulation"
 
 
 class _CVode(CVodeSolver):  # type: ignore[misc]  # fmpy has no types
-    """fmpy's CVode, which is told when the FMU cannot evaluate its equations."""
+    """This CVode of fmpy learns when the FMU cannot evaluate its equations."""
 
     failure: FMICallException | None = None
 
@@ -194,14 +194,14 @@ class SolverSteps(Steps):
         before = self.states()
         self.instance.set_inputs(inputs)
         self.start_at(states)
-        told = tells_derivatives(self.plan.file)
-        matrix = self._told_matrix(len(states)) if told else self._differences(states)
+        given = tells_derivatives(self.plan.file)
+        matrix = self._given_matrix(len(states)) if given else self._differences(states)
         self.start_at(before)
         self._set_inputs(self._time)
         return matrix
 
-    def _told_matrix(self, count: int) -> FloatArray:
-        """Give df/dx as the FMU tells it: a directional derivative along each state."""
+    def _given_matrix(self, count: int) -> FloatArray:
+        """Give df/dx as the FMU gives it: a directional derivative along each state."""
         rates = [unknown.variable for unknown in self.plan.file.description.derivatives]
         unknowns = [rate.valueReference for rate in rates]
         knowns = [rate.derivative.valueReference for rate in rates]

@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
 from slide_fmu.systems.base import read_only, real_numbers
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.user_code import told
+from slide_fmu.systems.user_code import error_text
 
 
 class FunctionError(SimulationError):
@@ -66,7 +66,7 @@ class UserFunction:
         Raises:
             FunctionError: as of a call, or a number is not finite.
         """
-        with np.errstate(all="ignore"):  # what comes of it is told here
+        with np.errstate(all="ignore"):  # what comes of it is refused below
             values = self(x, u, p, du)
         if not np.isfinite(values).all():
             raise FunctionError(f"{self.name} gave {values.tolist()}; expected finite numbers")
@@ -84,7 +84,7 @@ def called_with(name: str, function: Callable[..., Any], arguments: tuple[Any, .
     except FunctionError:
         raise
     except (Exception, SystemExit) as error:  # a user's function may raise anything, and end
-        raise FunctionError(f"{name} raised {told(error)}") from error
+        raise FunctionError(f"{name} raised {error_text(error)}") from error
 
 
 def with_columns(

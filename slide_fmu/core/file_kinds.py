@@ -1,0 +1,66 @@
+"""The end of a file's name says what it is, for whoever is given a file of another kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """A FileKind is what a file is by its name, and what can be done with it.
+
+    Attributes:
+        what: names it, with its article.
+        remedy: what to do with it; the file's name takes the place of ``NAME``.
+    """
+
+    what: str
+    remedy: str
+
+
+def _of_tool(tool: str) -> FileKind:
+    remedy = f"export the model from {tool} as an FMU for co-simulation, and name that"
+    return FileKind(f"a file of {tool}", remedy)
+
+
+_FMU = FileKind(
+    "an FMU", "slide-fmu info NAME says what it is, slide-fmu init NAME starts from it"
+)
+_RECIPE = FileKind("a recipe or a task", "slide-fmu run NAME writes an FMU, and says where")
+_PYTHON = FileKind("a Python file", "slide-fmu init NAME writes a first recipe for its model")
+_RECORD = FileKind("a measured record", "slide-fmu init NAME writes a first recipe for it")
+_SPREADSHEET = FileKind("a spreadsheet", "save its sheet as CSV, and name that file")
+
+SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
+"""Ends of the names of spreadsheets, which hold several tables."""
+
+KINDS: dict[str, FileKind] = {
+    ".fmu": _FMU,
+    ".toml": _RECIPE,
+    ".py": _PYTHON,
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".h5", ".hdf5", ".mat"), _RECORD),
+    **dict.fromkeys(SPREADSHEETS, _SPREADSHEET),
+    **dict.fromkeys((".slx", ".mdl", ".slxp"), _of_tool("Simulink")),
+    **dict.fromkeys((".mo", ".mos", ".moe"), _of_tool("Modelica")),
+    **dict.fromkeys((".xcos", ".zcos"), _of_tool("Xcos")),
+    **dict.fromkeys((".rfmbd", ".rdyn"), _of_tool("RecurDyn")),
+    ".ame": _of_tool("Amesim"),
+    ".adm": _of_tool("Adams"),
+    ".spck": _of_tool("Simpack"),
+    ".msim": _of_tool("MapleSim"),
+}
+"""What files are, by the end of their names in small letters."""
+
+
+def file_of_another_kind(path: str | Path, expected: str) -> str | None:
+    """Say what a file is by its name, in place of what is expected; None where nothing is known
+    of its name.
+
+    The words follow the file's name: ``is a recipe or a task by its name; expected ...``.
+    """
+    kind = KINDS.get(Path(path).suffix.lower())
+    if kind is None:
+        return None
+    remedy = kind.remedy.replace("NAME", Path(path).name)
+    return f"is {kind.what} by its name; expected {expected}: {remedy}"

@@ -13,7 +13,7 @@ import numpy as np
 from mbs_models.plants.spring_masses import SpringMasses, SpringMassSystem
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import State
-from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
+from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 
 
 class _OscillatorSystem(SpringMassSystem):
@@ -128,10 +128,10 @@ class DuffingBaseMotion(_OscillatorSystem):
         base = Signal("base", "m", -base_limit, base_limit, meaning, hold="first_order")
         super().__init__(oscillator, base, position_limit)
 
-    def _wires(self) -> tuple[list[InputWire], list[OutputWire]]:
+    def _wires(self) -> tuple[dict[str, InputTable], dict[str, OutputTable]]:
         """Let the spring's force begin a step at the base and move with it."""
-        base = InputWire("base", "spring_1.offset", "spring_1.velocityOffset")
-        return [base], [OutputWire("position", "position")]
+        base = InputTable(parameter="spring_1.offset", rate_parameter="spring_1.velocityOffset")
+        return {"base": base}, {"position": OutputTable()}
 
 
 def _force_signal(limit: float) -> Signal:

@@ -1,4 +1,4 @@
-"""What a reference system is: it takes inputs and gives outputs; everything else is an offer.
+"""A reference system takes inputs and gives outputs; everything else is an offer.
 
 ``System`` is the least interface; records of a system, which cannot be simulated, are another
 ``Source`` of trajectories. The classes behind ``System`` are offers: a system inherits those that

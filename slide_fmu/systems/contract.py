@@ -73,9 +73,8 @@ def _check(system: System, step: float, inputs: FloatArray) -> None:
     check_step(system, step)
     check_signals(system)
     outputs = simulate(system, inputs).outputs
-    _check_same(
-        system, "simulate", "twice the same record", (outputs, simulate(system, inputs).outputs)
-    )
+    again = simulate(system, inputs).outputs
+    _check_same(system, "simulate", "twice the same record", outputs, again)
     _check_causal(system, inputs, outputs)
     if isinstance(system, Stepping):
         _check_steps(system, inputs, outputs)
@@ -88,17 +87,21 @@ def _check(system: System, step: float, inputs: FloatArray) -> None:
 
 
 def _check_same(
-    system: System, method: str, what: str, pair: tuple[FloatArray, FloatArray], part: float = SAME
+    system: System,
+    method: str,
+    reason: str,
+    one: FloatArray,
+    other: FloatArray,
+    part: float = SAME,
 ) -> None:
-    """Refuse two sets of outputs that should be the same."""
-    one, other = pair
+    """Refuse two sets of outputs that should be the same for a reason, but for a part of them."""
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     slack = part * np.maximum(np.max(np.abs(one), axis=0, initial=0.0), ranges)
     apart = np.abs(one - other) > slack
     if apart.any():
         k, i = (int(index[0]) for index in np.nonzero(apart))
         raise contract_error(
-            system, method, f"gives {one[k, i]:.9g} and {other[k, i]:.9g} for {what}, of output "
+            system, method, f"gives {one[k, i]:.9g} and {other[k, i]:.9g} for {reason}, of output "
             f"{system.outputs[i].name!r} in sample {k}", "the same", _REMEDIES[method],
         )  # fmt: skip
 
@@ -132,9 +135,8 @@ def _check_causal(system: System, inputs: FloatArray, outputs: FloatArray) -> No
 def _check_steps(system: Stepping, inputs: FloatArray, outputs: FloatArray) -> None:
     _call(system, "begin", lambda: system.begin(inputs[0]))
     stepped = go_on(system, inputs)
-    _check_same(
-        system, "begin", "the same record, by simulate and step by step", (outputs, stepped)
-    )
+    reason = "the same record, by simulate and step by step"
+    _check_same(system, "begin", reason, outputs, stepped)
 
 
 def _check_states(system: Restorable, inputs: FloatArray) -> None:
@@ -148,8 +150,8 @@ def _check_states(system: Restorable, inputs: FloatArray) -> None:
     first = go_on(system, inputs[half:])
     _call(system, "set_state", lambda: system.set_state(state))
     again = go_on(system, inputs[half:])
-    what = "what follows a state that was saved and restored"
-    _check_same(system, "set_state", what, (first, again), ITERATED)
+    reason = "what follows a state that was saved and restored"
+    _check_same(system, "set_state", reason, first, again, ITERATED)
 
 
 def _check_random(system: RandomStates, inputs: FloatArray) -> None:

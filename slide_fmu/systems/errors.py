@@ -1,4 +1,4 @@
-"""What a reference system that cannot be made or simulated raises."""
+"""A reference system that cannot be made or simulated raises these errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reference systems of the kind "object": a Python session gives them under a name.
+"""Reference systems of the kind "object" are given by a Python session under a name.
 
 Recipes hold plain values, so a recipe can name such an object, but not hold it. The name means
 something in the session that gave it, and in the worker processes of that session.

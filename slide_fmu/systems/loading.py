@@ -1,4 +1,4 @@
-"""A reference system from what a recipe says about it, whatever its kind."""
+"""A reference system is made from what a recipe says about it, whatever its kind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reference systems of the kind "class": classes of Python, in mbs_models or of the user."""
+"""Reference systems of the kind "class" are classes of Python, in mbs_models or of the user."""
 
 from __future__ import annotations
 

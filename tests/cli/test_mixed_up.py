@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -69,6 +72,15 @@ def test_model_in_the_place_of_a_recipe_is_told(subcommand: str, tmp_path: Path)
     assert code == 1
     assert "is a Python file by its name; expected a TOML file" in output
     assert "slide-fmu init spring.py" in output
+
+
+def test_file_of_the_user_hides_no_package_from_python(tmp_path: Path) -> None:
+    (tmp_path / "typer.py").write_text("raise ImportError('this is no typer')", encoding="utf-8")
+    command = [sys.executable, "-m", "slide_fmu", "--version"]
+    root = str(Path(__file__).parents[2])
+    environment = {**os.environ, "PYTHONPATH": root}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_path_through_a_file_is_told_as_such(tmp_path: Path) -> None:

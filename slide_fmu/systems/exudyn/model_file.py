@@ -10,29 +10,13 @@ from typing import Annotated, Any, cast
 
 from pydantic import Field
 
-from slide_fmu.systems.declared import ModelFile, SignalTable, read_declared
+from slide_fmu.systems.declared import ModelFile, read_declared
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
+from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 from slide_fmu.systems.user_code import imported
 
 BUILD = "build"
 """The function that builds the model, where the recipe names no other."""
-
-
-class InputTable(SignalTable):
-    """An input of an exudyn model may be a parameter of an item, as of ``wires.InputWire``."""
-
-    parameter: str | None = None
-    rate_parameter: str | None = None
-
-
-class OutputTable(SignalTable):
-    """An output of an exudyn model is what a sensor measures: ``"NAME"`` or ``"NAME[COMPONENT]"``.
-
-    The sensor has the output's own name if none is given.
-    """
-
-    sensor: str | None = None
 
 
 class Tables(ModelFile):
@@ -53,19 +37,6 @@ class ExudynFile:
 
     build: Callable[[Any, Any], object]
     tables: Tables
-
-    def input_wires(self) -> list[InputWire]:
-        """Give what the inputs act on, in their order."""
-        tables = self.tables.inputs.items()
-        return [InputWire(name, table.parameter, table.rate_parameter) for name, table in tables]
-
-    def output_wire(self, name: str) -> OutputWire:
-        """Give what measures an output."""
-        sensor = self.tables.outputs[name].sensor or name
-        base, bracket, rest = sensor.partition("[")
-        if bracket and rest.endswith("]") and rest[:-1].isdigit():
-            return OutputWire(name, base, int(rest[:-1]))
-        return OutputWire(name, sensor)
 
 
 def read_model(model: str) -> ExudynFile:

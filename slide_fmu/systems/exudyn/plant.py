@@ -216,9 +216,9 @@ class Plant:
         self._call("did not start", solver.InitializeSolver, solver)
 
     def _call(
-        self, what: str, method: Callable[..., bool], solver: Any, remedy: str = _REMEDY
+        self, failure: str, method: Callable[..., bool], solver: Any, remedy: str = _REMEDY
     ) -> None:
-        """Call a method of a solver; ``what`` says what went wrong if it fails."""
+        """Call a method of a solver; if it fails, the message has the failure and the remedy."""
         try:
             fine = method(self.mbs, self._settings)
             complaint = repr(solver.GetErrorString())
@@ -227,7 +227,7 @@ class Plant:
                 raise error.__cause__ from None
             fine, complaint = False, raised_in_exudyn(error)
         if not fine:
-            raise SimulationError(f"exudyn {what}: {complaint}. {remedy}")
+            raise SimulationError(f"exudyn {failure}: {complaint}. {remedy}")
 
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Make a state exudyn's initial one, with the parameters of the start of a step."""

@@ -92,10 +92,10 @@ class PlantSystem(Restorable, Generic[M]):
     def linearize(self, state: State) -> Linearization:
         return self._model().plant.linearize(state.coordinates, state.velocities)
 
-    def _finite_inputs(self, what: str, inputs: FloatArray) -> FloatArray:
+    def _finite_inputs(self, label: str, inputs: FloatArray) -> FloatArray:
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
-        return finite_vector(f"{what} {names}", inputs, len(self._last_input))
+        return finite_vector(f"{label} {names}", inputs, len(self._last_input))
 
 
 def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:

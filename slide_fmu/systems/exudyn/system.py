@@ -1,8 +1,8 @@
-"""Systems of exudyn that a function of the user builds."""
+"""Systems of exudyn are built by a function of the user."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.model_file import ExudynFile, read_model
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
-from slide_fmu.systems.exudyn.wires import InputWire, OutputWire
+from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 from slide_fmu.systems.specification import Specification, chosen_outputs, chosen_signals
 
 
@@ -128,9 +128,9 @@ class _ExudynSystem(WiredSystem):
         model.plant.has_kinks = True  # nobody knows what a user's forces look like
         return model
 
-    def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
-        file = read_model(self.specification.model)
-        return file.input_wires(), [file.output_wire(signal.name) for signal in self.outputs]
+    def _wires(self) -> tuple[Mapping[str, InputTable], Mapping[str, OutputTable]]:
+        tables = read_model(self.specification.model).tables
+        return tables.inputs, {one.name: tables.outputs[one.name] for one in self.outputs}
 
     def set_state(self, state: State) -> None:
         super().set_state(state)

@@ -1,10 +1,10 @@
-"""A system whose inputs and outputs are wired to a model of exudyn by their names."""
+"""A wired system has inputs and outputs that belong to a model of exudyn by their names."""
 
 from __future__ import annotations
 
 import abc
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
-from slide_fmu.systems.exudyn.wires import InputWire, OutputWire, Variables, Wires
+from slide_fmu.systems.exudyn.wires import InputTable, OutputTable, Variables, Wires
 
 RESOLVED = 0.5
 """An explicit substep is at most this part of 1 / |v| for the largest eigenvalue |v| in 1/s."""
@@ -81,11 +81,11 @@ class WiredSystem(PlantSystem[WiredPlant]):
     def _fill(self, mbs: Any) -> object:
         """Fill an exudyn system, and return what must live as long as it."""
 
-    def _wires(self) -> tuple[Sequence[InputWire], Sequence[OutputWire]]:
+    def _wires(self) -> tuple[Mapping[str, InputTable], Mapping[str, OutputTable]]:
         """Return what the inputs act on, and what measures the outputs."""
         return (
-            [InputWire(signal.name) for signal in self.inputs],
-            [OutputWire(signal.name, signal.name) for signal in self.outputs],
+            {signal.name: InputTable() for signal in self.inputs},
+            {signal.name: OutputTable() for signal in self.outputs},
         )
 
     def _build(self) -> WiredPlant:

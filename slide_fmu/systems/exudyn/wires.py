@@ -6,13 +6,14 @@ An input acts on the load of its name, or on a parameter of an item, or user fun
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 
 RATE = "_rate"
@@ -43,35 +44,27 @@ class Variables(dict[str, Any]):
         return start + rate * self._data.GetTime() if rate else start
 
 
-@dataclass(frozen=True)
-class InputWire:
-    """An input wire says what an input acts on.
+class InputTable(SignalTable):
+    """This table says what an input acts on too: else on the load of its name, or a variable.
 
     Attributes:
-        name: name of the input, and of the load on which it acts if there is one.
-        parameter: ``"ITEM.PARAMETER"`` of an exudyn object that has the input's value; None for a
-            load or a variable.
-        rate: the same for the input's rate per s.
+        parameter: ``"ITEM.PARAMETER"`` of an exudyn object that has the input's value.
+        rate_parameter: the same for the input's rate per s.
     """
 
-    name: str
     parameter: str | None = None
-    rate: str | None = None
+    rate_parameter: str | None = None
 
 
-@dataclass(frozen=True)
-class OutputWire:
-    """An output wire says what measures an output.
+class OutputTable(SignalTable):
+    """This table says what measures an output too.
 
     Attributes:
-        name: name of the output.
-        sensor: name of the sensor in exudyn.
-        component: component of the sensor's vector, from 0; None if it measures one number.
+        sensor: name of the sensor in exudyn, ``"NAME"`` or ``"NAME[COMPONENT]"`` with a component
+            of its vector, from 0; the name of the output if None.
     """
 
-    name: str
-    sensor: str
-    component: int | None = None
+    sensor: str | None = None
 
 
 class Wires:
@@ -82,25 +75,29 @@ class Wires:
     """
 
     def __init__(
-        self, mbs: Any, inputs: Sequence[InputWire], outputs: Sequence[OutputWire], moving: bool
+        self,
+        mbs: Any,
+        inputs: Mapping[str, InputTable],
+        outputs: Mapping[str, OutputTable],
+        moving: bool,
     ) -> None:
         """Find loads, parameters and sensors; inputs are 0 until ``apply``.
 
         Args:
             mbs: the model, with ``Variables`` as its variables.
-            inputs, outputs: in the order of the system's signals.
+            inputs, outputs: by name, in the order of the system's signals.
             moving: whether inputs move linearly within a step (first-order hold).
 
         Raises:
             LoadError: the model has no such item or sensor; the message lists what there is.
         """
-        self._mbs, self._inputs, self._moving = mbs, tuple(inputs), moving
+        self._mbs, self._inputs, self._moving = mbs, list(inputs), moving
         self._variables: Variables = mbs.variables
         self._setters: list[tuple[str, Callable[[float], None]]] = []
-        self.acts = {wire.name: self._connect(wire) for wire in inputs}
-        self._still: Motion = {wire.name + RATE: (0.0, 0.0) for wire in inputs}
+        self.acts = {name: self._connect(name, table) for name, table in inputs.items()}
+        self._still: Motion = {name + RATE: (0.0, 0.0) for name in inputs}
         self.hold(np.zeros(len(inputs)))
-        self._sensors = [self._sensor(wire) for wire in outputs]
+        self._sensors = [self._sensor(name, table) for name, table in outputs.items()]
 
     @property
     def moves_parameters(self) -> bool:
@@ -120,16 +117,16 @@ class Wires:
     def hold(self, values: FloatArray) -> None:
         """Let inputs, shape (n_inputs,), act without change."""
         motion = dict(self._still)
-        for wire, value in zip(self._inputs, values.tolist(), strict=True):
-            motion[wire.name] = value, 0.0
+        for name, value in zip(self._inputs, values.tolist(), strict=True):
+            motion[name] = value, 0.0
         self._variables.motion = motion
         self.move(0.0)
 
     def ramp(self, values: FloatArray, rates: FloatArray) -> None:
         """Let inputs, (n_inputs,), begin the next step, moving with rates per s, (n_inputs,)."""
         motion: Motion = {}
-        for wire, value, rate in zip(self._inputs, values.tolist(), rates.tolist(), strict=True):
-            motion[wire.name], motion[wire.name + RATE] = (value, rate), (rate, 0.0)
+        for name, value, rate in zip(self._inputs, values.tolist(), rates.tolist(), strict=True):
+            motion[name], motion[name + RATE] = (value, rate), (rate, 0.0)
         self._variables.motion = motion
         self.move(0.0)
 
@@ -162,16 +159,16 @@ class Wires:
         asked = self._variables.asked
         return [n for n, acts in self.acts.items() if acts == "variables" and n not in asked]
 
-    def _connect(self, wire: InputWire) -> str:
+    def _connect(self, name: str, table: InputTable) -> str:
         """Lead an input to what it acts on, and say what that is."""
-        for name, parameter in ((wire.name, wire.parameter), (wire.name + RATE, wire.rate)):
+        for moved, parameter in ((name, table.parameter), (name + RATE, table.rate_parameter)):
             if parameter is not None:
-                self._setters.append((name, self._parameter(wire.name, parameter)))
-        number = self._loads().get(wire.name)
+                self._setters.append((moved, self._parameter(name, parameter)))
+        number = self._loads().get(name)
         if number is not None:
-            self._connect_load(wire.name, number)
+            self._connect_load(name, number)
             return "load"
-        return "variables" if wire.parameter is wire.rate is None else "parameter"
+        return "variables" if table.parameter is table.rate_parameter is None else "parameter"
 
     def _connect_load(self, name: str, number: Any) -> None:
         """Let an input be a load's value, or the magnitude of its vector."""
@@ -218,23 +215,25 @@ class Wires:
             )
         return lambda value: mbs.SetObjectParameter(objects[item], parameter, value)
 
-    def _sensor(self, wire: OutputWire) -> Callable[[], Any]:
+    def _sensor(self, output: str, table: OutputTable) -> Callable[[], Any]:
         """Find the sensor of an output, and return what reads it."""
-        mbs = self._mbs
+        mbs, sensor = self._mbs, table.sensor or output
+        indexed = re.fullmatch(r"(.*)\[(\d+)\]", sensor)
+        name, component = (indexed[1], int(indexed[2])) if indexed else (sensor, None)
         count = mbs.systemData.NumberOfSensors()
         sensors = {mbs.GetSensor(i)["name"]: i for i in range(count)}
-        if wire.sensor not in sensors:
+        if name not in sensors:
             raise LoadError(
-                f"output {wire.name!r}: the model has no sensor {wire.sensor!r}; expected one of "
+                f"output {output!r}: the model has no sensor {name!r}; expected one of "
                 f"{sorted(sensors)}: name a sensor so in build, or give the output's sensor"
             )
-        number, component = sensors[wire.sensor], wire.component
+        number = sensors[name]
         value = mbs.GetSensorValues(number)
         size = np.size(value)
         if size > 1 if component is None else component >= size:
             raise LoadError(
-                f"output {wire.name!r}: sensor {wire.sensor!r} measures {size} values; expected "
-                f'the number of one, from 0: write sensor = "{wire.sensor}[0]"'
+                f"output {output!r}: sensor {name!r} measures {size} values; expected "
+                f'the number of one, from 0: write sensor = "{name}[0]"'
             )
         if np.ndim(value) == 0:
             return lambda: mbs.GetSensorValues(number)

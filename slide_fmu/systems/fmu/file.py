@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal, cast
 
@@ -169,22 +170,22 @@ def unpacked(file: FmuFile) -> str:
         FullDiskError: there is no room for its files.
     """
     stamp = file.path.stat()
-    key = (file.path, stamp.st_mtime_ns, stamp.st_size)
-    if key not in _unpacked:
-        folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
-        try:
-            unpack(file.path, folder.name)
-        except FullDiskError:
-            folder.cleanup()
-            raise
-        except UnpackingError as error:
-            folder.cleanup()
-            raise LoadError(f"FMU {str(file.path)!r} cannot be unpacked: {error}") from error
-        _unpacked[key] = folder
-    return _unpacked[key].name
+    return _unpacked(file.path, stamp.st_mtime_ns, stamp.st_size).name
 
 
-_unpacked: dict[tuple[Path, int, int], tempfile.TemporaryDirectory[str]] = {}
+@cache
+def _unpacked(path: Path, modified: int, size: int) -> tempfile.TemporaryDirectory[str]:
+    """Unpack a file; another one of its name has another time or size."""
+    folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
+    try:
+        unpack(path, folder.name)
+    except FullDiskError:
+        folder.cleanup()
+        raise
+    except UnpackingError as error:
+        folder.cleanup()
+        raise LoadError(f"FMU {str(path)!r} cannot be unpacked: {error}") from error
+    return folder
 
 
 def _interfaces(description: ModelDescription) -> dict[Interface, object]:

@@ -1,4 +1,4 @@
-"""Runs of an FMU: instances are used again where that is safe, and failures are named."""
+"""An FMU is run again and again: its instance is used again where that is safe."""
 
 from __future__ import annotations
 

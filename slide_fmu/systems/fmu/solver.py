@@ -1,4 +1,4 @@
-"""Sample steps of a model exchange FMU, integrated by fmpy's solvers."""
+"""A model exchange FMU is integrated from sample to sample by fmpy's solvers."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ from fmpy.sundials import CVodeSolver
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.fmu.file import FmuFile
 from slide_fmu.systems.fmu.steps import Plan, Steps, StoppedError
-
-DIFFERENCE = 6e-6
-"""Relative step of central differences, about the cube root of the rounding error."""
+from slide_fmu.systems.function.equilibrium import state_matrix
 
 TOLERANCE = 1e-8
 """Relative tolerance of CVode: it starts anew at every sample, so 1e-6 is hardly faster."""
@@ -194,8 +192,11 @@ class SolverSteps(Steps):
         before = self.states()
         self.instance.set_inputs(inputs)
         self.start_at(states)
-        given = tells_derivatives(self.plan.file)
-        matrix = self._given_matrix(len(states)) if given else self._differences(states)
+        if tells_derivatives(self.plan.file):
+            matrix = self._given_matrix(len(states))
+        else:
+            nominals = self._got(self.instance.calls.getNominalsOfContinuousStates)
+            matrix = state_matrix(self._rates, states, nominals)
         self.start_at(before)
         self._set_inputs(self._time)
         return matrix
@@ -208,18 +209,10 @@ class SolverSteps(Steps):
         tell = self.instance.calls.getDirectionalDerivative
         return np.array([tell(unknowns, knowns, row) for row in np.eye(count)]).T
 
-    def _differences(self, states: FloatArray) -> FloatArray:
-        """Give df/dx by central differences of f at states, which the FMU has."""
-        nominals = self._got(self.instance.calls.getNominalsOfContinuousStates)
-        sizes = np.maximum(np.abs(states), nominals)
-        matrix = np.empty((len(states), len(states)))
-        for j, change in enumerate(DIFFERENCE * sizes):
-            rates = []
-            for sign in (1.0, -1.0):
-                self.start_at(states + sign * change * (np.arange(len(states)) == j))
-                rates.append(self._got(self._derivatives))
-            matrix[:, j] = (rates[0] - rates[1]) / (2 * change)
-        return matrix
+    def _rates(self, states: FloatArray) -> FloatArray:
+        """Give f at states, shape (n_states,), which the FMU then has."""
+        self.start_at(states)
+        return self._got(self._derivatives)
 
     def _got(self, function: Any) -> FloatArray:
         """Give one value for each continuous state, from a function of fmpy."""

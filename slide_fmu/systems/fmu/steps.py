@@ -1,4 +1,4 @@
-"""Sample steps of an FMU: those that a co-simulation FMU does, and what both interfaces share."""
+"""A co-simulation FMU goes from sample to sample here; both interfaces share how they are asked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Of x' = f(x), given as a function alone: where it rests, and its derivative by differences."""
+"""Equations x' = f(x) that are a function alone are brought to rest, and linearized there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ordinary differential equations over one sample step, by the solvers of scipy."""
+"""The solvers of scipy integrate ordinary differential equations over one sample step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A reference system from its equations x' = f(x, u, p), y = g(x, u, p), integrated by scipy."""
+"""A function system has equations x' = f(x, u, p), y = g(x, u, p), integrated by scipy."""
 
 from __future__ import annotations
 

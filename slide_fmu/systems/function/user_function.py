@@ -1,4 +1,4 @@
-"""Functions of the user: how they are called, and what is said when they give something else."""
+"""Functions of the user are called here, and what they give is checked."""
 
 from __future__ import annotations
 

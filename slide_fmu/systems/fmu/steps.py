@@ -1,4 +1,4 @@
-"""A co-simulation FMU goes from sample to sample here; both interfaces share how they are asked."""
+"""A co-simulation FMU goes from sample to sample here; both interfaces share its plan."""
 
 from __future__ import annotations
 

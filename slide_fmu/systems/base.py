@@ -292,11 +292,16 @@ def _row(
     system: System, method: str, call: Callable[..., FloatArray], k: int = -1, *inputs: FloatArray
 ) -> FloatArray:
     """Call a method that gives one row of outputs; whatever it raises or gives says where."""
-    time = k * system.step if k >= 0 else None
+    time = max(k, 0) * system.step
     try:
         row = call(*inputs)
-    except (SimulationError, LoadError):
+    except LoadError:
         raise
+    except SimulationError as error:
+        if error.time is not None or k < 0:
+            raise
+        text = f"{_place(system, k, *inputs).lstrip()}: {error}"
+        raise SimulationError(text, time) from error
     except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, method, error, k, *inputs), time) from error
     try:
@@ -319,6 +324,20 @@ def read_only(values: FloatArray) -> FloatArray:
     view = values.view()
     view.setflags(write=False)
     return view
+
+
+def finite_vector(label: str, values: FloatArray, size: int) -> FloatArray:
+    """Return a copy of a vector that must hold ``size`` finite numbers; messages name the label.
+
+    Raises:
+        ValueError: the vector has another shape, or is not finite.
+    """
+    vector = np.array(values, dtype=np.float64)
+    if vector.shape != (size,) or not np.isfinite(vector).all():
+        raise ValueError(
+            f"{label} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
+        )
+    return vector
 
 
 def real_numbers(values: object) -> FloatArray:

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 
 from pydantic import TypeAdapter
 
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.suggestions import or_meant
+from slide_fmu.core.units import behind
 from slide_fmu.systems.declared import Parameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
 
@@ -91,6 +92,26 @@ def chosen_outputs(offered: SignalTables, chosen: SignalTables) -> SignalTables:
     """
     _require_offered("output", offered, chosen)
     return {name: offered[name] for name in chosen} or offered
+
+
+def require_straight_inputs(inputs: tuple[Signal, ...]) -> None:
+    """Refuse angles that turn within a step, for models whose inputs move along straight lines.
+
+    Raises:
+        LoadError: there is a cosine or sine with a first-order hold.
+    """
+    turning = [one.name for one in inputs if one.angle and one.hold == "first_order"]
+    if turning:
+        raise LoadError(
+            f"inputs {turning} are cosine and sine of an angle with a first-order hold; "
+            "expected inputs that move linearly: give the angle itself as the input"
+        )
+
+
+def values_text(signals: tuple[Signal, ...], values: FloatArray) -> str:
+    """Write values of signals, shape (n_signals,), for example ``"road = 0.1 m"``."""
+    pairs = zip(signals, values, strict=True)
+    return ", ".join(f"{one.name} = {value:.6g}{behind(one.unit)}" for one, value in pairs)
 
 
 def _require_offered(label: str, offered: SignalTables, chosen: SignalTables) -> None:

@@ -177,7 +177,7 @@ def test_model_without_an_equilibrium_says_that_it_begins_elsewhere(tmp_path: Pa
     for made in (system, asked):
         assert simulate(made, np.ones((3, 1))).outputs[0] == pytest.approx([0.0, 0.5])
     (remark,) = system.remarks
-    assert "initial configuration, since under the input force = 1 exudyn found no" in remark
+    assert "initial configuration, since under the input force = 1 N exudyn found no" in remark
     assert "Springs or supports must hold every body" in remark
     assert "substeps" not in remark
     assert asked.remarks == ()

@@ -94,8 +94,7 @@ def test_failure_of_a_step_says_when_and_under_what_input(tmp_path: Path) -> Non
     function = "lambda mbs, t, n, u, v, k, d, o: [k * u + d * v][u > 0.3]"
     spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
     system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
-    message = r"0\.\d+ s after its start, with the input force = 90: .*IndexError"
-    with pytest.raises(SimulationError, match=message):
+    with refused(SimulationError, "in sample 17 (t = 0.17 s) under [90.0]: exudyn", "IndexError"):
         simulate(system, np.concatenate([np.zeros((5, 1)), np.full((200, 1), 90.0)]))
     assert np.isfinite(simulate(system, np.zeros((5, 1))).outputs).all()
 
@@ -104,5 +103,5 @@ def test_motion_that_diverges_is_an_error(tmp_path: Path) -> None:
     function = "lambda mbs, t, n, u, v, k, d, o: k * u + d * v - 1e9 * u * u * u"
     spring = f"{SPRING[:-1]}, springForceUserFunction={function})"
     system = system_of(model(tmp_path, OSCILLATOR, (SPRING, spring)))
-    with pytest.raises(SimulationError, match=r"force = 50: .*diverged"):
+    with refused(SimulationError, "in sample 5 (t = 0.05 s) under [50.0]", "diverged"):
         simulate(system, np.concatenate([np.zeros((2, 1)), np.full((300, 1), 50.0)]))

@@ -295,23 +295,29 @@ def test_name_behind_a_colon_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "found", "expected"),
     [
-        ("[p.rate", "if x[0] > 0.5: raise KeyError('far')\n    return [p.rate", "KeyError: 'far'"),
-        ("p.rate * (u[0] - x[0])", "1.0 + x[0]**2", "DOP853 gives up .* expected motions"),
-        ("return [x[0]]", "return [x[0]] if x[0] < 0.5 else None", "g gave None"),
-        ("[x[0]]", "[x[0] if x[0] < 0.5 else float('inf')]", r"g gave \[inf\]"),
+        (
+            "return [p.rate * (u[0] - x[0])]",
+            "if x[0] > 0.5: raise KeyError('far')\n    return [p.rate * (u[0] - x[0])]",
+            "f raised KeyError: 'far'",
+            "model.py, line 8)",
+        ),
+        ("p.rate * (u[0] - x[0])", "1.0 + x[0]**2", "DOP853 gives up ", "expected motions that"),
+        ("return [x[0]]", "return [x[0]] if x[0] < 0.5 else None", "g gave None", "1 numbers"),
+        ("[x[0]]", "[x[0] if x[0] < 0.5 else float('inf')]", "g gave [inf]", "finite numbers"),
     ],
 )
 def test_failure_on_the_way_names_sample_time_state_and_input(
-    tmp_path: Path, old: str, new: str, message: str
+    tmp_path: Path, old: str, new: str, found: str, expected: str
 ) -> None:
-    text = LAG.replace(f"return {old}", new) if old == "[p.rate" else LAG.replace(old, new)
-    system = loaded(tmp_path, text)
+    assert old in LAG
+    system = loaded(tmp_path, LAG.replace(old, new))
     inputs = np.concatenate([np.zeros((3, 1)), np.ones((40, 1))])
-    place = r"in sample \d+ \(t = [\d.]+ s\) with x = \[.*\], u = \[1.0\]"
-    with pytest.raises(SimulationError, match=f"{message}.*{place}") as raised:
+    with pytest.raises(SimulationError, match=r"^in sample \d+ \(t = [\d.]+ s\) under") as raised:
         system.simulate(inputs)
+    for word in (found, expected, "with x = [", "u = [1.0]"):
+        assert word in str(raised.value)
     assert raised.value.time is not None
     assert 0.3 <= raised.value.time < 4.3
 
@@ -354,8 +360,8 @@ def test_step_that_fails_says_what_f_raised_on_the_way(tmp_path: Path, method: s
     raised = (
         r"f raised ValueError: .*\(.*model.py, line 9\), [\d.e-]+ s after the sample with x = "
     )
-    after = r"\[-[\d.e-]+\], u = \[0.0\]; .* gives up .* check f.* in sample \d+ \(t = "
-    with pytest.raises(SimulationError, match=raised + after):
+    after = r"\[-[\d.e-]+\], u = \[0.0\]; .* gives up .* check f"
+    with pytest.raises(SimulationError, match=r"^in sample \d+ \(t = .*" + raised + after):
         system.simulate(np.zeros((40, 1)))
 
 
@@ -380,12 +386,10 @@ def test_mistake_in_a_whole_simulation_is_named(
 def test_input_that_is_none_is_refused() -> None:
     system = load_system(models.integrator())
     assert isinstance(system, FunctionSystem)
-    with pytest.raises(
-        ValueError, match=r"input \[nan\]; expected 1 finite numbers for \['inflow'"
-    ):
+    with refused(ValueError, "input inflow = [nan]", "expected finite numbers, shape (1,)"):
         system.advance(np.array([np.nan]))
     state = system.get_state()
-    with pytest.raises(ValueError, match=r"expected finite numbers of shape \(1,\)"):
+    with refused(ValueError, "state coordinates = [0. 0.]", "shape (1,)"):
         system.set_state(replace(state, coordinates=np.zeros(2)))
 
 

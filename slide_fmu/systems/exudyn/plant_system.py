@@ -8,7 +8,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Linearization, Restorable, State
+from slide_fmu.systems.base import Linearization, Restorable, State, finite_vector
 
 
 class SteppedPlant(Protocol):
@@ -96,17 +96,3 @@ class PlantSystem(Restorable, Generic[M]):
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
         return finite_vector(f"{label} {names}", inputs, len(self._last_input))
-
-
-def finite_vector(name: str, values: FloatArray, size: int) -> FloatArray:
-    """Return a copy of a vector that must hold ``size`` finite numbers.
-
-    Raises:
-        ValueError: the vector, which the message names, has another shape, or is not finite.
-    """
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise ValueError(
-            f"{name} = {vector} of shape {vector.shape}; expected finite numbers, shape ({size},)"
-        )
-    return vector

@@ -18,7 +18,13 @@ from slide_fmu.systems.exudyn.model_file import ExudynFile, read_model
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
-from slide_fmu.systems.specification import Specification, chosen_outputs, chosen_signals
+from slide_fmu.systems.specification import (
+    Specification,
+    chosen_outputs,
+    chosen_signals,
+    require_straight_inputs,
+    values_text,
+)
 
 
 class SolverTable(Table):
@@ -61,8 +67,7 @@ class _ExudynSystem(WiredSystem):
         substeps = -(-self._table.substeps // specification.part_of)
         solver = Solver(step, substeps, self._table.integrator)
         super().__init__(0, inputs, outputs, solver)
-        self._require_straight_inputs()
-        self._samples = 0
+        require_straight_inputs(inputs)
         model = self._built = self._build()
         self._require_integrator(model)
         self._coordinates, self._velocities = model.plant.coordinates(), model.plant.velocities()
@@ -100,15 +105,6 @@ class _ExudynSystem(WiredSystem):
             )
         return kept
 
-    def _require_straight_inputs(self) -> None:
-        """Refuse angles that turn within a step: inputs move along straight lines here."""
-        turning = [signal.name for signal in self.inputs if signal.angle and self._moving]
-        if turning:
-            raise LoadError(
-                f"inputs {turning} are cosine and sine of an angle with a first-order hold; "
-                "expected inputs that move linearly: give the angle itself as the input"
-            )
-
     def _require_integrator(self, model: WiredPlant) -> None:
         """Refuse an explicit integrator that cannot do what the recipe or the file asks of it."""
         data = model.plant.mbs.systemData
@@ -131,23 +127,6 @@ class _ExudynSystem(WiredSystem):
     def _wires(self) -> tuple[Mapping[str, InputTable], Mapping[str, OutputTable]]:
         tables = read_model(self.specification.model).tables
         return tables.inputs, {one.name: tables.outputs[one.name] for one in self.outputs}
-
-    def set_state(self, state: State) -> None:
-        super().set_state(state)
-        self._samples = 0
-
-    def advance(self, inputs: FloatArray) -> FloatArray:
-        try:
-            outputs = super().advance(inputs)
-        except SimulationError as error:
-            time = self._samples * self.step
-            raise SimulationError(
-                f"system {self.specification.model!r}, {time:g} s after its start, with the input "
-                f"{self._named(inputs)}: {error}",
-                time,
-            ) from error
-        self._samples += 1
-        return outputs
 
     def output(self) -> FloatArray:
         """Return what the sensors measure, shape (n_outputs,).
@@ -180,14 +159,10 @@ class _ExudynSystem(WiredSystem):
             except SimulationError as error:
                 if not self.remarks:
                     self.remarks = (
-                        f"motions begin at the initial configuration, since under the input "
-                        f"{self._named(held)} {error}",
+                        "motions begin at the initial configuration, since under the input "
+                        f"{values_text(self.inputs, held)} {error}",
                     )
         return State(self._start.coordinates, self._start.velocities, held)
-
-    def _named(self, inputs: FloatArray) -> str:
-        pairs = zip(self.inputs, inputs, strict=True)
-        return ", ".join(f"{signal.name} = {value:g}" for signal, value in pairs)
 
 
 class ExudynSystem(_ExudynSystem):

@@ -13,7 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, hold_of
-from slide_fmu.systems.base import Linearizable, State, StateMatrix, Stepping, System
+from slide_fmu.systems.base import (
+    Linearizable,
+    State,
+    StateMatrix,
+    Stepping,
+    System,
+    finite_vector,
+)
 from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.fmu.file import (
@@ -159,10 +166,7 @@ class FmuSystem(Stepping):
         return self._runs.output()
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        values = np.asarray(inputs, dtype=np.float64)
-        if values.shape != (len(self.inputs),) or not np.isfinite(values).all():
-            raise ValueError(f"inputs {values}; expected {len(self.inputs)} finite values")
-        return self._runs.advance(values)
+        return self._runs.advance(finite_vector("inputs", inputs, len(self.inputs)))
 
 
 class SteppedFmu(FmuSystem):

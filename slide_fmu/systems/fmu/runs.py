@@ -9,9 +9,10 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Fatal
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.fmu.steps import Steps
+from slide_fmu.systems.specification import values_text
 
 COMPARED = 1000, 20
 """An instance is trusted to reset itself if that many samples at most, and that many at least, of
@@ -157,7 +158,7 @@ class Runs:
         logged = "; ".join(steps.instance.messages[-3:])
         text = (
             f"FMU {plan.file.path.name!r} failed at t = {time:.6g} s with "
-            f"{_inputs_text(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
+            f"{values_text(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
         )
         self._drop()
         return SimulationError(text + hint, time)
@@ -168,12 +169,6 @@ class Runs:
             with suppress(*FAILURES):
                 self._steps.instance.free()
         self._steps = None
-
-
-def _inputs_text(signals: tuple[Signal, ...], values: FloatArray) -> str:
-    """Say what the inputs are, for example ``"road = 0.1 m"``."""
-    pairs = zip(signals, values, strict=True)
-    return ", ".join(f"{signal.name} = {value:.6g} {signal.unit}" for signal, value in pairs)
 
 
 def _about_step(steps: Steps) -> str:

@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.systems.base import Bending, Linearizable, State, StateMatrix, read_only
+from slide_fmu.systems.base import (
+    Bending,
+    Linearizable,
+    State,
+    StateMatrix,
+    finite_vector,
+    read_only,
+)
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.function.equations import Bend, Equations
@@ -136,15 +143,11 @@ class FunctionSystem(Linearizable, Bending):
         return State(start if found is None else found, np.zeros(0), held_input.copy())
 
     def set_state(self, state: State) -> None:
-        wanted = (self._equations.function.count,), (0,), (len(self.inputs),)
-        parts = state.coordinates, state.velocities, state.last_input
-        for part, shape in zip(parts, wanted, strict=True):
-            if np.shape(part) != shape or not np.isfinite(part).all():
-                raise ValueError(f"state with {part}; expected finite numbers of shape {shape}")
-        self._x, self._u = state.coordinates.copy(), state.last_input.copy()
+        size = self._equations.function.count
+        self._x = finite_vector("state coordinates", state.coordinates, size)
+        self._u = finite_vector("state last_input", state.last_input, len(self.inputs))
         known = np.shape(state.input_rate) == np.shape(self._u)
         self._du = state.input_rate.copy() if known else np.zeros_like(self._u)
-        self._sample = 0
 
     def get_state(self) -> State:
         return State(self._x.copy(), np.zeros(0), self._u.copy(), self._du.copy())
@@ -153,10 +156,10 @@ class FunctionSystem(Linearizable, Bending):
         try:
             return self._g.finite(self._x, read_only(self._u), self._p, read_only(self._du))
         except FunctionError as error:
-            raise FunctionError(f"{error}; {self._place(self._u)}", self._time) from error
+            raise FunctionError(f"{error}; {self._place(self._u)}") from error
 
     def advance(self, inputs: FloatArray) -> FloatArray:
-        self._require_inputs(inputs, (len(self.inputs),))
+        inputs = self._finite(inputs)
         last = self._u if hold_of(self.inputs) == "first_order" else inputs
 
         def after() -> FloatArray:
@@ -165,7 +168,7 @@ class FunctionSystem(Linearizable, Bending):
         return self._advance(after, inputs, (inputs - last) / self.step)
 
     def advance_bending(self, points: FloatArray) -> FloatArray:
-        self._require_inputs(points, (len(points), len(self.inputs)))
+        points = np.array([self._finite(row) for row in points])
         ends = np.array([(signal.low, signal.high) for signal in self.inputs]).T
         bend = Bend.through(np.vstack([self._u, points]), self.step, ends)
 
@@ -174,10 +177,10 @@ class FunctionSystem(Linearizable, Bending):
 
         return self._advance(after, points[-1], bend(self.step)[1])
 
-    def _require_inputs(self, inputs: FloatArray, shape: tuple[int, ...]) -> None:
-        if np.shape(inputs) != shape or not np.isfinite(inputs).all():
-            names = [signal.name for signal in self.inputs]
-            raise ValueError(f"input {inputs}; expected {len(names)} finite numbers for {names}")
+    def _finite(self, inputs: FloatArray) -> FloatArray:
+        """Return a copy of inputs, shape (n_inputs,), which must be finite."""
+        names = ", ".join(signal.name for signal in self.inputs)
+        return finite_vector(f"input {names}", inputs, len(self.inputs))
 
     def _advance(
         self, after: Callable[[], FloatArray], inputs: FloatArray, rate: FloatArray
@@ -187,9 +190,8 @@ class FunctionSystem(Linearizable, Bending):
         try:
             self._x = after()
         except SimulationError as error:
-            raise SimulationError(f"{error}; {self._place(inputs)}", self._time) from error
+            raise SimulationError(f"{error}; {self._place(inputs)}") from error
         self._u, self._du = np.array(inputs, dtype=np.float64), rate
-        self._sample += 1
         self._count_work(self._equations.function.calls - before)
         return self.output()
 
@@ -205,17 +207,9 @@ class FunctionSystem(Linearizable, Bending):
         )
         self.remarks = (*self.remarks, *self._stiff)
 
-    @property
-    def _time(self) -> float:
-        """The time in s since the state that the motion began in."""
-        return self._sample * self.step
-
     def _place(self, inputs: FloatArray) -> str:
-        """Say where in a simulation a function failed."""
-        return (
-            f"in sample {self._sample} (t = {self._time:.6g} s) with x = {self._x.tolist()}, "
-            f"u = {np.asarray(inputs).tolist()}"
-        )
+        """Say in which state, and under which inputs, a function failed."""
+        return f"with x = {self._x.tolist()}, u = {np.asarray(inputs).tolist()}"
 
     def linearize(self, state: State) -> StateMatrix:
         field = self._equations.held(state.last_input)

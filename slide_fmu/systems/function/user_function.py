@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
+from slide_fmu.core.signals import FloatArray, Signal, check_inputs
 from slide_fmu.systems.base import read_only, real_numbers
 from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.specification import require_straight_inputs
 from slide_fmu.systems.user_code import error_text
 
 
@@ -185,12 +186,7 @@ def require_signals(inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], ste
         check_inputs(inputs)
     except ValueError as error:
         raise LoadError(str(error)) from error
-    turning = [inputs[index].name for index in cosines_of(inputs)]
-    if turning and hold_of(inputs) == "first_order":
-        raise LoadError(
-            f"inputs {turning} are cosines of angles that move between samples; expected the "
-            "angles themselves, in rad, as inputs of functions"
-        )
+    require_straight_inputs(inputs)
     if not step > 0:
         raise LoadError(f"step = {step}; expected a positive sample step in s")
 

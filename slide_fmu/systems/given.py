@@ -9,7 +9,6 @@ from __future__ import annotations
 import pickle
 
 from slide_fmu.systems.base import System
-from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 
@@ -52,20 +51,6 @@ def make(specification: Specification) -> System:
             f"{specification.step}: remove it"
         )
     return system
-
-
-def recognises(model: str) -> bool:
-    """Tell whether a model is an object of this session: none that somebody names by a path is."""
-    return False
-
-
-def describe(model: str) -> Declared:
-    """Refuse to describe an object, which is learnt where it is.
-
-    Raises:
-        LoadError: always.
-    """
-    raise LoadError(f"system {model!r} is an object; expected a file or a module: slide.learn it")
 
 
 def crosses(system: System) -> bool:

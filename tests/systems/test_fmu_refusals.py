@@ -120,11 +120,16 @@ def test_what_does_not_fit_the_fmu_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("inputs", "message"),
-    [("depths", "type Float64 array; expected a real scalar"), ("mode", "type Int32; expected")],
+    ("inputs", "found", "expected"),
+    [
+        ("depths", "type Float64 array", "expected a real scalar"),
+        ("mode", "type Int32", "expected"),
+    ],
 )
-def test_arrays_and_whole_numbers_are_no_inputs(tank: str, inputs: str, message: str) -> None:
-    with pytest.raises(LoadError, match=message):
+def test_arrays_and_whole_numbers_are_no_inputs(
+    tank: str, inputs: str, found: str, expected: str
+) -> None:
+    with refused(LoadError, found, expected):
         made(tank, {inputs: SignalTable(range=(-1.0, 1.0))}, {"outflow": SignalTable()})
 
 
@@ -144,16 +149,16 @@ def test_an_fmu_for_other_platforms_is_refused_with_those_it_has(car: str, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("content", "message"),
-    [(None, "no file"), (b"no archive", "not an FMU that can be read")],
+    ("content", "found", "expected"),
+    [(None, "no", "file"), (b"no archive", "not an FMU that", "can be read")],
 )
 def test_a_file_that_is_no_fmu_is_refused(
-    tmp_path: Path, content: bytes | None, message: str
+    tmp_path: Path, content: bytes | None, found: str, expected: str
 ) -> None:
     path = tmp_path / "model.fmu"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         made(str(path))
 
 

@@ -16,6 +16,7 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, describe_model, load_system
 from slide_fmu.systems.specification import Specification
 from tests.recipes import tiny_recipe
+from tests.systems.refusals import refused
 
 
 def test_system_is_loaded_by_name_with_its_parameters() -> None:
@@ -27,39 +28,41 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "parameters", "message"),
+    ("model", "parameters", "found", "expected"),
     [
-        ("mbs_models.oscillators", {}, "expected 'package.module:Class'"),
-        ("mbs_models.oscillators", {}, "has another system.kind: function, exudyn or fmu"),
-        ("mbs_models.oscillators/LinearOscillator", {}, "expected 'package.module:Class'"),
-        ("../oscillators:LinearOscillator", {}, "'../oscillators' is no name of a module"),
-        ("README.md:LinearOscillator", {}, "'README.md' is no name of a module"),
+        ("mbs_models.oscillators", {}, "expected", "'package.module:Class'"),
+        ("mbs_models.oscillators", {}, "has another system.kind", "function, exudyn or fmu"),
+        ("mbs_models.oscillators/LinearOscillator", {}, "expected", "'package.module:Class'"),
+        ("../oscillators:LinearOscillator", {}, "'../oscillators' is no", "name of a module"),
+        ("README.md:LinearOscillator", {}, "'README.md' is no", "name of a module"),
         (
             "swing/pendulum.slx",
             {},
-            "a file of Simulink .* export the model from Simulink as an FMU",
+            "a file of Simulink",
+            "export the model from Simulink as an FMU",
         ),
-        ("pendulum.mo", {}, r"'pendulum.mo' is a file of Modelica by its name; expected an FMU"),
-        (":DuffingOscillator", {}, "expected 'package.module:Class'"),
-        ("mbs_models.missing:Model", {}, "'mbs_models.missing' cannot be imported"),
-        ("my_model:Model", {}, "installed module, or one beside the recipe"),
-        ("mbs_models.oscillators:Missing", {}, "expected one of .*'LinearOscillator'"),
-        ("mbs_models.oscillators:System", {}, "there is no 'System'; expected one of"),
+        ("pendulum.mo", {}, "'pendulum.mo' is a file of Modelica by its name", "expected an FMU"),
+        (":DuffingOscillator", {}, "expected", "'package.module:Class'"),
+        ("mbs_models.missing:Model", {}, "'mbs_models.missing'", "cannot be imported"),
+        ("my_model:Model", {}, "installed module, or one", "beside the recipe"),
+        ("mbs_models.oscillators:Missing", {}, "expected one of", "'LinearOscillator'"),
+        ("mbs_models.oscillators:System", {}, "there is no 'System'", "expected one of"),
         (
             "mbs_models.oscillators:Signal",
             {},
-            "there is no 'Signal'; expected one of",
+            "there is no 'Signal'",
+            "expected one of",
         ),
-        ("mbs_models.oscillators:LinearOscilator", {}, "did you mean 'LinearOscillator'"),
-        ("mbs_models.oscillators:LinearOscillator", {"alpha": 1.0}, "unknown parameters"),
-        ("mbs_models.oscillators:LinearOscillator", {"mass": -1.0}, "mass = -1.0; expected"),
-        ("mbs_models.oscillators:LinearOscillator", {"mass": "one"}, "mass"),
+        ("mbs_models.oscillators:LinearOscilator", {}, "did you mean", "'LinearOscillator'"),
+        ("mbs_models.oscillators:LinearOscillator", {"alpha": 1.0}, "unknown", "parameters"),
+        ("mbs_models.oscillators:LinearOscillator", {"mass": -1.0}, "mass = -1.0", "expected"),
+        ("mbs_models.oscillators:LinearOscillator", {"mass": "one"}, "mass", "'one'"),
     ],
 )
 def test_mistake_in_a_name_or_parameter_is_named(
-    model: str, parameters: dict[str, float], message: str
+    model: str, parameters: dict[str, float], found: str, expected: str
 ) -> None:
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         load_system(Specification(model, parameters))
 
 
@@ -145,23 +148,31 @@ class Plain:
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("name", "found", "expected"),
     [
-        ("", "Pump lacks the methods advance, output, which Stepping asks for: define them"),
-        (":Pump", "Pump lacks the methods advance, output, which Stepping asks for: define them"),
-        (":Pmp", r"there is no 'Pmp'; expected a class of reference systems; did you mean 'Pump'"),
-        (":Plain", "'Plain' does not inherit slide_fmu.System; expected a class of reference sys"),
+        ("", "Pump lacks the methods advance, output", "Stepping asks for: define them"),
+        (":Pump", "Pump lacks the methods advance, output", "Stepping asks for: define them"),
+        (
+            ":Pmp",
+            "there is no 'Pmp'",
+            "did you mean 'Pump'",
+        ),
+        (
+            ":Plain",
+            "'Plain' does not inherit slide_fmu.System",
+            "inherit slide_fmu.Stepping",
+        ),
     ],
 )
 def test_class_that_is_no_whole_system_is_told_what_it_lacks(
-    tmp_path: Path, name: str, message: str
+    tmp_path: Path, name: str, found: str, expected: str
 ) -> None:
     place = tmp_path / "half.py"
     place.write_text(HALF_A_PUMP, encoding="utf-8")
-    with pytest.raises(LoadError, match=message):
+    with refused(LoadError, found, expected):
         describe_model(f"{place}{name}")
     if name:
-        with pytest.raises(LoadError, match=message):
+        with refused(LoadError, found, expected):
             load_system(Specification(f"{place}{name}", step=0.01))
 
 

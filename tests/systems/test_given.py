@@ -7,7 +7,6 @@ from types import ModuleType
 
 import pytest
 
-from mbs_models.oscillators import LinearOscillator
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.systems import given
 from slide_fmu.systems.declared import SignalTable
@@ -15,6 +14,7 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
+from tests.memory.plain_systems import Lag
 from tests.systems.function_models import specifications as models
 from tests.systems.refusals import refused
 
@@ -29,7 +29,7 @@ def named(**more: object) -> Specification:
 
 
 def test_given_system_is_found_by_its_name() -> None:
-    system = LinearOscillator(step=0.02)
+    system = Lag(step=0.02)
     given.give("oscillator", system)
     assert load_system(named()) is system
     assert load_system(named(step=0.02)) is system
@@ -47,7 +47,7 @@ def test_given_system_is_found_by_its_name() -> None:
 def test_recipe_says_nothing_else_about_a_given_system(
     more: dict[str, object], found: str, expected: str
 ) -> None:
-    given.give("oscillator", LinearOscillator(step=0.02))
+    given.give("oscillator", Lag(step=0.02))
     with refused(LoadError, found, expected):
         load_system(named(**more))
 
@@ -64,13 +64,13 @@ def step_of_the_oscillator() -> float:
 
 
 def test_given_system_crosses_to_worker_processes() -> None:
-    given.give("oscillator", LinearOscillator(step=0.02))
+    given.give("oscillator", Lag(step=0.02))
     with process_pool(1) as pool:
         assert in_parallel(pool, step_of_the_oscillator, [()], lambda done: None) == [0.02]
 
 
 def test_no_workers_are_this_process_with_its_progress() -> None:
-    given.give("oscillator", LinearOscillator(step=0.02))
+    given.give("oscillator", Lag(step=0.02))
     set_up: list[str] = []
     heard: list[int] = []
     with process_pool(0, set_up.append, ("here",)) as pool:
@@ -92,4 +92,4 @@ def test_system_of_functions_in_a_session_does_not_cross(monkeypatch: pytest.Mon
         lambda x, u, p: x, lambda x, u, p: x, start=[1.0, 1.0, 1.0], step=0.1, **signals
     )
     assert [given.crosses(one) for one in (own, anonymous)] == [False, False]
-    assert given.crosses(LinearOscillator(step=0.02))
+    assert given.crosses(Lag(step=0.02))

@@ -10,7 +10,10 @@ from mbs_models.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import RandomStates
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.function.system import FunctionSystem
+from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate, simulate_states
+from tests.systems.function_models import specifications as models
 
 STEPS, AT = 40, 17
 
@@ -18,6 +21,13 @@ STEPS, AT = 40, 17
 def turning() -> FloatArray:
     angle = 0.002 * np.arange(STEPS) ** 2
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def pushed_mass() -> FunctionSystem:
+    """A mass between two positions of rest, from its equations."""
+    system = load_system(models.bistable())
+    assert isinstance(system, FunctionSystem)
+    return system
 
 
 @pytest.mark.parametrize(
@@ -44,21 +54,21 @@ def test_states_of_a_motion_are_those_from_which_it_goes_on(
 
 
 def test_states_are_kept_apart_from_the_system() -> None:
-    system = DuffingOscillator()
-    inputs = np.full((5, 1), 500.0)
+    system = pushed_mass()
+    inputs = np.full((5, 1), 10.0)
     _, states = simulate_states(system, inputs, system.rest_state(np.zeros(1)))
     assert np.ptp([state.coordinates[0] for state in states]) > 0
 
 
 def test_inputs_that_are_not_finite_are_refused_before_anything_runs() -> None:
-    system = DuffingOscillator()
+    system = pushed_mass()
     inputs = np.array([[0.0], [np.nan]])
     with pytest.raises(ValueError, match="inputs in sample 1"):
         simulate_states(system, inputs, system.rest_state(np.zeros(1)))
 
 
 def test_motion_that_is_no_number_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    system = DuffingOscillator()
+    system = pushed_mass()
     monkeypatch.setattr(system, "output", lambda: np.array([np.nan]))
     with pytest.raises(SimulationError, match="expected finite numbers"):
         simulate_states(system, np.zeros((2, 1)), system.rest_state(np.zeros(1)))

@@ -182,9 +182,7 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
                 f"finite numbers of shape {shape}",
                 "give a row and a column for each coordinate, in the same order everywhere",
             )
-    after = system.get_state()
-    before = (state.coordinates, state.velocities, state.last_input)
-    now = (after.coordinates, after.velocities, after.last_input)
+    before, now = _parts(state), _parts(system.get_state())
     if not all(np.array_equal(one, other) for one, other in zip(before, now, strict=True)):
         raise contract_error(
             system, "linearize", "changes the current state", "the state as it was",
@@ -216,7 +214,7 @@ def _check_state(system: System, method: str, state: object) -> None:
         raise contract_error(
             system, method, f"gives a {type(state).__name__}", "a slide_fmu.State", "return one"
         )
-    parts = (state.coordinates, state.velocities, state.last_input)
+    parts = _parts(state)
     right = np.shape(state.last_input) == (len(system.inputs),)
     if not (right and all(np.isfinite(part).all() and np.ndim(part) == 1 for part in parts)):
         raise contract_error(
@@ -226,8 +224,12 @@ def _check_state(system: System, method: str, state: object) -> None:
         )  # fmt: skip
 
 
-def _shapes(state: State) -> tuple[tuple[int, ...], ...]:
-    return tuple(np.shape(p) for p in (state.coordinates, state.velocities, state.last_input))
+def _shapes(state: State) -> list[tuple[int, ...]]:
+    return [np.shape(part) for part in _parts(state)]
+
+
+def _parts(state: State) -> list[FloatArray]:
+    return [state.coordinates, state.velocities, state.last_input]
 
 
 def _call(system: System, method: str, call: Callable[[], Result]) -> Result:

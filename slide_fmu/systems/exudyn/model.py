@@ -10,9 +10,14 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.exudyn.model_file import BUILD, read_model
 from slide_fmu.systems.exudyn.plant import raised_in_exudyn
-from slide_fmu.systems.exudyn.system import SOLVER, ExudynSystem, LinearizableExudynSystem
+from slide_fmu.systems.exudyn.system import (
+    BUILD,
+    SOLVER,
+    ExudynSystem,
+    LinearizableExudynSystem,
+    read_model,
+)
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported

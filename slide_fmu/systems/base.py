@@ -298,10 +298,10 @@ def _row(
     except LoadError:
         raise
     except SimulationError as error:
-        if error.time is not None or k < 0:
+        if error.time is not None:
             raise
-        text = f"{_place(system, k, *inputs).lstrip()}: {error}"
-        raise SimulationError(text, time) from error
+        place = _place(system, k, *inputs).lstrip() or "at the start"
+        raise SimulationError(f"{place}: {error}", time) from error
     except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, method, error, k, *inputs), time) from error
     try:

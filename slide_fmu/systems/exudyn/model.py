@@ -72,7 +72,7 @@ def describe(model: str) -> Declared:
     Raises:
         LoadError: as of ``make``.
     """
-    file = read_model(model).tables
+    file = read_model(model)
     inputs, outputs = _with_ranges(file.inputs), _with_ranges(file.outputs)
     step = file.step or _TRIED_STEP
     system = make(Specification(model, {}, step, "exudyn", inputs, outputs))

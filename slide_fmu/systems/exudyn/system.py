@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import ModuleType
 from typing import Annotated, Any, Literal, cast
 
@@ -39,24 +38,16 @@ BUILD = "build"
 """The function that builds the model, where the recipe names no other."""
 
 
-class Tables(ModelFile):
-    """An exudyn model's file says more about its signals than other files."""
-
-    inputs: Annotated[dict[str, InputTable], Field(min_length=1)]  # type: ignore[assignment]
-    outputs: Annotated[dict[str, OutputTable], Field(min_length=1)]  # type: ignore[assignment]
-
-
-@dataclass(frozen=True)
-class ExudynFile:
-    """An exudyn file is the function that builds a model, and what the file declares.
+class ExudynFile(ModelFile):
+    """An exudyn file says more about its signals than others, and builds the model.
 
     Attributes:
         build: function of an exudyn system and the parameters, which fills the system.
-        tables: its signals, parameters and step.
     """
 
-    build: Callable[[Any, Any], object]
-    tables: Tables
+    build: Callable[..., Any]
+    inputs: Annotated[dict[str, InputTable], Field(min_length=1)]  # type: ignore[assignment]
+    outputs: Annotated[dict[str, OutputTable], Field(min_length=1)]  # type: ignore[assignment]
 
 
 def read_model(model: str) -> ExudynFile:
@@ -67,11 +58,11 @@ def read_model(model: str) -> ExudynFile:
     """
     label = f"system {model!r}"
     module, function = imported(label, model)
-    tables = read_declared(Tables, label, vars(module))
-    return ExudynFile(_build_function(label, module, function or BUILD), tables)
+    build = _build_function(label, module, function or BUILD)
+    return read_declared(ExudynFile, label, {**vars(module), "build": build})
 
 
-def _build_function(label: str, module: ModuleType, name: str) -> Callable[[Any, Any], object]:
+def _build_function(label: str, module: ModuleType, name: str) -> Callable[..., Any]:
     """Find the function that builds the model."""
     found = getattr(module, name, None)
     remedy = f"expected a function {name}(mbs, p) that fills the exudyn system mbs"
@@ -82,7 +73,7 @@ def _build_function(label: str, module: ModuleType, name: str) -> Callable[[Any,
         signature.bind(None, None)
     except TypeError:
         raise LoadError(f"{label}: {name}{signature}; {remedy}: correct its arguments") from None
-    return cast(Callable[[Any, Any], object], found)
+    return cast(Callable[..., Any], found)
 
 
 class SolverTable(Table):
@@ -115,12 +106,12 @@ class _ExudynSystem(WiredSystem):
             SimulationError: forces or outputs cannot be computed there.
         """
         file = read_model(specification.model)
-        tables, self.specification = file.tables, specification
+        self.specification = specification
         self._parameters, self._table = _values(specification, file)
-        inputs = chosen_signals("input", tables.inputs, specification.inputs)
-        offered = chosen_outputs(tables.outputs, specification.outputs)
+        inputs = chosen_signals("input", file.inputs, specification.inputs)
+        offered = chosen_outputs(file.outputs, specification.outputs)
         outputs = chosen_signals("output", offered, specification.outputs)
-        step = specification.step or tables.step or specification.sample_step()
+        step = specification.step or file.step or specification.sample_step()
         # between samples each part of a step has its part of the integration steps
         substeps = -(-self._table.substeps // specification.part_of)
         solver = Solver(step, substeps, self._table.integrator)
@@ -183,8 +174,8 @@ class _ExudynSystem(WiredSystem):
         return model
 
     def _wires(self) -> tuple[Mapping[str, InputTable], Mapping[str, OutputTable]]:
-        tables = read_model(self.specification.model).tables
-        return tables.inputs, {one.name: tables.outputs[one.name] for one in self.outputs}
+        file = read_model(self.specification.model)
+        return file.inputs, {one.name: file.outputs[one.name] for one in self.outputs}
 
     def output(self) -> FloatArray:
         """Return what the sensors measure, shape (n_outputs,).
@@ -235,7 +226,7 @@ def _values(
     specification: Specification, file: ExudynFile
 ) -> tuple[dict[str, Parameter], SolverTable]:
     """Give the parameters that build the model, and those that say how it is integrated."""
-    label, own = f"system {specification.model!r}", file.tables.parameters
+    label, own = f"system {specification.model!r}", file.parameters
     values = merged_parameters(label, {**SOLVER, **own}, specification.parameters)
     try:
         table = SolverTable(**{name: values[name] for name in SOLVER})  # type: ignore[arg-type]

@@ -50,7 +50,7 @@ class RecordSystem(System):
             LoadError: the function takes other arguments, or the signals do not belong together.
         """
         self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
-        require_signals(self.inputs, self.outputs, self.step)
+        require_signals(self)
         require_arguments("simulate", simulate, ("t", "u", "p"), 3)
         self._simulate, self._p = simulate, Parameters(**(parameters or {}))
 

@@ -82,7 +82,7 @@ class FunctionSystem(Linearizable, Bending):
             LoadError: a function cannot be called as it should, or gives something else.
         """
         self.inputs, self.outputs, self.step = tuple(inputs), tuple(outputs), float(step)
-        require_signals(self.inputs, self.outputs, self.step)
+        require_signals(self)
         self._p, self._given_start = Parameters(**(parameters or {})), start
         if callable(start):
             require_arguments("start", start, ("u", "p"), 2)

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal, check_inputs
-from slide_fmu.systems.base import read_only, real_numbers
+from slide_fmu.core.signals import FloatArray, check_inputs
+from slide_fmu.systems.base import System, read_only, real_numbers
+from slide_fmu.systems.contract import check_signals, check_step
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.specification import require_straight_inputs
 from slide_fmu.systems.user_code import error_text
@@ -172,23 +173,19 @@ def _require_order(
         )
 
 
-def require_signals(inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], step: float) -> None:
-    """Refuse signals that a model made of functions cannot have, and a step that is none.
+def require_signals(system: System) -> None:
+    """Refuse signals that a system made of functions cannot have, and a step that is none.
 
     Raises:
         LoadError: there is none, they do not belong together, or the step is not positive.
     """
-    if not (inputs and outputs):
-        raise LoadError(
-            f"{len(inputs)} inputs and {len(outputs)} outputs; expected at least one of each"
-        )
+    check_step(system, None)
+    check_signals(system)
     try:
-        check_inputs(inputs)
+        check_inputs(system.inputs)
     except ValueError as error:
         raise LoadError(str(error)) from error
-    require_straight_inputs(inputs)
-    if not step > 0:
-        raise LoadError(f"step = {step}; expected a positive sample step in s")
+    require_straight_inputs(system.inputs)
 
 
 def _shown(result: object) -> str:

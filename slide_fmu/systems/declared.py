@@ -64,8 +64,8 @@ class SignalTable(Table):
     @staticmethod
     def of(signal: Signal) -> SignalTable:
         """Give the table that says everything about a signal."""
-        said = {key: value for key, value in vars(signal).items() if key in SIGNAL_KEYS}
-        return SignalTable(range=(signal.low, signal.high), **said)
+        said = {key: _plain(value) for key, value in vars(signal).items() if key in SIGNAL_KEYS}
+        return SignalTable(range=(float(signal.low), float(signal.high)), **said)
 
     def over(self, other: SignalTable) -> SignalTable:
         """Give the table that says what this one says, and elsewhere what the other one says."""

@@ -63,6 +63,11 @@ def test_class_with_a_mistake_in_what_it_says_of_itself_is_refused(
         load_system(Specification(f"{model}:Pump", step=0.1))
 
 
+def test_ranges_of_a_class_may_be_numbers_of_numpy(tmp_path: Path) -> None:
+    found = describe_model(written(tmp_path, '"m", -1.0, 1.0', '"m", np.int64(-1), np.float32(1)'))
+    assert found.outputs["y"].range == (-1.0, 1.0)
+
+
 def test_class_whose_default_step_is_negative_is_refused(tmp_path: Path) -> None:
     model = written(tmp_path, "step=0.1", "step=-0.1")
     with pytest.raises(LoadError, match=r"\.step is -0\.1; expected .* a positive number"):

@@ -177,7 +177,8 @@ def test_trial_tells_of_motions_beyond_the_range_that_fail(tmp_path: Path) -> No
         "1 of 1 kinds of motions could not be simulated at 3 times the amplitude, for" in told[1]
     )
     assert "estimator.beyond asks; trajectories that fail beyond the range are left out" in told[1]
-    assert "lies outside of its range -1..1, where the model may fail: f raised" in told[1]
+    assert "lies outside of its range -1..1, where the model may fail: in sample " in told[1]
+    assert "f raised" in told[1]
     assert "could not be simulated" not in told[0]
 
 

@@ -54,7 +54,12 @@ def test_recipe_that_cannot_be_read_is_told_in_words(tmp_path: Path) -> None:
     assert "Errno" not in output
     code, output = said("run", DUFFING)
     assert code == 1
-    assert "duffing.fmu' is no text (" in output
+    assert "duffing.fmu' is an FMU by its name; expected a TOML file" in output
+    assert "slide-fmu info duffing.fmu" in output
+    (tmp_path / "no_text.toml").write_bytes(b"\xff\xfe")
+    code, output = said("run", tmp_path / "no_text.toml")
+    assert code == 1
+    assert "no_text.toml' is no text (" in output
     assert "expected a TOML file such as training/duffing.toml" in output
 
 

@@ -106,9 +106,8 @@ def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
 def test_data_of_a_class_depend_on_neither_its_picture_nor_its_kind() -> None:
     """So that stores of earlier versions, which name neither, are still read."""
     plain = data_fingerprint(tiny_recipe())["system"]
-    for key in ("picture", "drawing"):
-        drawn = tiny_recipe(system={"kind": "class", key: "mbs_models.pictures:draw"})
-        assert data_fingerprint(drawn)["system"] == plain
+    drawn = tiny_recipe(system={"kind": "class", "picture": "mbs_models.pictures:draw"})
+    assert data_fingerprint(drawn)["system"] == plain
     assert set(plain) == {"model", "parameters"}
 
 

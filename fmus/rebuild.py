@@ -2,9 +2,9 @@
 
 Each FMU is replaced by one with the same surrogate, provenance, measured figures and report, and
 with the runtime of this version; its card and credentials, which follow from these, are written
-again too. Its recipe is
-that of ``training`` as it is now, which must say the same. The experiment that it carries stays;
-where it carries none, or with ``--experiment``, its reference is simulated for some seconds.
+again too. Its recipe is that of ``training`` as it is now, which must say the same. The experiment
+that it carries stays; where it carries none, or with ``--experiment``, its reference is simulated
+for some seconds.
 With ``--measure``, the same surrogate is measured beside its reference again, and gets figures,
 report, card and pictures of this version; how it was trained is not known then, and not shown.
 To train again, too: ``make release NAME=duffing``.
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -37,7 +36,6 @@ from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
-from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
@@ -46,8 +44,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
-FORMER_DRAWING = r"^drawing = .*\n"
-"""Line of a recipe of version 0.6.0, which has another place now."""
 MADE_ANEW = ("measured", "drawing")
 """Parts of the provenance that measuring makes anew."""
 
@@ -152,19 +148,11 @@ def _learnt_anew(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
 
 
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
-    """Return the text of the recipe in ``training``, if it says what the released one says.
-
-    Version 0.6.0 had the key ``window.inputs = "step_end"`` in place of ``window.planned``, and
-    ``system.drawing`` in place of ``apps.page.drawing``, and drew parameters beyond their ranges
-    without the key ``beyond``.
-    """
+    """Return the text of the recipe in ``training``, if it says what the released one says."""
     place = TRAINING / f"{surrogate.name}.toml"
     text = place.read_text(encoding="utf-8")
-    former = provenance["recipe"].replace('inputs = "step_end"', "planned = true")
-    former = re.sub(FORMER_DRAWING, "", former, flags=re.MULTILINE)
-    released = recipe_of_provenance({**provenance, "recipe": former}, surrogate.name)
-    found, now = (_learnt(recipe) for recipe in (released, parse_recipe(text, str(place))))
-    if now not in (found, _of_former_parameters(found)):
+    released, now = recipe_of_provenance(provenance, surrogate.name), parse_recipe(text, place)
+    if _learnt(released) != _learnt(now):
         raise StageError(f"{place} says something else than the released FMU: release it again")
     return text
 
@@ -174,15 +162,6 @@ def _learnt(recipe: Recipe) -> dict[str, Any]:
     values = recipe.model_dump(mode="json", exclude={"description", "equations", "apps"})
     del values["system"]["picture"]
     return values
-
-
-def _of_former_parameters(found: dict[str, Any]) -> dict[str, Any]:
-    """Return what a recipe says if its parameters lack the key ``beyond``, as those of 0.6.0."""
-    tables = {
-        name: {key: value for key, value in table.items() if key != "beyond" or value}
-        for name, table in found["parameters"].items()
-    }
-    return with_former_beyond({**found, "parameters": tables})
 
 
 def main() -> None:

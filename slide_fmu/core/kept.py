@@ -51,9 +51,7 @@ def damage_named(path: Path, expected: str, remedy: str = REMOVED) -> Iterator[N
 
 
 def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[str, Any]:
-    """Read a JSON object that has these keys.
-
-    Its hash (``sealed``) is looked at where it has one: those of former versions have none.
+    """Read a JSON object that has these keys, and the hash with which it was ``sealed``.
 
     Raises:
         DamagedFileError: the file holds none, or has changed since it was written.
@@ -61,8 +59,7 @@ def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[
     """
     with damage_named(path, f"a JSON object with the keys {', '.join(keys)}", remedy):
         found = {**json.loads(path.read_bytes().decode("utf-8"))}
-        stated = found.pop(DIGEST, None)
-        if stated is not None and stated != _digest(found):
+        if found.pop(DIGEST, None) != _digest(found):
             raise ValueError("it does not have the hash with which it was written")
         return found | {key: found[key] for key in keys}
 

@@ -26,9 +26,6 @@ Hold = Literal["zero_order", "first_order"]
 linearly from inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
 """
 
-FORMER_HOLDS: dict[str, Hold] = {"held": "zero_order", "ramp": "first_order"}
-"""Words that files of former versions have for the holds."""
-
 Angle = Literal["cosine", "sine"]
 """What an input is of an angle. The sine is the input directly behind its cosine."""
 

@@ -104,7 +104,7 @@ class _Run:
             for name, u in zip(self.inputs, values[0], strict=True)
         }
         start = {PREHISTORY_KNOWN: 1.0, **known}
-        if AT_STEP_END in self.fmu.references:  # FMUs of former versions know nothing else
+        if AT_STEP_END in self.fmu.references:  # FMUs that hold a torch module know nothing else
             start[AT_STEP_END] = 1.0
         return self._steps(times, values[0], (values[1:], kept[1:]), start)
 

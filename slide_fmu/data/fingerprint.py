@@ -6,15 +6,12 @@ Data of other values, or of a model that has changed since, are told by them.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.estimator import drawn_factors
-from slide_fmu.recipe.parameters import FORMER_BEYOND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 SAME = 1e-6
@@ -22,8 +19,7 @@ SAME = 1e-6
 differ in the last digits."""
 
 _DO_NOT_MATTER = "budget_minutes", "most_failures"
-_OF_RECORDS = "shares", "by"
-"""Keys of the table ``data``; stores of models that earlier versions made have not the latter."""
+"""Keys of the table ``data`` on which no trajectory depends."""
 
 
 def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
@@ -32,43 +28,23 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     A store that was made from other values is not used. Numbers of trajectories are no part of
     the fingerprint: a store may hold more than a recipe reads.
     """
-    system = recipe.system.model_dump(
-        mode="json", exclude={"reference", "picture", "chain", "drive", "noise_record"}
-    )
-    measured = recipe.system.is_record
-    if not measured:
-        del system["further"]
-    if system["kind"] == "class":  # stores of earlier versions know no other
-        for key in ("kind", "inputs", "outputs"):
-            del system[key]
-    left_out = {*SPLITS, *_DO_NOT_MATTER, *(() if measured else _OF_RECORDS)}
-    data = recipe.data.model_dump(mode="json", exclude=left_out)
-    data["excitation"] = _of_kinds(recipe.data.excitation)
-    if data["substeps"] == 1:  # stores of earlier versions know no other
-        del data["substeps"]
-    fingerprint = {"system": system, "step": recipe.window.step, "data": data}
-    if recipe.parameters:
-        tables = recipe.model_dump(mode="json", include={"parameters"})
-        fingerprint["parameters"] = {
-            name: {k: v for k, v in table.items() if not _left_out_of(k, v, measured)}
-            for name, table in tables["parameters"].items()
-        }
+    exclude = {"reference", "picture", "chain", "drive", "noise_record"}
+    fingerprint = {
+        "system": recipe.system.model_dump(mode="json", exclude=exclude),
+        "step": recipe.window.step,
+        "data": recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER}),
+        **recipe.model_dump(mode="json", include={"parameters"}),
+    }
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
     if recipe.further_kinds():
-        fingerprint["bound"] = {"excitation": _of_kinds(recipe.further_kinds())}
+        kinds = [kind.model_dump(mode="json") for kind in recipe.further_kinds()]
+        fingerprint["bound"] = {"excitation": kinds}
     return dict(json.loads(json.dumps(fingerprint)))
 
 
-def _left_out_of(key: str, value: Any, measured: bool) -> bool:
-    """Tell whether stores of earlier versions know no such key of a parameter, or only this."""
-    if measured:
-        return key == "beyond"
-    return key == "values" or (key == "beyond" and value == FORMER_BEYOND)
-
-
-def former_factors(fingerprint: dict[str, Any], split: str, index: int) -> tuple[float, float]:
+def drawn_with(fingerprint: dict[str, Any], split: str, index: int) -> tuple[float, float]:
     """Return the range of the amplitude factor that a store's trajectory was drawn with.
 
     Without an estimator in the fingerprint no trajectory of one was made.
@@ -84,16 +60,10 @@ def former_factors(fingerprint: dict[str, Any], split: str, index: int) -> tuple
 
 
 def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
-    """Return a fingerprint without how far inputs leave their ranges (``former_factors``)."""
+    """Return a fingerprint without how far inputs leave their ranges (``drawn_with``)."""
     data = {k: v for k, v in fingerprint["data"].items() if k != "beyond_factor"}
     found = {k: v for k, v in fingerprint.items() if k != "estimator"}
     return {**found, "data": data}
-
-
-def _of_kinds(kinds: Sequence[Excitation]) -> list[dict[str, Any]]:
-    """Return their settings; stores of earlier versions know of no rest and no decades."""
-    found, new = [kind.model_dump(mode="json") for kind in kinds], {"rest": 0.0, "decades": False}
-    return [{k: v for k, v in table.items() if k not in new or v != new[k]} for table in found]
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

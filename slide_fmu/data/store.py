@@ -32,15 +32,18 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import failures_folder
 from slide_fmu.data.fingerprint import (
     data_fingerprint,
+    drawn_with,
     first_difference,
-    former_factors,
     same_kinds_of_draws,
     same_motion,
 )
 from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.measured import KIND
-from slide_fmu.recipe.parameters import with_former_beyond
-from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+
+FORMAT = 1
+"""Stores of other formats are refused: it is raised when the fingerprint of a recipe has other
+keys."""
 
 READ_AT_ONCE, FEW = 64, 3
 """So many trajectories are read at once to see whether they are whole. Where not so many, and not
@@ -117,9 +120,6 @@ def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None
         count = recipe.count(split)
         with _damage_reported(path, split):
             group = _group(path, "r")
-            if split in OF_BOUND and split not in group:  # of earlier versions
-                lacks.append(partial(_add_split, path, split, count, shapes))
-                continue
             for name in (*shapes, "kinds", "done"):
                 if group[f"{split}/{name}"].shape[0] < count:
                     lacks.append(partial(_lengthen, path, split, name, count))
@@ -136,7 +136,7 @@ def _forget_redrawn(path: Path, recipe: Recipe) -> None:
         changed = [
             index
             for index in room
-            if former_factors(found, split, index) != split_stream(recipe, split, index).factors
+            if drawn_with(found, split, index) != split_stream(recipe, split, index).factors
         ]
         forget_trajectories(path, split, changed)
 
@@ -160,11 +160,6 @@ def _name_origin(path: Path, fingerprint: dict[str, Any]) -> None:
         _group(path, "r+").attrs["fingerprint"] = fingerprint
 
 
-def _add_split(path: Path, split: str, count: int, shapes: Shapes) -> None:
-    with writing(path):
-        _create_split(_group(path, "r+").create_group(split), count, shapes)
-
-
 def _lengthen(path: Path, split: str, name: str, count: int) -> None:
     with writing(path), _damage_reported(path, split):
         array = _group(path, "r+")[f"{split}/{name}"]
@@ -177,7 +172,11 @@ def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray)
     The first of several programs that do so wins; the others use its store. Nothing is left beside
     its place where that fails.
     """
-    attributes = {"fingerprint": data_fingerprint(recipe), "probe": probe.tolist()}
+    attributes = {
+        "format": FORMAT,
+        "fingerprint": data_fingerprint(recipe),
+        "probe": probe.tolist(),
+    }
     number = f"{os.getpid()}.{threading.get_ident()}"
     temporary = path.with_name(f"{path.name}.{number}")
     try:
@@ -207,21 +206,13 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
         raise StoreError(_nothing(path))
     attributes, wanted = _attributes(path), data_fingerprint(recipe)
     found = attributes["fingerprint"]
-    if set(found["data"]) & set(SPLITS):  # only earlier versions kept numbers of trajectories
-        if "estimator" in found:
-            raise StoreError(
-                f"{path} was made by an earlier version, which drew the error estimator's "
-                "trajectories in another order; generate again (slide-fmu generate RECIPE "
-                "--overwrite)"
-            )
-        found["data"] = {k: value for k, value in found["data"].items() if k not in SPLITS}
     # a store without trajectories for an estimator, or of the bound's own kinds, gets them later,
     # in streams of their own
     for one, other in ((found, wanted), (wanted, found)):
         for table in ("estimator", "bound"):
             if table not in one:
                 other.pop(table, None)
-    _require_same_values(path, with_former_beyond(found), with_former_beyond(wanted), redrawn)
+    _require_same_values(path, found, wanted, redrawn)
     known = np.array(attributes["probe"])
     if recipe.system.is_record:
         _require_same_records(path, recipe, known, probe)
@@ -236,10 +227,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
 def _require_same_records(path: Path, recipe: Recipe, known: FloatArray, now: FloatArray) -> None:
     """Refuse files of records, one row for each, that have changed since they were stored."""
     files = (recipe.system.model, *recipe.system.further)
-    if known.shape == now.shape:
-        others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
-    else:  # earlier versions knew all files together alone
-        others = [f"one of {', '.join(files)}"]
+    others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
     if others:
         raise StoreError(
             f"{path}: {', '.join(others)} has changed since its samples were stored here; "
@@ -304,8 +292,6 @@ def missing_trajectories(
     """
     with _damage_reported(path, split):
         group = _group(path, "r")
-        if split in OF_BOUND and split not in group:  # of earlier versions
-            return list(shard.indices(count or 0, before))
         flags = group[f"{split}/done"]
         wanted = shard.indices(flags.shape[0] if count is None else count, before)
         # a listing takes seconds where a million reads take minutes
@@ -323,8 +309,6 @@ def remove_damaged_flags(path: Path, split: str) -> None:
     """
     with _damage_reported(path, split):
         group = _group(path, "r")
-        if split not in group:  # of earlier versions
-            return
         flags = group[f"{split}/done"]
         there = sorted(_written(path, flags))
         with contextlib.suppress(RuntimeError, ValueError):
@@ -522,10 +506,17 @@ def _group(path: Path, mode: Any) -> Any:
 def _attributes(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = dict(_group(path, "r").attrs.asdict())
+        if "fingerprint" in found and found.get("format") != FORMAT:
+            raise StoreError(
+                f"{path} was made by another version of slide-fmu; generate again (slide-fmu "
+                "generate RECIPE --overwrite), or use the version that made it"
+            )
         np.array(found["probe"], dtype=np.float64)
         tables = [found["fingerprint"][name] for name in ("data", "system")]
         if not all(isinstance(table, dict) for table in tables):
             raise TypeError("its recipe has no tables")
+    except StoreError:
+        raise
     except (FileNotFoundError, LookupError, TypeError, ValueError) as error:
         raise StoreError(
             f"{path} is not a trajectory store, or a damaged one ({error}); remove it and "

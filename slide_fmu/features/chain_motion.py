@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
-from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw
+from slide_fmu.features.drive_law import DriveLaw
 from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
 TURN = 1e-3
@@ -109,23 +109,6 @@ class ChainMotion(Features):
         shapes = part_shapes(n).items()
         parts = {name: section.f64(math.prod(shape)).reshape(shape) for name, shape in shapes}
         return cls(SerialChain(**parts), law, middle, half_range, step)
-
-    @classmethod
-    def read_former(cls, section: Reader, n_inputs: int) -> ChainMotion:
-        """Read set 3 of former versions: revolute joints on a quadratic B-spline."""
-        n, step = n_inputs, float(section.f64(1)[0])
-        middle, half_range, a, d, alpha, masses = (section.f64(n) for _ in range(6))
-        chain = SerialChain.denavit_hartenberg(
-            a,
-            d,
-            alpha,
-            masses=masses,
-            centres=section.f64(3 * n).reshape(n, 3),
-            inertias=section.f64(9 * n).reshape(n, 3, 3),
-            gravity=section.f64(3),
-            tool=section.f64(3),
-        )
-        return cls(chain, DRIVE_LAWS["quadratic_b_spline"], middle, half_range, step)
 
     def parameters(self) -> bytes:
         """Write f64 step, law[4], middle[n], half_range[n], then the chain's ``part_shapes``."""

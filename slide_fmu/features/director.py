@@ -90,13 +90,6 @@ class Director(Features):
         kinds = tuple(section.u32() for _ in range(n_inputs))
         return cls(kinds, Affine(section.f64(n_inputs), section.f64(n_inputs)))
 
-    @classmethod
-    def read_former(cls, section: Reader, n_inputs: int) -> Director:
-        """Read set 2 of former versions, which had no parameters: the two inputs are one angle."""
-        if n_inputs != 2:
-            raise ValueError(f"director of {n_inputs} inputs; expected 2")
-        return cls((COSINE, SINE), Affine(np.zeros(2), np.ones(2)))
-
     def parameters(self) -> bytes:
         """Write u32 kinds[n], f64 offset[n], f64 scale[n] of the inputs."""
         parts = (self.scaling.offset, self.scaling.scale)

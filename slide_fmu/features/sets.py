@@ -16,9 +16,7 @@ runtime with a file that reads and forms the same, and its lines in ``feature_se
                            middle + half_range * input in rad
 
 The law has the weights of the newest and the oldest set point in the place, and of the newest in
-rate and acceleration; the others follow (``drive_law.py``). Two sets of former versions are read
-here only: 2, one angle by cosine and sine, which had no parameters, and 3, the motion of revolute
-joints on a quadratic B-spline.
+rate and acceleration; the others follow (``drive_law.py``).
 
 The signals of a set and their order are its ``blocks``. All numbers are little-endian.
 """
@@ -37,9 +35,6 @@ from slide_fmu.features.feature_map import FeatureMap
 
 SETS: tuple[type[Features], ...] = (Differences, Director, ChainMotion)
 """All sets."""
-
-FORMER = {2: Director.read_former, 3: ChainMotion.read_former}
-"""Readers of sets that former versions wrote."""
 
 LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES)
 """Names of all features that change their sign with the inputs."""
@@ -80,7 +75,7 @@ def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
         ValueError: the bytes are no features of so many inputs.
     """
     number = section.u32()
-    readers = {**FORMER, **{kind.NUMBER: kind.read for kind in SETS}}
+    readers = {kind.NUMBER: kind.read for kind in SETS}
     if number not in readers:
         raise ValueError(f"features of set {number}; expected one of {sorted(readers)}")
     features = readers[number](section, n_inputs)

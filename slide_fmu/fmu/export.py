@@ -28,6 +28,9 @@ DOCUMENTATION, EXTRA = "documentation", "extra"
 """Folders for files that no runtime reads."""
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
+PROVENANCE_FORMAT = 1
+"""Format of the provenance. FMUs of other formats are refused: it is raised when a change of the
+recipe or of the measured figures makes those of FMUs unreadable."""
 
 LARGEST = 2_000_000_000
 """Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
@@ -97,7 +100,8 @@ def export_fmu(
         **(source_members(surrogate.name, payload, fmi, sources == "scalar") if sources else {}),
     }
     if provenance is not None:
-        text = json.dumps(provenance, sort_keys=True, indent=2, ensure_ascii=False)
+        stated = {**provenance, "format": PROVENANCE_FORMAT}
+        text = json.dumps(stated, sort_keys=True, indent=2, ensure_ascii=False)
         members[PROVENANCE] = text.encode("utf-8")
     for folder, files_of in ((DOCUMENTATION, documentation), (EXTRA, extra)):
         for name, content in (files_of or {}).items():
@@ -152,7 +156,8 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     """Read the surrogate and its provenance from an FMU.
 
     Raises:
-        FmuError: the file is no FMU, no FMU of slide-fmu, or damaged.
+        FmuError: the file is no FMU, no FMU of slide-fmu, damaged, or one of another version whose
+            provenance has another format.
         OSError: the file cannot be read.
     """
     beginning = read_member(path, SURROGATE, len(MAGIC))
@@ -171,6 +176,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
             "FMU of another tool can be a model to learn from (slide-fmu init FMU), and fmpy "
             "checks it (fmpy validate FMU)"
         )
+    provenance = _read_provenance(path)
     try:
         if beginning != MAGIC:  # then nothing of it is worth unpacking
             Surrogate.from_bytes(beginning)
@@ -180,7 +186,21 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
         surrogate = Surrogate.from_bytes(read_member(path, SURROGATE) or b"")
     except PayloadError as error:
         raise FmuError(f"{path}: {error}; {REMEDY}") from error
-    return surrogate, read_json(path, PROVENANCE)
+    return surrogate, provenance
+
+
+def _read_provenance(path: Path) -> dict[str, Any] | None:
+    """Read where a surrogate comes from; None where its FMU does not say it."""
+    provenance = read_json(path, PROVENANCE)
+    if provenance is not None and provenance.pop("format", None) != PROVENANCE_FORMAT:
+        versions = provenance.get("versions")
+        by = versions.get("slide-fmu") if isinstance(versions, dict) else None
+        raise FmuError(
+            f"{path} was made by slide-fmu {by or 'of another version'}, in a form that this "
+            "version does not read; run its recipe again with this version, or use the version "
+            "that made it"
+        )
+    return provenance
 
 
 def _tool_of(path: Path) -> str | None:

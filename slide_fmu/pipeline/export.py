@@ -20,9 +20,7 @@ from slide_fmu.fmu.export import (
     export_fmu,
     read_fmu,
     read_folder,
-    read_member,
 )
-from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.fmu.libraries.sources import Sources
@@ -149,9 +147,8 @@ def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) ->
         ValueError: the path does not end in ``.fmu``.
     """
     surrogate, found = read_fmu(source)
-    if read_member(source, HASHES) is not None:  # versions up to 0.6.0 wrote no list of hashes
-        for problem in hash_problems(source, WRITTEN_ANEW):
-            raise FmuError(f"{source}: {problem}")
+    for problem in hash_problems(source, WRITTEN_ANEW):
+        raise FmuError(f"{source}: {problem}")
     return export_fmu(
         surrogate,
         path,

@@ -18,7 +18,6 @@ from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
 from slide_fmu.recipe.automatic import LENGTHS
-from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, source_at
 from slide_fmu.systems.base import System
@@ -88,4 +87,4 @@ def memo_of(place: Path, asked: dict[str, Any], motion: FloatArray) -> Memo:
 def _same_model(kept: dict[str, Any], now: dict[str, Any]) -> bool:
     """Tell whether recipe and model are the same, but for rounding."""
     probes = (np.array(one["probe"]) for one in (kept, now))
-    return with_former_beyond(kept["recipe"]) == now["recipe"] and same_motion(*probes)
+    return kept["recipe"] == now["recipe"] and same_motion(*probes)

@@ -13,13 +13,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from slide_fmu.core.files import FullDiskError, write_whole, writing
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
-from slide_fmu.recipe.parameters import with_former_beyond
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -212,10 +209,11 @@ class RunFolder:
         """
         self.require_surrogate()
         record = read_kept(self.training, KEPT, "train again (slide-fmu train RECIPE)")
-        if not _same_learning(record["recipe"], recipe):
+        if _learnt(record["recipe"]) != _learnt(recipe.model_dump(mode="json")):
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
-                "holds now; train again (slide-fmu train RECIPE) or restore the recipe"
+                f"holds now, by slide-fmu {record['versions'].get('slide-fmu')}; train again "
+                "(slide-fmu train RECIPE), restore the recipe, or use that version"
             )
         data = self.surrogate.read_bytes()
         if record["surrogate"] != hashlib.sha256(data).hexdigest():
@@ -250,15 +248,6 @@ def _told(place: Path) -> str:
     )
 
 
-def _same_learning(record: dict[str, Any], recipe: Recipe) -> bool:
-    """Tell whether a recorded recipe, with today's defaults for keys it lacks, says the same."""
-    try:
-        recorded = Recipe.model_validate(with_former_beyond(record))
-    except ValidationError:
-        return False
-    return _learnt(recorded.model_dump(mode="json")) == _learnt(recipe.model_dump(mode="json"))
-
-
 def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     """Return what a recipe says about learning: not how the result is tested and measured."""
     untaught = ("description", "equations", "stability", "validation", "apps")
@@ -284,5 +273,5 @@ def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Reci
             "made by slide-fmu run or slide-fmu export"
         )
     place = f"recipe in {source}"
-    recipe = parse_recipe(provenance["recipe"], place, released=True)
+    recipe = parse_recipe(provenance["recipe"], place)
     return with_resolved(recipe, provenance.get("resolved", {}), place)

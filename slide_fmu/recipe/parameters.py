@@ -14,9 +14,6 @@ from slide_fmu.recipe.specimens import require_specimens
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe
 
-FORMER_BEYOND = 0.05
-"""Version 0.6.0 drew values so far beyond every range: what it kept of recipes does not have the
-key ``beyond``, and means this."""
 ITERATIONS = 150
 """A training takes so many iterations on all data unless the recipe says otherwise. It converges
 more slowly than without parameters: the training error of a Duffing oscillator with a mass of 1 to
@@ -87,21 +84,6 @@ def with_iterations(tables: dict[str, Any]) -> dict[str, Any]:
     if "iterations" in training or method != LeastSquaresRecipe().method:
         return tables
     return {**tables, "training": {**training, "iterations": ITERATIONS}}
-
-
-def with_former_beyond(kept: dict[str, Any]) -> dict[str, Any]:
-    """Return what was kept of a recipe with the key ``beyond`` of its parameters.
-
-    Where it was kept without, that was by a version which drew values ``FORMER_BEYOND`` beyond
-    their ranges; those of measured records had no values but the measured ones.
-    """
-    if not kept.get("parameters"):
-        return kept
-    tables = {
-        name: table if table.get("values") else {"beyond": FORMER_BEYOND, **table}
-        for name, table in kept["parameters"].items()
-    }
-    return {**kept, "parameters": tables}
 
 
 def require_parameters(recipe: Recipe) -> None:

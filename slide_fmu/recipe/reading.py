@@ -22,13 +22,10 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.reference import known_keys, sections_of
 
 
-def parse_recipe(text: str, source: str | Path, released: bool = False) -> Recipe:
+def parse_recipe(text: str, source: str | Path) -> Recipe:
     """Read a recipe from TOML text, which messages call ``source``.
 
     A path is that of a file which holds the text: messages name the line of a mistake then.
-
-    One that an FMU carries was ``released``, perhaps before inputs could leave their ranges only
-    where ``estimator.beyond`` asks for that: a factor above 1 asked for it then.
 
     Raises:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.
@@ -46,9 +43,6 @@ def parse_recipe(text: str, source: str | Path, released: bool = False) -> Recip
                     f"{source}: {place} holds {found!r}; expected text without control "
                     "characters, since the XML files of an FMU can hold none"
                 )
-        estimator = tables.get("estimator")
-        if released and isinstance(estimator, dict) and "amplitude_factor" in estimator:
-            estimator.setdefault("beyond", True)
         return Recipe.model_validate(tables)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error

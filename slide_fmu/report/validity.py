@@ -107,9 +107,7 @@ def _of_kinds(kinds: Mapping[str, str], figures: Figures, unknown: str) -> Itera
     bounds = figures.get("error_bound", {"excitations": []})["excitations"]
     harms = {kind["name"]: kind.get("harm") for kind in bounds}
     for kind in figures["excitations"]:
-        name = kind.get("name", kind["kind"])  # FMUs of former versions keep no names ...
-        if name not in kinds:  # ... and do not tell several of one kind apart
-            continue
+        name = kind["name"]
         harm, error = harms.get(name), max(kind["relative_rmse"])
         verdict = unknown if harm is None else _verdict(harm)
         seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "

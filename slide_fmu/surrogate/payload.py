@@ -51,9 +51,7 @@ held while they are not known. Flags: 1, the inputs are planned motions; 2, the 
 inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges what was
 given by forecast inputs.
 
-Files of version 5 are those without MOVE. Files of version 4 (one hold for all inputs behind
-n_outputs in WIND, no hold and angle in SCIN) are read here only: their angle is found in the
-features of their network.
+Files of version 5 are those without MOVE.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -105,13 +103,10 @@ HEAD, CHECKSUM = 12, 4
 TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
 """Those of the sections, in their order."""
 VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
-READABLE = (4, 5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
+READABLE = (5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Places in both are the numbers in the file."""
-
-FORMER_DIRECTOR = 2
-"""Number of the features of an angle in files of version 4."""
 
 INPUT_ROW = np.dtype(
     [("offset", "<f8"), ("scale", "<f8"), ("start", "<f8"), ("hold", "<u4"), ("angle", "<u4")]
@@ -191,8 +186,6 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
         raise PayloadError("surrogate file is damaged: its checksum does not match its content")
     reader = Reader(data[:-4], HEAD)
     try:
-        if version == 4:
-            reader = Reader(_sections_of_version_4(reader), 0)
         parts = _decode_sections(reader, version)
         if reader.position != len(reader.data):
             raise ValueError("unexpected bytes after the last section")
@@ -243,24 +236,6 @@ def _version(beginning: bytes) -> int:
             "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
         )
     return version
-
-
-def _sections_of_version_4(reader: Reader) -> bytes:
-    """The sections of a file of version 4 as they are in one of this version."""
-    window, inputs = reader.section(b"WIND"), reader.section(b"SCIN")
-    sizes, hold = window.take(24), window.u32()
-    window.done()
-    rest = reader.data[reader.position :]
-    reader.section(b"SCOU")
-    network = reader.section(b"PRED")
-    network.u32()  # its family
-    angles = (1, 2) if network.u32() == FORMER_DIRECTOR else ()
-    rows = b""
-    for index in range(len(inputs.data) // 24):
-        angle = angles[index] if index < len(angles) else 0
-        rows += inputs.take(24) + struct.pack("<II", hold, angle)
-    inputs.done()
-    return _section(b"WIND", sizes) + _section(b"SCIN", rows) + rest
 
 
 def _section(tag: bytes, content: bytes) -> bytes:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmus.rebuild import TRAINING, _recipe_now, measure, rebuild
+from fmus.rebuild import measure, rebuild
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.agreement import card_problems
@@ -159,17 +159,3 @@ def test_fmu_that_is_measured_again_gets_figures_report_card_and_picture_of_now(
     assert b"2 trajectories" in page
     assert (folder / "side_by_side.png").stat().st_size > 10_000
     assert list(app_problems(fmu, surrogate, found)) == []
-
-
-def test_recipe_that_went_beyond_ranges_of_parameters_without_the_key_says_the_same() -> None:
-    name = "slider_crank_payload"
-    surrogate, provenance = read_fmu(ROOT / "fmus" / name / f"{name}.fmu")
-    assert provenance is not None
-    now = (TRAINING / f"{name}.toml").read_text(encoding="utf-8")
-    former = now.replace("\nbeyond = 0.05\n", "\n")
-    assert former != now
-    for recipe in (former, now):
-        assert _recipe_now({**provenance, "recipe": recipe}, surrogate) == now
-    further = now.replace("\nbeyond = 0.05\n", "\nbeyond = 0.1\n")
-    with pytest.raises(StageError, match="says something else"):
-        _recipe_now({**provenance, "recipe": further}, surrogate)

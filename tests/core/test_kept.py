@@ -47,10 +47,11 @@ def test_digit_that_a_flipped_bit_has_changed_is_noticed(tmp_path: Path) -> None
         read_kept(path, ("values",))
 
 
-def test_object_of_a_former_version_without_a_hash_is_read(tmp_path: Path) -> None:
+def test_object_without_a_hash_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "kept.json"
     path.write_text('{"values": 3}')
-    assert read_kept(path, ("values",)) == {"values": 3}
+    with pytest.raises(DamagedFileError, match=r"does not have the hash"):
+        read_kept(path, ("values",))
 
 
 def test_memo_gives_what_was_made_from_the_same(tmp_path: Path) -> None:

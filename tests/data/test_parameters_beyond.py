@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import zarr
 
 from slide_fmu.core.parameters import RANGE_SLACK
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import BEYOND_ATTEMPTS, split_stream
-from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
-from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.store import read_split
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.propose.trial import open_trial, try_recipe
-from slide_fmu.recipe.parameters import FORMER_BEYOND
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import LoadError, SimulationError
 from tests.progress import no_stages, silent
-from tests.recipes import tiny_state_space_recipe
 
 LAG = """
 inputs = {"u": {"unit": "1", "range": [-1, 1]}}
@@ -156,34 +149,11 @@ def test_trial_remarks_where_the_model_fails_as_far_as_data_go(
     assert all("at 1 of 2 ends" in one and "(with gain = 2.4)" in one for one in told)
 
 
-def former(path: Path) -> None:
-    """Let a store be one of the version that had no key ``beyond``."""
-    group = zarr.open_group(path, mode="r+")
-    kept: dict[str, Any] = json.loads(json.dumps(group.attrs["fingerprint"]))
-    for table in kept["parameters"].values():
-        table.pop("beyond", None)
-    group.attrs["fingerprint"] = kept
-
-
-def test_store_of_a_version_without_the_key_is_that_of_its_value(tmp_path: Path) -> None:
-    tables = {"mass": {"range": [1.0, 4.0], "unit": "kg", "beyond": FORMER_BEYOND}}
-    recipe, store = tiny_state_space_recipe(parameters=tables), tmp_path / "run" / "store"
-    made = generate(recipe, store, None, silent)
-    assert made
-    assert "beyond" not in data_fingerprint(recipe)["parameters"]["mass"]
-    former(store)
-    assert generate(recipe, store, None, silent) == 0
-    del tables["mass"]["beyond"]
-    within = tiny_state_space_recipe(parameters=tables)
-    with pytest.raises(StoreError, match=r"parameters.mass.beyond = 0.05 there, 0.0 in the recip"):
-        generate(within, store, None, silent)
-
-
-def test_values_of_a_former_recipe_are_those_of_the_key(tmp_path: Path) -> None:
+def test_values_of_the_released_recipe_go_beyond_the_range(tmp_path: Path) -> None:
     """The released slider-crank with an open payload was learnt from these."""
     job = open_job(Path("training/slider_crank_payload.toml"), tmp_path, no_stages)
     assert {name: table.beyond for name, table in job.recipe.parameters.items()} == {
-        "slider_mass": FORMER_BEYOND
+        "slider_mass": 0.05
     }
     stream = split_stream(job.recipe, "train", 0)
     found = [drawn_parameters(job.recipe, stream, index)["slider_mass"] for index in range(96)]

@@ -232,21 +232,11 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
         open_store(store, RECIPE, SHAPES, MOTION)
 
 
-@pytest.mark.parametrize("estimating", [False, True])
-def test_store_of_an_earlier_version_is_refused_where_it_differs(
-    store: Path, estimating: bool
-) -> None:
-    """It named the numbers of trajectories, and drew those of estimators in another order."""
+def test_store_of_another_format_is_refused_with_the_remedy(store: Path) -> None:
     group = zarr.open_group(store, mode="r+")
-    fingerprint = dict(group.attrs["fingerprint"])
-    fingerprint["data"] = {**fingerprint["data"], **dict.fromkeys(SPLITS, 4)}
-    if not estimating:
-        del fingerprint["estimator"]
-    group.attrs["fingerprint"] = fingerprint
-    if not estimating:
-        return require_origin(store, RECIPE, MOTION)
-    with pytest.raises(StoreError, match="earlier version, which drew the error estimator"):
-        require_origin(store, RECIPE, MOTION)
+    group.attrs["format"] = 0
+    with pytest.raises(StoreError, match=r"another version.*--overwrite"):
+        open_store(store, RECIPE, SHAPES, MOTION)
 
 
 def test_removed_store_is_gone(store: Path) -> None:
@@ -357,16 +347,6 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
     assert missing_trajectories(store, "train", 4) == [1, 2, 3]
     write_trajectory(store, "train", 1, trajectory(1), kind=0)
     assert missing_trajectories(store, "train", 4) == [2, 3]
-
-
-def test_store_of_an_earlier_version_gets_room_for_a_bound(tmp_path: Path) -> None:
-    path = tmp_path / "store"
-    open_store(path, RECIPE, SHAPES, MOTION)
-    for split in ("companion", "bound", "calibration"):
-        shutil.rmtree(path / split)
-    open_store(path, RECIPE, SHAPES, MOTION)
-    assert missing_trajectories(path, "calibration") == []
-    write_trajectory(path, "train", 0, trajectory(0), kind=0)
 
 
 def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: Path) -> None:

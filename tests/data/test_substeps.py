@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, simulate_draw
-from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import LoadError
@@ -166,8 +165,3 @@ def test_rates_of_inputs_that_bend_are_those_of_the_moment(model: str) -> None:
     # central differences about the samples, an eighth of a step to both sides
     true = (one.between[16::8, 0] - one.between[14:-2:8, 0]) / (2 * STEP / 8)
     np.testing.assert_allclose(found, true, atol=1e-2 * np.abs(true).max())
-
-
-def test_store_of_straight_inputs_is_that_of_earlier_versions(model: str) -> None:
-    assert "substeps" not in data_fingerprint(recipe(model, SINE, 1))["data"]
-    assert data_fingerprint(recipe(model, SINE, 4))["data"]["substeps"] == 4

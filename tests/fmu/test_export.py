@@ -183,3 +183,14 @@ def test_a_payload_that_is_none_is_refused_by_its_beginning(
     with pytest.raises(FmuError, match="surrogate file"):
         read_fmu(path)
     assert largest[0] < 100
+
+
+def test_fmu_of_another_version_is_refused_with_the_remedy(
+    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surrogate, old = read_fmu(fmu)[0], tmp_path / "old.fmu"
+    monkeypatch.setattr("slide_fmu.fmu.export.PROVENANCE_FORMAT", 0)
+    export_fmu(surrogate, old, provenance={"versions": {"slide-fmu": "0.2.0"}})
+    monkeypatch.undo()
+    with pytest.raises(FmuError, match=r"made by slide-fmu 0\.2\.0.*run its recipe again"):
+        read_fmu(old)

@@ -132,15 +132,6 @@ def test_without_harm_there_is_no_verdict_and_no_rule() -> None:
     ]
 
 
-def test_figures_without_names_are_those_of_the_only_one_of_a_kind() -> None:
-    """FMUs of former versions keep such ones."""
-    old = {**MEASURED, "excitations": [{"kind": "sweep", "relative_rmse": [0.01]}]}
-    assert judged(a=old)[0] == Judgement("trained on", SWEEP, "relative RMSE 1 %")
-    twice = recipe().model_copy(update={"data": FINER.data})
-    both = judgements(surrogate(), twice, {"a": old})
-    assert [one.measured for one in both] == ["not measured"] * len(FINER.data.excitation)
-
-
 def test_records_are_named_by_their_files() -> None:
     of_records = parse_recipe(RECORDS, "bench.toml")
     (found,) = judgements(surrogate(), of_records, {})

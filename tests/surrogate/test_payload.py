@@ -374,3 +374,13 @@ def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
     alone = random_surrogate(Shape(hold="first_order"))
     with pytest.raises(ValueError, match=r"forecast of 2 inputs.*expected 1"):
         replace(alone, forecast=moving.forecast)
+
+
+def test_file_of_version_5_has_no_forecast_and_its_inputs_are_held() -> None:
+    shape = Shape(n_in=3, n_out=2, hold="first_order")
+    data = replace(random_surrogate(shape), forecast=None).to_bytes()
+    old = Surrogate.from_bytes(with_checksum(data[:8] + struct.pack("<I", 5) + data[12:-4]))
+    assert old.forecast is None
+    assert not old.inputs_at_step_end
+    assert not old.planned
+    assert old.to_bytes() == data

@@ -12,7 +12,6 @@ from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.fmu.description.variables import NOVELTY
 from slide_fmu.pipeline.apps import Repeated
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -82,7 +81,7 @@ def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
         name: float(np.max(np.abs(found[name] - experiment.results[name]))) for name in names
     }
     allowed = _allowed(experiment, surrogate)
-    if surrogate.bound is not None and NOVELTY in names:  # those of former versions have none
+    if surrogate.bound is not None:
         of_bound = bound_deviations(surrogate, found, experiment.results)
         differences |= {name: deviation for name, (deviation, _) in of_bound.items()}
         allowed |= {name: most for name, (_, most) in of_bound.items()}

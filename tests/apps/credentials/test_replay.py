@@ -106,15 +106,6 @@ def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
     assert problem.startswith(f"{name}: the replayed experiment differs by")
 
 
-def test_experiment_of_a_former_version_without_bounds_is_repeated(
-    bounded: tuple[Surrogate, Experiment], tmp_path: Path
-) -> None:
-    released, experiment = bounded
-    results = {name: experiment.results[name] for name in ("y0", "y1", "window_filled")}
-    found = replayed(released, replace(experiment, results=results), tmp_path / "m.fmu")
-    assert (found.problems(), list(found.differences)) == ([], ["y0", "y1", "window_filled"])
-
-
 @pytest.mark.parametrize("name", sorted(path.parent.name for path in FMUS.glob("*/*.fmu")))
 def test_plain_importer_repeats_the_experiment_of_a_released_fmu(
     name: str, tmp_path: Path

@@ -5,8 +5,7 @@
 #SBATCH --mem-per-cpu=2G
 #SBATCH --time=04:00:00
 # Usage: sbatch array.sh RECIPE RUNS, with a folder RUNS on a disk that all machines share.
-# Each task of the array makes one part of the trajectories.
+# Each task of the array makes what the others have left.
 set -euo pipefail
 export OMP_NUM_THREADS=1
-slide-fmu generate "$1" --runs "$2" --workers "$SLURM_CPUS_PER_TASK" \
-    --shard "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT"
+slide-fmu generate "$1" --runs "$2" --workers "$SLURM_CPUS_PER_TASK"

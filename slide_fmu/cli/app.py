@@ -14,7 +14,7 @@ from slide_fmu import __version__
 from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
-from slide_fmu.cli.recipe_commands import cost, generate, init, reference, run, train, try_, window
+from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
 from slide_fmu.pipeline.apps import apps
 from slide_fmu.pipeline.display import ENDLESS
 
@@ -24,7 +24,6 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     run,
     window,
     generate,
-    cost,
     train,
     export,
     reference,

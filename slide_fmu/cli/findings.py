@@ -111,35 +111,6 @@ def _show_costs(data: dict[str, Any]) -> None:
     )
 
 
-def show_cost(figures: dict[str, Any]) -> None:
-    """Print what very many simulations cost, as ``slide_fmu.pipeline.cost`` gives it."""
-    one, ends = figures["trajectory"], figures["stops_scaling"]
-    console.print(
-        f"one     {one['simulated_time_s']:g} s take {one['simulate_s']:.3g} s of a core, and "
-        f"{1e3 * one['write_s']:.3g} ms to write {one['bytes'] / 1e3:.3g} kB in "
-        f"{one['files']:g} files and folders"
-    )
-    console.print(
-        f"all     {figures['simulations']:.4g} on {figures['cores']} cores: "
-        f"{figures['wall_time_s'] / 3600:.3g} hours, {figures['core_hours']:.3g} core hours, of "
-        f"which {100 * figures['useful']:.3g} % simulate and write"
-    )
-    console.print(
-        f"store   {figures['store_bytes'] / 1e9:.3g} GB in {figures['store_files']:.3g} files and "
-        f"folders, {figures['files_per_s']:.3g} in a second; "
-        f"{figures['look_again_s'] / 60:.3g} minutes to see that all are there"
-    )
-    limits = table_of("what stops scaling", "beyond so many cores")
-    limits.add_row("one process hands out all jobs", f"{ends['handing_out_cores']}")
-    limits.add_row("the disk, if it writes one at a time", f"{ends['serial_disk_cores']}")
-    console.print(limits)
-    if ends["shards_for_all_cores"] > 1:
-        show_remark(
-            f"one process cannot hand out the jobs of {figures['cores']} cores: make "
-            f"{ends['shards_for_all_cores']} or more parts of them (slide-fmu generate --shard)"
-        )
-
-
 def show_search(figures: dict[str, Any]) -> None:
     """Print what was searched for: numbers of trajectories, sizes, and what may be missing."""
     curve = figures.get("learning_curve")

@@ -22,7 +22,6 @@ from slide_fmu.cli.console import (
     write_json,
 )
 from slide_fmu.cli.findings import (
-    show_cost,
     show_draft,
     show_found,
     show_search,
@@ -287,47 +286,20 @@ def generate(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
     executor: ExecutorOption = None,
-    shard: Annotated[
-        str | None,
-        typer.Option(metavar="I/N", help="Make this part only, as 1/8 for the first of eight."),
-    ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make the data of a recipe, alone or with others; go on where that was stopped."""
-    from slide_fmu.pipeline.generate import generate_recipe, workplace
+    from slide_fmu.data.workplace import Workplace
+    from slide_fmu.pipeline.generate import generate_recipe
     from slide_fmu.pipeline.job import open_job
 
     with progress_bars(GOES_ON) as bar:
-        place = workplace(workers, executor, shard, overwrite)
+        place = Workplace(workers, executor)
         job = open_job(recipe, runs, bar, data_seed=seed)
         figures = generate_recipe(job, place, overwrite)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"data    {job.folder.store}")
-    if shard is not None:
-        console.print(f"shard {shard} is made; where all are, slide-fmu generate finds the whole")
-
-
-def cost(
-    recipe: RecipeArgument,
-    simulations: Annotated[
-        float, typer.Option(min=1, max=1e15, help="Ask for so many simulations, as 1e6.")
-    ] = 1e6,
-    cores: Annotated[int, typer.Option(min=1, help="Share them among so many cores.")] = 1,
-    json_path: JsonOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Draw the data with this seed.")] = None,
-    runs: RunsOption = Path("runs"),
-    executor: ExecutorOption = None,
-) -> None:
-    """Tell what very many simulations cost on many cores, and where more do not help."""
-    from slide_fmu.pipeline.cost import cost_figures, measure_cost
-    from slide_fmu.pipeline.job import open_job
-
-    with progress_bars() as bar:
-        measured = measure_cost(open_job(recipe, runs, bar, data_seed=seed), executor)
-        figures = cost_figures(measured, round(simulations), cores)
-    write_json(json_path, figures)
-    show_cost(figures)
 
 
 def train(

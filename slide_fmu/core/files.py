@@ -73,18 +73,17 @@ class _Beside:
     """The folders of the recipe or FMU that this process is about, in the order of the search."""
 
     folders: tuple[Path, ...] = ()
-    instead: bool = False
 
 
 _beside = _Beside()
 
 
-def look_beside(*folders: Path, instead: bool = False) -> None:
+def look_beside(*folders: Path) -> None:
     """Let ``find_file`` look in the folders of a recipe or an FMU, not in those of former ones.
 
-    They are on Python's search path too. With ``instead`` they are looked in before anything else.
+    They are on Python's search path too.
     """
-    _beside.folders, _beside.instead = folders, instead
+    _beside.folders = folders
 
 
 def find_file(name: str) -> Path:
@@ -99,13 +98,12 @@ def find_file(name: str) -> Path:
     """
     here, folders = Path(name), _beside.folders
     own = next((folder / name for folder in folders if (folder / name).is_file()), None)
-    if own is not None and not _beside.instead and here.is_file() and not _same(here, own):
+    if own is not None and here.is_file() and not _same(here, own):
         raise AmbiguousFileError(
             f"two files {name!r} that differ: {str(own)!r}, and one in the current folder; "
             "expected one: change to the folder of the recipe, or rename one"
         )
-    first = folders if _beside.instead else ()
-    places = (folder / name for folder in (*first, *map(Path, ["", *sys.path])))
+    places = (folder / name for folder in map(Path, ["", *sys.path]))
     found = next((path for path in places if path.is_file()), None)
     if found is None:
         raise FileNotFoundError(

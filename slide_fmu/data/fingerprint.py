@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import probe
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.base import Source, System
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
@@ -64,6 +67,21 @@ def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
     data = {k: v for k, v in fingerprint["data"].items() if k != "beyond_factor"}
     found = {k: v for k, v in fingerprint.items() if k != "estimator"}
     return {**found, "data": data}
+
+
+def identity(recipe: Recipe, source: Source) -> FloatArray:
+    """Return numbers that change when a model or a record changes, shape (n, m).
+
+    Of a model they are the outputs of a short motion (``slide_fmu.data.draws.probe``), of records
+    a digest of their files; ``same_motion`` compares them.
+
+    Raises:
+        SimulationError: the model could not be simulated.
+    """
+    if isinstance(source, System):
+        return probe(recipe, source)
+    assert isinstance(source, MeasuredRecords)
+    return source.identity
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

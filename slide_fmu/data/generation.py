@@ -14,24 +14,25 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.apart import ended_process
+from slide_fmu.data.damage import forget_damaged
 from slide_fmu.data.failures import too_many_failures
-from slide_fmu.data.identity import identity
-from slide_fmu.data.mending import forget_damaged
-from slide_fmu.data.own_files import keep_own_files
+from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.parameter_draws import as_row
-from slide_fmu.data.pool import IN_FLIGHT, as_done
+from slide_fmu.data.pool import as_done
 from slide_fmu.data.recorded import stretches
-from slide_fmu.data.shards import WHOLE, Shard
-from slide_fmu.data.store import Shapes, missing_trajectories, open_store, write_trajectory
-from slide_fmu.data.worker import Order, forget, make_trajectories
+from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
+from slide_fmu.data.worker import Order, make_trajectories
+from slide_fmu.data.zarr_group import Shapes
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import SimulationError
 
-MOST_IN_A_JOB = 16
-"""A job has at most so many trajectories, so that the last workers end at about the same time."""
+JOBS, MOST_IN_A_JOB = 4096, 16
+"""Of more trajectories than ``JOBS`` a job has several, since to hand one out takes about a
+millisecond of one process. It has few, so that the last workers end at about the same time."""
 
 
 def generate(
@@ -39,7 +40,6 @@ def generate(
     path: Path,
     executor: Executor | None,
     progress: Progress,
-    shard: Shard = WHOLE,
     beside: Path | None = None,
 ) -> int:
     """Make all trajectories of a recipe that its store does not hold yet.
@@ -55,10 +55,9 @@ def generate(
         recipe: what is made; all its numbers are known.
         path: place of the store.
         executor: does the work; None for this process.
-        progress: shows how many trajectories of the shard are there.
-        shard: the part of the trajectories that is made.
-        beside: folder of the recipe where the executor's workers may run elsewhere, so that the
-            recipe's own files are copied to the store's disk, which they share; None otherwise.
+        progress: shows how many trajectories are there.
+        beside: folder of the recipe where the executor's workers run elsewhere, since they look
+            for the recipe's own files there; None otherwise.
 
     Returns:
         How many trajectories this process or its executor made.
@@ -73,13 +72,14 @@ def generate(
     path = path.absolute()
     source = recipe_source(recipe)
     open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
-    forget_damaged(recipe, path, shard)
+    forget_damaged(recipe, path)
     if isinstance(source, MeasuredRecords):
         return _keep_stretches(recipe, source, path, progress)
-    wanted, total = _missing(recipe, path, shard)
-    own_files = None if beside is None else str(keep_own_files(recipe, beside, path))
-    order = Order(recipe_json(recipe), str(path), own_files)
-    forget()
+    wanted = _missing(recipe, path)
+    order = Order(
+        recipe_json(recipe), str(path), None if beside is None else str(beside.absolute())
+    )
+    total = sum(recipe.count(split) for split in SPLITS)
     before, made = total - len(wanted), 0
     progress(before, total)
     pauses = _pauses()
@@ -115,33 +115,22 @@ def shapes_of(recipe: Recipe, source: Source) -> Shapes:
     return shapes
 
 
-def _missing(recipe: Recipe, path: Path, shard: Shard) -> tuple[list[tuple[str, int]], int]:
-    """List the trajectories of a shard that the store lacks, and count all of the shard."""
-    wanted, total, before = [], 0, 0
-    for split in SPLITS:
-        count = recipe.count(split)
-        missing = missing_trajectories(path, split, count, shard, before)
-        wanted += [(split, index) for index in missing]
-        total += len(shard.indices(count, before))
-        before += count
-    return wanted, total
+def _missing(recipe: Recipe, path: Path) -> list[tuple[str, int]]:
+    """List split and index of the trajectories that the store lacks."""
+    return [
+        (split, index)
+        for split in SPLITS
+        for index in missing_trajectories(path, split, recipe.count(split))
+    ]
 
 
 def _jobs(
     order: Order, wanted: list[tuple[str, int]]
 ) -> Iterator[tuple[Order, tuple[tuple[str, int], ...]]]:
-    """Divide what is wanted into jobs; of very many trajectories a job has several.
-
-    To hand out a job takes about a millisecond of one process, however many workers there are.
-    """
-    size = job_size(len(wanted))
+    """Divide what is wanted into jobs."""
+    size = min(max(len(wanted) // JOBS, 1), MOST_IN_A_JOB)
     for first in range(0, len(wanted), size):
         yield order, tuple(wanted[first : first + size])
-
-
-def job_size(trajectories: int) -> int:
-    """Return how many trajectories a job has where so many are wanted."""
-    return min(max(trajectories // IN_FLIGHT, 1), MOST_IN_A_JOB)
 
 
 def _pauses() -> Iterator[float]:

@@ -11,19 +11,14 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import closing, contextmanager
-from itertools import islice
 from multiprocessing.connection import Connection, wait
-from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from slide_fmu.systems import given
 
 Result = TypeVar("Result")
-
-IN_FLIGHT = 4096
-"""So many jobs are with a pool at a time: enough for a thousand workers, and little memory."""
 
 
 @contextmanager
@@ -135,30 +130,17 @@ def as_done(
 ) -> Generator[tuple[int, Result], None, None]:
     """Call a function with the arguments of every job; give number and result of each when done.
 
-    At most ``IN_FLIGHT`` jobs are with the pool at a time, so that there may be millions. Where
-    one raises, or who asked closes the generator, those that have not begun are left out. Without
-    a pool this process does them.
+    Where one raises, or who asked closes the generator, those that have not begun are left out.
+    Without a pool this process does them.
     """
-    waiting = iter(enumerate(jobs))
     if pool is None:
-        for number, job in waiting:
+        for number, job in enumerate(jobs):
             yield number, function(*job)
         return
-    running: dict[Future[Result], int] = {}
-    finished: SimpleQueue[Future[Result]] = SimpleQueue()
-
-    def begin(most: int) -> None:
-        for number, job in islice(waiting, most):
-            future = pool.submit(function, *job)
-            running[future] = number
-            future.add_done_callback(finished.put)
-
+    running = {pool.submit(function, *job): number for number, job in enumerate(jobs)}
     try:
-        begin(IN_FLIGHT)
-        while running:
-            future = finished.get()
-            yield running.pop(future), future.result()
-            begin(1)
+        for future in as_completed(running):
+            yield running[future], future.result()
     finally:
         for future in running:
             future.cancel()

@@ -8,9 +8,11 @@ finished is never repeated.
 from __future__ import annotations
 
 import socket
+import sys
 import threading
 import time
-from dataclasses import dataclass
+import uuid
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slide_fmu.data.claims import claimed
@@ -24,8 +26,8 @@ from slide_fmu.data.draws import (
 )
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import Failure, allowed_failures, keep_failure
-from slide_fmu.data.identity import identity
-from slide_fmu.data.own_files import use_own_files
+from slide_fmu.data.fingerprint import identity
+from slide_fmu.data.origin import require_motion
 from slide_fmu.data.parameter_draws import (
     as_row,
     drawn_parameters,
@@ -33,14 +35,14 @@ from slide_fmu.data.parameter_draws import (
     system_at,
     with_values,
 )
-from slide_fmu.data.store import is_done, require_motion, write_trajectory
+from slide_fmu.data.trajectories import is_done, write_trajectory
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 
 APPEARS = 10.0
-"""A folder that another machine has just made appears on a shared disk within this time, in s."""
+"""A store that another machine has just made appears on a shared disk within this time, in s."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,15 @@ class Order:
     Attributes:
         recipe: the recipe as JSON (``slide_fmu.data.generation.recipe_json``).
         store: absolute path of the store.
-        own_files: folder of the recipe's own files for workers elsewhere
-            (``slide_fmu.data.own_files``); None for those that this process started.
+        beside: absolute path of the recipe's folder, in which workers elsewhere look for its own
+            files; None for workers that this process started.
+        number: tells the orders of generations apart: the same model may be another one by then.
     """
 
     recipe: str
     store: str
-    own_files: str | None = None
+    beside: str | None = None
+    number: str = field(default_factory=lambda: uuid.uuid4().hex)
 
 
 @dataclass(frozen=True)
@@ -86,11 +90,6 @@ class _Worker(threading.local):
 _worker = _Worker()
 
 
-def forget() -> None:
-    """Forget the system that was made last: an object of its name may be another one by now."""
-    _worker.made = None
-
-
 def make_trajectories(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
     """Make the trajectories that are wanted, by split and index, unless they are done or claimed.
 
@@ -118,32 +117,31 @@ def make_trajectories(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tall
 
 def _prepared(order: Order) -> tuple[Recipe, System]:
     """Return recipe and system of an order; they are made at its first job."""
-    if order.own_files is not None and _use(Path(order.own_files)):
-        forget()
     if _worker.made is None or _worker.made[0] != order:
+        if order.beside is not None:
+            _require_disk(Path(order.store))
+            if order.beside not in sys.path:
+                sys.path.insert(0, order.beside)
         recipe = Recipe.model_validate_json(order.recipe)
         system = recipe_system(recipe)
-        if order.own_files is not None:  # its packages may be others than those here
+        if order.beside is not None:  # the packages and files there may be others than those here
             where = f"the worker on {socket.gethostname()}"
             require_motion(Path(order.store), identity(recipe, system), where)
         _worker.made = order, recipe, system
     return _worker.made[1:]
 
 
-def _use(folder: Path) -> bool:
-    """Use a recipe's own files, which prove that this machine shares the disk of the store."""
+def _require_disk(store: Path) -> None:
+    """Refuse to work where the disk of the store is not seen."""
     end = time.monotonic() + APPEARS
-    while True:
-        try:
-            return use_own_files(folder)
-        except FileNotFoundError as error:
-            if time.monotonic() > end:
-                raise StoreError(
-                    f"the worker on {socket.gethostname()} does not see {str(folder)!r}; expected "
-                    "a disk that all machines share under the same path: keep the work on such a "
-                    "disk (--runs FOLDER)"
-                ) from error
-            time.sleep(0.5)
+    while not store.exists():
+        if time.monotonic() > end:
+            raise StoreError(
+                f"the worker on {socket.gethostname()} does not see {str(store)!r}; expected a "
+                "disk that all machines share under the same path: keep the work on such a disk "
+                "(--runs FOLDER)"
+            )
+        time.sleep(0.5)
 
 
 def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) -> None:

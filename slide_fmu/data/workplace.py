@@ -1,4 +1,4 @@
-"""Where trajectories are made, and which of them: what the command line says about that."""
+"""Trajectories are made by processes of this machine, or by a cluster."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.data import pool
 from slide_fmu.data.cluster import cluster, scheduler_of
 from slide_fmu.data.generation import generate
-from slide_fmu.data.shards import WHOLE, Shard
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 
@@ -23,12 +22,10 @@ class Workplace:
     Attributes:
         workers: number of processes of this machine; one per core if None, none if 0.
         executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
-        shard: the part of the trajectories that is made.
     """
 
     workers: int | None = None
     executor: str | None = None
-    shard: Shard = WHOLE
 
     def __post_init__(self) -> None:
         if self.executor is None:
@@ -65,15 +62,15 @@ class Workplace:
 
         Raises:
             ClusterError: the cluster cannot be used.
-            RecipeError: records are asked to be made elsewhere, or in parts.
+            RecipeError: records are asked to be made elsewhere.
             StoreError, SimulationError: as of ``generate``.
         """
         elsewhere = self.executor is not None
-        if recipe.system.is_record and (elsewhere or self.shard != WHOLE):
+        if recipe.system.is_record and elsewhere:
             raise RecipeError(
                 f"recipe {recipe.name!r} is of records, which are cut and not simulated; expected "
-                "neither --executor nor --shard: leave them out"
+                f"no --executor {self.executor}: leave it out"
             )
         with self.open() as executor:
             folder = (beside or Path()) if elsewhere else None
-            return generate(recipe, store, executor, progress, self.shard, folder)
+            return generate(recipe, store, executor, progress, folder)

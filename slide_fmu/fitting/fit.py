@@ -18,8 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.progress import Stages
-from slide_fmu.data.identity import identity
-from slide_fmu.data.store import Split, require_origin, require_trajectories
+from slide_fmu.data.fingerprint import identity
+from slide_fmu.data.origin import require_origin
+from slide_fmu.data.trajectories import Split, require_trajectories
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fitting.estimator import fit_estimator

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.fitting.preparation import Prepared, Work, prepare, scales_of
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,

@@ -21,7 +21,7 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
 from slide_fmu.core.window import Window
-from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of

@@ -5,29 +5,9 @@ from __future__ import annotations
 from contextlib import nullcontext
 from typing import Any
 
-from slide_fmu.data.shards import WHOLE, shard_of
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
-from slide_fmu.recipe.recipe import RecipeError
-
-
-def workplace(
-    workers: int | None, executor: str | None, shard: str | None, overwrite: bool
-) -> Workplace:
-    """Return the workplace that a command line asks for.
-
-    Raises:
-        ValueError: its options do not go together, or one is of another form.
-    """
-    if shard is None:
-        return Workplace(workers, executor)
-    if overwrite:
-        raise ValueError(
-            f"--shard {shard} and --overwrite; expected one of them, since each part would remove "
-            "what the others have made: remove the run folder first, then make the parts"
-        )
-    return Workplace(workers, executor, shard_of(shard))
 
 
 def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, Any]:
@@ -38,7 +18,7 @@ def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, An
 
     Args:
         job: the recipe and its run folder.
-        place: who makes which trajectories.
+        place: who makes the trajectories.
         overwrite: whether data that are there are made again.
 
     Raises:
@@ -50,12 +30,6 @@ def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, An
     """
     check_window(job)
     is_open = "data.train" in job.recipe.automatic and not job.recipe.system.is_record
-    if is_open and place.shard != WHOLE:
-        raise RecipeError(
-            f"recipe {job.recipe.name!r} leaves data.train open, and --shard {place.shard} cannot "
-            "find it; expected a number: write one, or find it first (slide-fmu generate RECIPE "
-            "without --shard)"
-        )
     with job.folder.alone() if is_open or overwrite else nullcontext():
         job = choose_numbers(job, place, overwrite)
     with job.folder.together(job.bar):

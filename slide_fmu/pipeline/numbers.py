@@ -16,7 +16,7 @@ from pathlib import Path
 
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
-from slide_fmu.data.identity import identity
+from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint

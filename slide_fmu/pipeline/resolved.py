@@ -11,8 +11,7 @@ import numpy as np
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.fingerprint import same_motion
-from slide_fmu.data.identity import identity
+from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing

@@ -111,7 +111,7 @@ def run_recipe(
 
 def _is_trained(job: Job) -> bool:
     """Tell whether all trajectories are there, and a surrogate that was trained of them."""
-    from slide_fmu.data.store import require_trajectories
+    from slide_fmu.data.trajectories import require_trajectories
 
     try:
         require_trajectories(job.folder.store, job.recipe)

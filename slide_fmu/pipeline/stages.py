@@ -115,13 +115,12 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
 
 
 def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
-    """Make all trajectories of the workplace's shard that are not in the store yet.
+    """Make all trajectories that are not in the store yet.
 
     Returns:
         Numbers of trajectories by split, the simulated time in s, how many of them were made now
-        in which time, by this program and for which shard, and how many had failed, of which
-        others took the place; a remark on those beyond the range, or None; the learning curve, if
-        there was one.
+        in which time by this program, and how many had failed, of which others took the place; a
+        remark on those beyond the range, or None; the learning curve, if there was one.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -143,7 +142,6 @@ def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
         "trajectories": counts,
         "simulated_time_s": simulated,
         "made_now": made,
-        "shard": str(place.shard),
         "failed": len(kept_failures(job.folder.store)),
         "remark": remark_on_beyond(job.recipe, job.folder.store),
         "wall_time_s": time.monotonic() - begin,

@@ -108,6 +108,8 @@ def _of_kinds(kinds: Mapping[str, str], figures: Figures, unknown: str) -> Itera
     harms = {kind["name"]: kind.get("harm") for kind in bounds}
     for kind in figures["excitations"]:
         name = kind["name"]
+        if name not in kinds:
+            continue
         harm, error = harms.get(name), max(kind["relative_rmse"])
         verdict = unknown if harm is None else _verdict(harm)
         seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "

@@ -112,7 +112,6 @@ def free_port() -> int:
 def test_scheduler_and_workers_of_the_composition_make_the_same_store(
     tmp_path: Path, machine: Machine
 ) -> None:
-    """The workers live on while the model, which they do not see, changes."""
     port = free_port()
 
     def command(service: str) -> list[str]:
@@ -135,23 +134,13 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
         assert store_digest(store) == before
         write_lag(tmp_path / "recipe", rate=3.0)
         user.run(*words, "--overwrite")
-        assert store_digest(store) == made(tmp_path / "after", recipe) != before
 
 
 @pytest.mark.extended
-def test_tasks_of_the_job_array_make_parts_of_one_store(tmp_path: Path, machine: Machine) -> None:
+def test_tasks_of_the_job_array_make_one_store(tmp_path: Path, machine: Machine) -> None:
     recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
-    for task in ("2", "1", "3"):
-        said = machine.run(
-            "bash",
-            EXAMPLES / "array.sh",
-            recipe,
-            runs,
-            SLURM_CPUS_PER_TASK="1",
-            SLURM_ARRAY_TASK_ID=task,
-            SLURM_ARRAY_TASK_COUNT="3",
-        )
-        assert f"shard {task}/3 is made" in " ".join(said.split())
+    for _ in range(2):
+        machine.run("bash", EXAMPLES / "array.sh", recipe, runs, SLURM_CPUS_PER_TASK="1")
     assert generated(recipe, runs) == 0
     assert store_digest(runs / "lag" / "data.zarr") == made(tmp_path / "alone", recipe)
 
@@ -179,8 +168,7 @@ def test_jobs_that_slurm_starts_make_the_same_store(tmp_path: Path, machine: Mac
 def test_array_and_composition_name_what_there_is() -> None:
     assert (ROOT / COMPOSE["worker"]["build"]["dockerfile"]).is_file()
     assert {"scheduler", "worker", "generate"} == set(COMPOSE)
-    for options in ("--shard", "--executor"):
-        assert any(options in file.read_text() for file in EXAMPLES.iterdir())
+    assert any("--executor" in file.read_text() for file in EXAMPLES.iterdir())
 
 
 def test_scheduler_that_is_not_there_ends_the_command_with_a_message(tmp_path: Path) -> None:
@@ -195,8 +183,6 @@ def test_scheduler_that_is_not_there_ends_the_command_with_a_message(tmp_path: P
     [
         (("--executor", "localhost:8786"), "expected dask://HOST:PORT"),
         (("--executor", "dask://a:1", "--workers", "2"), "leave --workers out"),
-        (("--shard", "3/2"), "expected I/N"),
-        (("--shard", "1/2", "--overwrite"), "expected one of them"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(
@@ -205,33 +191,3 @@ def test_options_that_do_not_fit_are_refused(
     result = invoke("generate", write_lag(tmp_path), "--runs", tmp_path, *options)
     assert result.exit_code == 1
     assert message in " ".join(result.stderr.split())
-
-
-def test_cost_is_told_and_leaves_nothing_behind(tmp_path: Path) -> None:
-    recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
-    asked = ("--simulations", "1e6", "--cores", "1000", "--seed", "3")
-    result = invoke("cost", recipe, "--runs", runs, *asked, "--json", "-")
-    assert result.exit_code == 0, result.output
-    figures = json.loads(result.stdout)
-    one, ends = figures["trajectory"], figures["stops_scaling"]
-    assert (figures["simulations"], figures["cores"]) == (1_000_000, 1000)
-    assert one["simulated_time_s"] == 12.0
-    busy = 1e6 * (one["simulate_s"] + one["write_s"])
-    slowest = max(busy / 1000, 1e6 * one["job_s"] / 16)
-    assert figures["wall_time_s"] == pytest.approx(slowest, rel=0.01)
-    assert figures["core_hours"] == pytest.approx(slowest * 1000 / 3600, rel=0.01)
-    assert figures["useful"] == pytest.approx(busy / 1000 / slowest, rel=0.01)
-    assert one["bytes"] > 8 * 80
-    assert figures["store_bytes"] == pytest.approx(1e6 * one["bytes"])
-    files = figures["store_files"] / figures["wall_time_s"]
-    assert figures["files_per_s"] == pytest.approx(files)
-    parts = 1000 / ends["handing_out_cores"]
-    assert parts <= ends["shards_for_all_cores"] <= parts + 1.1
-    assert list((runs / "lag").iterdir()) == []
-
-
-def test_cost_of_endless_simulations_is_refused_in_words() -> None:
-    recipe = ROOT / "docs" / "tutorials" / "duffing_small.toml"
-    done = invoke("cost", recipe, "--simulations", "1e400", "--cores", "2")
-    assert done.exit_code == 2
-    assert "Invalid value for '--simulations'" in done.output

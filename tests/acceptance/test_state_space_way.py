@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke

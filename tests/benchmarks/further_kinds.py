@@ -27,7 +27,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fitting.error_bound import fit_bound

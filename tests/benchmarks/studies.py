@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import in_parallel, process_pool
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.recipe import Recipe

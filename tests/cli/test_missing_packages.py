@@ -42,7 +42,7 @@ def called(folder: Path, program: str, *arguments: str) -> subprocess.CompletedP
 
 
 @pytest.mark.parametrize(
-    "subcommand", ["try", "run", "compare", "train", "generate", "window", "cost", "learn"]
+    "subcommand", ["try", "run", "compare", "train", "generate", "window", "learn"]
 )
 def test_what_needs_training_packages_names_the_extra_in_one_line(
     tmp_path: Path, subcommand: str

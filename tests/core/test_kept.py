@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.core.kept import DamagedFileError, Memo, read_kept, sealed
 
-WHOLE = json.dumps({"a": 1, "b": [2.5], "more": None}).encode()
+WHOLE = json.dumps(sealed({"a": 1, "b": [2.5], "more": None})).encode()
 
 
 def test_kept_object_is_read_with_all_its_keys(tmp_path: Path) -> None:

@@ -13,10 +13,11 @@ from slide_fmu.core.signals import FloatArray, Signal, outside_of_range
 from slide_fmu.data.draws import STABILITY, Stream, draw, draw_inputs, split_stream
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
-from slide_fmu.data.fingerprint import data_fingerprint
+from slide_fmu.data.fingerprint import data_fingerprint, identity
 from slide_fmu.data.generation import generate
-from slide_fmu.data.identity import identity
-from slide_fmu.data.store import forget_trajectories, read_split, require_origin
+from slide_fmu.data.origin import require_origin
+from slide_fmu.data.store import forget_trajectories
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_system

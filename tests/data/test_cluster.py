@@ -21,16 +21,18 @@ from slide_fmu.data import worker
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import recipe_json
-from slide_fmu.data.own_files import keep_own_files
-from slide_fmu.data.store import missing_trajectories, open_store
+from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import missing_trajectories
 from slide_fmu.data.worker import Order, make_trajectories
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import SimulationError
 from tests.data.logging_system import LOG
 from tests.data.test_failures import failing
 from tests.data.test_generation import LONG, PROBED, SMALL, identities, wait_until
 from tests.limits import HANGS
 from tests.progress import silent
+from tests.recipes import tiny_recipe
 from tests.store_digest import store_digest
 
 NOBODY = "dask://127.0.0.1:9"
@@ -78,6 +80,14 @@ def test_number_of_workers_of_a_cluster_is_refused() -> None:
         Workplace(workers=2, executor=NOBODY)
 
 
+def test_records_are_not_made_elsewhere(tmp_path: Path) -> None:
+    recipe = tiny_recipe()
+    system = recipe.system.model_copy(update={"kind": "record"})
+    records = recipe.model_copy(update={"system": system})
+    with pytest.raises(RecipeError, match=r"is of records.*no --executor"):
+        Workplace(executor=NOBODY).make(records, None, tmp_path / "data.zarr", silent)
+
+
 def test_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     expected = r"needs the package 'distributed'.*pip install 'slide-fmu\[cluster\]'"
@@ -102,8 +112,7 @@ def order_of(folder: Path, probe_factor: float) -> Order:
     source = worker.recipe_system(recipe)
     shapes = {"inputs": (128, 1), "outputs": (129, 1)}
     open_store(store, recipe, shapes, probe_factor * worker.identity(recipe, source))
-    own_files = keep_own_files(recipe, folder, store)
-    return Order(recipe_json(recipe), str(store), str(own_files))
+    return Order(recipe_json(recipe), str(store), str(folder))
 
 
 def test_worker_with_another_model_makes_nothing(
@@ -120,8 +129,8 @@ def test_worker_that_does_not_see_the_disk_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker, "APPEARS", 0.0)
-    order = Order(recipe_json(SMALL), str(tmp_path / "data.zarr"), str(tmp_path / "own_files/x"))
-    with pytest.raises(StoreError, match=r"does not see .*own_files/x'; expected a disk"):
+    order = Order(recipe_json(SMALL), str(tmp_path / "data.zarr"), str(tmp_path))
+    with pytest.raises(StoreError, match=r"does not see .*data.zarr'; expected a disk"):
         make_trajectories(order, (("train", 0),))
 
 

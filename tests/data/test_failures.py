@@ -19,7 +19,7 @@ from slide_fmu.data.failures import (
 )
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.pipeline.checks import check_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system

@@ -21,7 +21,7 @@ from slide_fmu.data.draws import draw, probe_draws, simulate_draw, split_stream
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.store import missing_trajectories, read_split
+from slide_fmu.data.trajectories import missing_trajectories, read_split
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.systems import recipe_system
 from tests.data import generate_logged

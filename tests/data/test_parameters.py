@@ -11,8 +11,9 @@ import pytest
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw, split_stream
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
+from slide_fmu.data.origin import require_origin
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.store import read_split, require_origin
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from tests.progress import silent

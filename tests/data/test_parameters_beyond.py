@@ -13,7 +13,7 @@ from slide_fmu.data.draws import BEYOND_ATTEMPTS, split_stream
 from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.propose.trial import open_trial, try_recipe
 from slide_fmu.recipe.reading import parse_recipe

@@ -14,7 +14,8 @@ from slide_fmu.data.division_remarks import left_out, remarks_on_division
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import inputs_beyond, learnt_pieces, stretches, unseen_stretches
-from slide_fmu.data.store import open_store, read_split, write_trajectory
+from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import read_split, write_trajectory
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import recipe_source

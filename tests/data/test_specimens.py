@@ -11,7 +11,7 @@ from slide_fmu.data.division import divided
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import learnt_pieces, unseen_stretches
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError

@@ -20,12 +20,11 @@ from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.data.generation import shapes_of
-from slide_fmu.data.store import (
+from slide_fmu.data.origin import require_origin
+from slide_fmu.data.store import open_store, remove_store
+from slide_fmu.data.trajectories import (
     missing_trajectories,
-    open_store,
     read_split,
-    remove_store,
-    require_origin,
     require_trajectories,
     write_trajectory,
 )
@@ -121,17 +120,6 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     finer = recipe(system={"reference": {"substeps": 24}})
     open_store(store, finer, SHAPES, MOTION)
     assert "reference" not in data_fingerprint(finer)["system"]
-
-
-def test_store_of_a_version_without_rests_is_that_of_kinds_that_do_not_rest() -> None:
-    ramps = {"kind": "speed_ramps", "weight": 1.0, "speed": 8.0, "acceleration": 20.0}
-    held = {"kind": "held_random", "weight": 1.0}
-    recipe = tiny_recipe(data={"excitation": [ramps, held]})
-    first, second = data_fingerprint(recipe)["data"]["excitation"]
-    assert "rest" not in first
-    assert second == recipe.data.excitation[1].model_dump(mode="json")
-    resting = tiny_recipe(data={"excitation": [{**ramps, "rest": 0.2}, held]})
-    assert data_fingerprint(resting)["data"]["excitation"][0]["rest"] == 0.2
 
 
 @pytest.mark.parametrize(
@@ -350,7 +338,6 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
 
 
 def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: Path) -> None:
-    """As one of an earlier version does, where the recipe now has further kinds."""
     path = tmp_path / "store"
     kind = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
     own = {"train": 1, "validation": 1, "companion": 1, "bound": 6, "duration": 4.0}
@@ -358,7 +345,6 @@ def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: 
         tiny_state_space_recipe(data=own, bound={"excitation": kinds}) for kinds in ([], [kind])
     )
     open_store(path, plain, SHAPES, MOTION)
-    shutil.rmtree(path / "further")
     for split in SPLITS:
         for index in range(plain.count(split)):
             write_trajectory(path, split, index, trajectory(index), kind=0)

@@ -16,7 +16,7 @@ from crepes import ConformalRegressor
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.fitting import error_bound
 from slide_fmu.fitting import fit as fit_module
 from slide_fmu.fitting.error_bound import (

@@ -13,7 +13,7 @@ import torch
 from slide_fmu.core.measures import relative_deviation
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray
-from slide_fmu.data.store import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import COSINE, SINE, Director
 from slide_fmu.features.feature_map import FeatureMap

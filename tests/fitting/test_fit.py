@@ -15,7 +15,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import read_checkpoint

@@ -15,7 +15,7 @@ import torch
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import Split, read_split
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting import preparation as module

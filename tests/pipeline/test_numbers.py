@@ -13,7 +13,7 @@ import pytest
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
-from slide_fmu.data.store import read_split
+from slide_fmu.data.trajectories import read_split
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint

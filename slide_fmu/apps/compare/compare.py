@@ -19,9 +19,9 @@ from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
-from slide_fmu.data.fingerprint import data_fingerprint
-from slide_fmu.data.identity import identity
-from slide_fmu.data.store import Split, read_split, require_origin
+from slide_fmu.data.fingerprint import data_fingerprint, identity
+from slide_fmu.data.origin import require_origin
+from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of

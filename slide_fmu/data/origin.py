@@ -1,0 +1,94 @@
+"""A store of another recipe, or of a model that has changed since, is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.errors import StoreError
+from slide_fmu.data.fingerprint import (
+    data_fingerprint,
+    first_difference,
+    same_kinds_of_draws,
+    same_motion,
+)
+from slide_fmu.data.zarr_group import attributes, require_store
+from slide_fmu.recipe.recipe import Recipe
+
+
+def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool = False) -> None:
+    """Refuse a store that was made from another recipe, or from a model that has changed since.
+
+    Recipes with and without error estimator may share a store. The probe is as of ``open_store``,
+    after which inputs may leave their ranges otherwise than before: these are ``redrawn``.
+
+    Raises:
+        StoreError: there is no store, a value differs (the message names the first that does), or
+            the model gives other outputs.
+    """
+    require_store(path)
+    stated, wanted = attributes(path), data_fingerprint(recipe)
+    found = stated["fingerprint"]
+    # a store without trajectories for an estimator, or of the bound's own kinds, gets them later,
+    # in streams of their own
+    for one, other in ((found, wanted), (wanted, found)):
+        for table in ("estimator", "bound"):
+            if table not in one:
+                other.pop(table, None)
+    _require_same_values(path, found, wanted, redrawn)
+    known = np.array(stated["probe"])
+    if recipe.system.is_record:
+        _require_same_records(path, recipe, known, probe)
+    elif not same_motion(known, probe):
+        raise StoreError(
+            f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
+            "here; the model has changed since: generate again (slide-fmu generate RECIPE "
+            "--overwrite)"
+        )
+
+
+def _require_same_records(path: Path, recipe: Recipe, known: FloatArray, now: FloatArray) -> None:
+    """Refuse files of records, one row for each, that have changed since they were stored."""
+    files = (recipe.system.model, *recipe.system.further)
+    others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
+    if others:
+        raise StoreError(
+            f"{path}: {', '.join(others)} has changed since its samples were stored here; "
+            "expected the same content: restore it, or generate again (slide-fmu generate RECIPE "
+            "--overwrite)"
+        )
+
+
+def _require_same_values(
+    path: Path, found: dict[str, Any], wanted: dict[str, Any], redrawn: bool
+) -> None:
+    """Refuse fingerprints that differ, or differ in more than what is redrawn."""
+    same, command = same_kinds_of_draws, "slide-fmu generate RECIPE --overwrite"
+    difference = first_difference(same(found), same(wanted))
+    if difference is None and not redrawn:
+        difference = first_difference(found, wanted)
+        command = (
+            "slide-fmu generate RECIPE, which keeps the trajectories that are drawn as before"
+        )
+    if difference is not None:
+        raise StoreError(
+            f"{path} was generated from other values: {difference}; restore the recipe, or "
+            f"generate again ({command})"
+        )
+
+
+def require_motion(path: Path, probe: FloatArray, where: str) -> None:
+    """Refuse a model that does not give the short motion of the store's at another place.
+
+    Raises:
+        StoreError: the motions differ; the message begins with the place.
+    """
+    if not same_motion(np.array(attributes(path)["probe"]), probe):
+        raise StoreError(
+            f"{where} simulates another motion than the machine where {path} was made; expected "
+            "the same model there: install the same packages, and begin the workers anew, which "
+            "keep what they have loaded"
+        )

@@ -31,7 +31,7 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     numbers_of,
 )
-from slide_fmu.cosim.effort import SYNTHETIC, Effort
+from slide_fmu.cosim.effort import Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -180,13 +180,7 @@ def check(
 
 
 def bench(
-    fmu: Annotated[
-        Path | None, typer.Argument(help="Take an FMU made by slide-fmu, or --synthetic.")
-    ] = None,
-    synthetic: Annotated[
-        str | None,
-        typer.Option(help=f"Take a network with random weights: {', '.join(SYNTHETIC)}."),
-    ] = None,
+    fmu: FmuArgument,
     json_path: JsonOption = None,
     rounds: Annotated[
         int, typer.Option(min=1, help="Let all take this many turns.")
@@ -196,16 +190,10 @@ def bench(
     ] = Effort.steps,
 ) -> None:
     """Measure how long an FMU takes for a step, and for many windows at once."""
-    from slide_fmu.cosim.bench import bench_fmu, bench_synthetic
+    from slide_fmu.cosim.bench import bench_fmu
 
     with errors():
-        effort = Effort(rounds, steps)
-        if (fmu is None) == (synthetic is None):
-            raise ValueError("bench: give either an FMU or --synthetic NAME")
-        figures = (
-            bench_fmu(fmu, effort) if fmu is not None else bench_synthetic(str(synthetic), effort)
-        )
-        show_json(json_path, figures)
+        show_json(json_path, bench_fmu(fmu, Effort(rounds, steps)))
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:

@@ -5,7 +5,6 @@ Comparisons with other ways to run the same network are in ``tests/benchmarks/co
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.check import random_record
 from slide_fmu.cosim.effort import Effort
 from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
-from slide_fmu.cosim.synthetic import random_record, synthetic_surrogate
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
-from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -32,28 +31,11 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
         NativeError: there is no compiled runtime for this platform.
     """
     surrogate, _ = read_fmu(path)
-    return {"fmu": str(path), **_bench(surrogate, path, effort)}
-
-
-def bench_synthetic(name: str, effort: Effort) -> dict[str, Any]:
-    """Time the FMU of a synthetic network; the figures are those of ``Bench.figures``.
-
-    Raises:
-        ValueError: there is no synthetic network of this name.
-        NativeError: there is no compiled runtime for this platform.
-    """
-    surrogate = synthetic_surrogate(name)
-    with tempfile.TemporaryDirectory() as folder:
-        path = export_fmu(surrogate, Path(folder) / f"{name}.fmu")
-        return {"synthetic": name, **_bench(surrogate, path, effort)}
-
-
-def _bench(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
     with unpacked(path) as fmu:
         bench = Bench(surrogate, fmu, effort)
         for _ in range(effort.rounds):
             bench.round()
-    return bench.figures()
+    return {"fmu": str(path), **bench.figures()}
 
 
 def fmu_times(

@@ -20,7 +20,6 @@ from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
 from slide_fmu.cosim.importer import Reader, open_slave
-from slide_fmu.cosim.synthetic import random_record
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
@@ -313,3 +312,10 @@ def _run_native(
             slave.do_step(index * step, step)
             rows.append(read(slave))
         return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def random_record(surrogate: Surrogate, samples: int) -> FloatArray:
+    """Draw inputs within their ranges, shape (samples, n_inputs), in their units."""
+    low = np.array([signal.low for signal in surrogate.inputs])
+    high = np.array([signal.high for signal in surrogate.inputs])
+    return np.random.default_rng(0).uniform(low, high, (samples, len(low)))

@@ -1,14 +1,11 @@
-"""How long a benchmark measures, and which networks it knows by name.
+"""How long a benchmark measures.
 
-The command line shows both in its help, so this module imports no number crunching.
+The command line shows it in its help, so this module imports no number crunching.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-SYNTHETIC = ("robot",)
-"""Networks with random weights, by name."""
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,12 @@ from baselines.cells import TorchCells
 from baselines.layers import onnx_layers, torch_layers
 from baselines.numpy_fmu import write_numpy_fmu
 from figures_out import write_figures
+from synthetic import synthetic_robot
 from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.cosim.bench import Bench, fmu_times
-from slide_fmu.cosim.effort import SYNTHETIC, Effort
+from slide_fmu.cosim.effort import Effort
 from slide_fmu.cosim.run import unpacked
-from slide_fmu.cosim.synthetic import synthetic_surrogate
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -42,12 +42,12 @@ def compare_fmu(path: Path, effort: Effort) -> dict[str, Any]:
     return {"fmu": str(path), **compare(surrogate, path, effort)}
 
 
-def compare_synthetic(name: str, effort: Effort) -> dict[str, Any]:
-    """Compare a synthetic network; see ``compare``."""
-    surrogate = synthetic_surrogate(name)
+def compare_synthetic(effort: Effort) -> dict[str, Any]:
+    """Compare the robot-sized network with random weights; see ``compare``."""
+    surrogate = synthetic_robot()
     with TemporaryDirectory() as folder:
-        path = export_fmu(surrogate, Path(folder) / f"{name}.fmu")
-        return {"synthetic": name, **compare(surrogate, path, effort)}
+        path = export_fmu(surrogate, Path(folder) / "robot.fmu")
+        return {"synthetic": "robot", **compare(surrogate, path, effort)}
 
 
 def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
@@ -142,14 +142,14 @@ def main() -> None:
     )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("fmu", type=Path, nargs="?")
-    what.add_argument("--synthetic", choices=SYNTHETIC)
+    what.add_argument("--synthetic", choices=["robot"])
     parser.add_argument("--rounds", type=int, default=Effort.rounds)
     parser.add_argument("--steps", type=int, default=Effort.steps)
     parser.add_argument("--json", default="-")
     arguments = parser.parse_args()
     effort = Effort(arguments.rounds, arguments.steps)
     if arguments.fmu is None:
-        figures = compare_synthetic(arguments.synthetic, effort)
+        figures = compare_synthetic(effort)
     else:
         figures = compare_fmu(arguments.fmu, effort)
     write_figures(figures, arguments.json)

@@ -2,9 +2,8 @@
 
     python tests/benchmarks/runtime_proofs.py --json -
 
-The robot-sized network with random weights (``slide-fmu bench --synthetic robot``) beside its
-baselines (``comparison.py``). Given are the kernel, every ratio of every run, their medians, what
-is wanted of them, and those that fell short.
+The robot-sized network with random weights beside its baselines (``comparison.py``). Given are the
+kernel, every ratio of every run, their medians, what is wanted of them, and those that fell short.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ def ratios_of(figures: dict[str, Any]) -> dict[str, float]:
 
 def measure(runs: int, effort: Effort) -> dict[str, Any]:
     """Ratios of several runs and their medians."""
-    found = [compare_synthetic("robot", effort) for _ in range(runs)]
+    found = [compare_synthetic(effort) for _ in range(runs)]
     ratios = [ratios_of(figures) for figures in found]
     medians = {name: statistics.median(run[name] for run in ratios) for name in WANTED}
     return {

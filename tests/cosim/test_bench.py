@@ -9,11 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
-from slide_fmu.cosim.synthetic import synthetic_surrogate
-from slide_fmu.features.differences import Differences
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from slide_fmu.network.feed_forward.network import FeedForward
 from tests.bounds import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
@@ -62,25 +59,3 @@ def test_bench_gives_times_and_batches(tmp_path: Path, shape: Shape, fmi: FmiVer
 def test_bench_gives_the_time_with_error_bounds(tmp_path: Path) -> None:
     path = export_fmu(bounded_surrogate(Shape(cell=CellShape())), tmp_path / "tiny.fmu")
     assert _bench(path)["fmu_set_step_get_with_bounds"] > 0  # type: ignore[operator]
-
-
-def test_synthetic_robot_has_the_size_of_three_networks() -> None:
-    network = synthetic_surrogate("robot").network
-    assert isinstance(network, FeedForward)
-    assert isinstance(network.features.features, Differences)
-    three = 3 * (720 * 180 + 2 * 180 * 180 + 180 * 60)
-    found = sum(layer.weights.size for layer in network.layers)
-    assert found == pytest.approx(three, rel=0.01)
-
-
-@pytest.mark.parametrize("arguments", [[], ["x.fmu", "--synthetic", "robot"]])
-def test_either_an_fmu_or_a_synthetic_network(arguments: list[str]) -> None:
-    result = CliRunner().invoke(app, ["bench", *arguments])
-    assert result.exit_code == 1
-    assert "either" in result.stderr
-
-
-def test_unknown_synthetic_network_is_refused() -> None:
-    result = CliRunner().invoke(app, ["bench", "--synthetic", "crane"])
-    assert result.exit_code == 1
-    assert "robot" in result.stderr

@@ -1,4 +1,4 @@
-"""Benchmarks and checks are made of random inputs and of networks with random weights."""
+"""Networks with random weights are timed where no FMU has the size that is asked for."""
 
 from __future__ import annotations
 
@@ -7,34 +7,21 @@ from itertools import pairwise
 import numpy as np
 
 from slide_fmu.core.scaling import Affine
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
-from slide_fmu.cosim.effort import SYNTHETIC
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-def random_record(surrogate: Surrogate, samples: int) -> FloatArray:
-    """Draw inputs within their ranges, shape (samples, n_inputs), in their units."""
-    low = np.array([signal.low for signal in surrogate.inputs])
-    high = np.array([signal.high for signal in surrogate.inputs])
-    return np.random.default_rng(0).uniform(low, high, (samples, len(low)))
+def synthetic_robot() -> Surrogate:
+    """Make a surrogate of a robot with random weights.
 
-
-def synthetic_surrogate(name: str) -> Surrogate:
-    """Make a surrogate with random weights.
-
-    ``robot`` has in one network 720-374-374-374-180, ELU, as many weights (616 thousand) as three
+    It has in one network 720-374-374-374-180, ELU, as many weights (616 thousand) as three
     networks 720-180-180-180-60, one for each output as for the paper's robot: six inputs, three
     outputs, a window of 120 samples and a block of 60.
-
-    Raises:
-        ValueError: there is none of this name.
     """
-    if name not in SYNTHETIC:
-        raise ValueError(f"synthetic network {name!r}; expected one of {list(SYNTHETIC)}")
     rng, sizes = np.random.default_rng(0), (720, 374, 374, 374, 180)
     layers = tuple(
         Layer(
@@ -50,4 +37,4 @@ def synthetic_surrogate(name: str) -> Surrogate:
     scaling_in, scaling_out = (Affine.of_channels([0.0] * n, [1.0] * n) for n in (6, 3))
     window = Window(0.005, 120, 60)
     scalings = scaling_in, scaling_out
-    return Surrogate(f"synthetic_{name}", window, inputs, outputs, *scalings, network)
+    return Surrogate("synthetic_robot", window, inputs, outputs, *scalings, network)

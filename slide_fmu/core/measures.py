@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slide_fmu.core.signals import FloatArray
 
@@ -22,18 +21,6 @@ def moving_rms(errors: FloatArray, length: int) -> FloatArray:
     """
     views = np.lib.stride_tricks.sliding_window_view(errors**2, length, axis=0)
     return np.asarray(np.sqrt(views.mean(axis=-1)))
-
-
-def relative_deviation(
-    estimate: FloatArray, true: FloatArray, resolution: ArrayLike
-) -> FloatArray:
-    """Compute |estimate - true| / true of errors, all of the same shape and not negative.
-
-    Errors below the resolution, the smallest error that is told apart, count as the resolution in
-    both; it has the same units and is broadcast.
-    """
-    floor_true = np.maximum(true, resolution)
-    return np.asarray(np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true)
 
 
 def best_constant(errors: FloatArray) -> float:

@@ -46,13 +46,11 @@ class NoiseFloor:
         return np.asarray((self.floor / np.maximum(self.total, 1e-300)) ** 2)
 
 
-def noise_of_residuals(residuals: Sequence[FloatArray], learnable: float = 0.0) -> NoiseFloor:
+def noise_of_residuals(residuals: Sequence[FloatArray]) -> NoiseFloor:
     """Estimate the noise floor from the residuals of trajectories that were not learnt from.
 
     ``residuals`` holds an array of shape (N, n_outputs) for each trajectory, of any length N from
-    16 on, in the outputs' units. ``learnable`` is the share of the squared residuals that could
-    still be predicted from the inputs (``slide_fmu.fitting.state_space.residual``): that is no
-    noise, however white it looks.
+    16 on, in the outputs' units.
 
     Of noise that is not white, only a part counts: the lowest level of its spectrum.
 
@@ -69,7 +67,7 @@ def noise_of_residuals(residuals: Sequence[FloatArray], learnable: float = 0.0) 
     centred = np.concatenate([residual - residual.mean(axis=0) for residual in residuals])
     total = rms(centred)
     white = np.sqrt([_bottom(of_output, pieces) for of_output in spectrum.T])
-    return NoiseFloor(np.minimum(white, np.sqrt(1 - learnable) * total), total)
+    return NoiseFloor(np.minimum(white, total), total)
 
 
 def _spectrum(residuals: Sequence[FloatArray]) -> tuple[FloatArray, int]:

@@ -76,40 +76,6 @@ class InputForecast:
         if np.any(changes < 0):
             raise ValueError(f"forecast with largest changes {changes}; expected none below 0")
 
-    @property
-    def n_points(self) -> int:
-        """The number of inputs, one step apart, that a forecast looks at."""
-        return int(self.weights.shape[2]) + self.n_scored + 1
-
-    def ahead(
-        self, past: FloatArray, signals: tuple[Signal, ...], scaling: Affine, steps: float = 1.0
-    ) -> FloatArray:
-        """Forecast the inputs one communication step H after the newest ones.
-
-        Args:
-            past: inputs H apart, newest first, shape (n_points, n_inputs), in their units.
-            signals: the inputs.
-            scaling: theirs, whose range no forecast leaves that began in it.
-            steps: H in sample steps.
-
-        Returns:
-            The inputs, shape (n_inputs,), in their units.
-        """
-        now = past[0]
-        ahead = np.empty(len(now))
-        turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
-        for index in cosines_of(signals):
-            angles = np.unwrap(np.arctan2(past[:, index + 1], past[:, index]))
-            turn = self.change(index, angles, steps)
-            turned = (now[index] + 1j * now[index + 1]) * np.exp(1j * turn)
-            ahead[index : index + 2] = turned.real, turned.imag
-        for index in set(range(len(now))) - turning:
-            low = min(now[index], scaling.offset[index] - scaling.scale[index])
-            high = max(now[index], scaling.offset[index] + scaling.scale[index])
-            value = now[index] + self.change(index, past[:, index], steps)
-            ahead[index] = min(max(value, low), high)
-        return ahead
-
     def along(
         self, inputs: FloatArray, signals: tuple[Signal, ...], scaling: Affine
     ) -> FloatArray:
@@ -118,7 +84,8 @@ class InputForecast:
         Args:
             inputs: records (B, N, n_inputs), in the inputs' units, whose first samples count as
                 held before.
-            signals, scaling: as for ``ahead``.
+            signals: the inputs.
+            scaling: theirs, whose range no forecast leaves that began in it.
 
         Returns:
             Of the shape of the inputs, in their units.
@@ -139,7 +106,7 @@ class InputForecast:
         return ahead
 
     def _changes(self, index: int, values: FloatArray) -> FloatArray:
-        """Give what ``change`` gives after each of the values of records, (B, N), oldest first."""
+        """Forecast the change after each of an input's values or angles, (B, N), oldest first."""
         n_past, largest = self.weights.shape[2], self.largest_change[index]
         if not self.weights.shape[1]:
             return np.zeros_like(values)
@@ -157,16 +124,6 @@ class InputForecast:
         change = np.take_along_axis(found[:, :, self.n_scored :], best, axis=0)[0]
         good = np.take_along_axis(scores, best, axis=0)[0] < BETTER * least
         return np.where(good, change, 0.0)
-
-    def change(self, index: int, values: FloatArray, steps: float = 1.0) -> float:
-        """Forecast the change of one input or angle after its values, newest first."""
-        n_past, largest = self.weights.shape[2], steps * self.largest_change[index]
-        views = np.lib.stride_tricks.sliding_window_view(values, n_past + 1)
-        found = np.clip(changes_of(self.weights[index], views), -largest, largest)
-        true = values[: self.n_scored] - values[1 : self.n_scored + 1]
-        scores = np.sum((true - found[:, 1:]) ** 2, axis=1)
-        best = int(np.argmin(scores)) if len(scores) else -1
-        return float(found[best, 0]) if best >= 0 and scores[best] < BETTER * true @ true else 0.0
 
 
 def changes_of(weights: FloatArray, views: NDArray[np.float64]) -> FloatArray:

@@ -377,14 +377,15 @@ class Surrogate:
         return self._bounds(self.trust(inputs), inputs, confidence)[0]
 
     def error_bounds_and_domain(
-        self, records: NDArray[Any], confidence: float = USUAL_CONFIDENCE
+        self, records: NDArray[Any]
     ) -> list[tuple[FloatArray, NDArray[np.bool_]]]:
         """Give what ``error_bounds`` and ``in_domain`` give of B records, for the price of one.
+
+        The confidence is the usual one.
 
         Args:
             records: inputs as for ``trust``, with an axis of the records before: shape
                 (B, N, n_inputs).
-            confidence: as for ``error_bounds``.
 
         Returns:
             Bounds (N, n_outputs), and the samples that are in the domain, (N,), of each record.
@@ -395,7 +396,7 @@ class Surrogate:
         bound = self._required_bound()
         checked = checked_inputs(records, self.inputs, "records, ")
         trusts = zip(self._trusts(bound, checked), checked, strict=True)
-        return [self._bounds(trust, one, confidence) for trust, one in trusts]
+        return [self._bounds(trust, one, USUAL_CONFIDENCE) for trust, one in trusts]
 
     def _bounds(
         self, trust: Trust, inputs: NDArray[Any], confidence: float

@@ -21,10 +21,11 @@ from typing import Any
 
 import numpy as np
 from figures_out import measure_and_write
+from numpy.typing import ArrayLike
 from seeds import ESTIMATE_SPANS
 from unseen import scored
 
-from slide_fmu.core.measures import moving_rms, relative_deviation
+from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
@@ -181,6 +182,18 @@ def deviation(values: FloatArray) -> dict[str, float]:
         "mean_relative_deviation": float(np.mean(values)),
         "p95_relative_deviation": float(np.quantile(values, 0.95)),
     }
+
+
+def relative_deviation(
+    estimate: FloatArray, true: FloatArray, resolution: ArrayLike
+) -> FloatArray:
+    """Compute |estimate - true| / true of errors, all of the same shape and not negative.
+
+    Errors below the resolution, the smallest error that is told apart, count as the resolution in
+    both; it has the same units and is broadcast.
+    """
+    floor_true = np.maximum(true, resolution)
+    return np.asarray(np.abs(np.maximum(estimate, resolution) - floor_true) / floor_true)
 
 
 def main() -> None:

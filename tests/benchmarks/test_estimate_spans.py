@@ -10,10 +10,10 @@ from typing import Any
 import estimate_spans
 import numpy as np
 import pytest
-from estimate_spans import Errors, measure, span_figures
+from estimate_spans import Errors, measure, relative_deviation, span_figures
 from samples_of_tiny import held_by_an_fmu
 
-from slide_fmu.core.measures import moving_rms, relative_deviation
+from slide_fmu.core.measures import moving_rms
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.systems import reference_system
@@ -83,3 +83,14 @@ def test_norm_of_several_outputs_and_resolution() -> None:
 def test_one_estimate_of_a_whole_window_has_no_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(SystemExit, match="one error of the whole window; expected errors sample"):
         measured(monkeypatch, positions=1)
+
+
+def test_relative_deviation_has_a_resolution() -> None:
+    """Below the resolution 0.1, errors count as 0.1, in estimate and truth."""
+    estimate, true = np.array([3.0, 0.0, 0.2, 0.05]), np.array([2.0, 0.2, 0.0, 0.01])
+    assert relative_deviation(estimate, true, 0.1) == pytest.approx([0.5, 0.5, 1.0, 0.0])
+
+
+def test_relative_deviation_broadcasts_the_resolution_over_channels() -> None:
+    found = relative_deviation(np.array([[0.0, 0.0]]), np.array([[1.0, 1.0]]), [0.5, 0.25])
+    assert found.tolist() == [[0.5, 0.75]]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from slide_fmu.core.measures import moving_rms, relative_deviation, rms
+from slide_fmu.core.measures import moving_rms, rms
 
 
 def test_rms_is_that_of_each_channel() -> None:
@@ -25,14 +25,3 @@ def test_moving_rms_is_the_explicit_loop(length: int) -> None:
         for channel in range(2):
             part = [errors[row + k, channel] ** 2 for k in range(length)]
             assert found[row, channel] == pytest.approx(math.sqrt(sum(part) / length))
-
-
-def test_relative_deviation_has_a_resolution() -> None:
-    """Below the resolution 0.1, errors count as 0.1, in estimate and truth."""
-    estimate, true = np.array([3.0, 0.0, 0.2, 0.05]), np.array([2.0, 0.2, 0.0, 0.01])
-    assert relative_deviation(estimate, true, 0.1) == pytest.approx([0.5, 0.5, 1.0, 0.0])
-
-
-def test_relative_deviation_broadcasts_the_resolution_over_channels() -> None:
-    found = relative_deviation(np.array([[0.0, 0.0]]), np.array([[1.0, 1.0]]), [0.5, 0.25])
-    assert found.tolist() == [[0.5, 0.75]]

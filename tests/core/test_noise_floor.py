@@ -56,11 +56,6 @@ def test_constant_offset_is_neither() -> None:
     assert found.total == pytest.approx([KNOWN], rel=CLOSE)
 
 
-def test_what_the_inputs_explain_is_no_noise() -> None:
-    found = noise_of_residuals([white(5, 4000, 1)], learnable=0.75)
-    assert found.floor == pytest.approx([0.5 * KNOWN], rel=CLOSE)
-
-
 def test_residuals_of_zero_have_no_floor() -> None:
     found = noise_of_residuals([np.zeros((100, 2))])
     assert found.floor.tolist() == [0.0, 0.0]

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.fitting.input_forecast import POLYNOMIALS, fit_forecast
 from slide_fmu.surrogate.input_forecast import InputForecast
+from tests.fmu.moving_inputs import n_points, plain_ahead
 
 ROAD = (Signal("road", "m", -1.0, 1.0, hold="first_order"),)
 ANGLE = tuple(
@@ -29,12 +33,11 @@ def rough(seed: int, count: int = 12, samples: int = 600) -> FloatArray:
     return np.asarray(np.cumsum(steps, axis=1) * 0.2)
 
 
-def errors(forecast: InputForecast, values: FloatArray, index: int = 0) -> tuple[float, float]:
+def errors(forecast: InputForecast, values: FloatArray) -> tuple[float, float]:
     """RMS of the forecast's errors, and of the held value's."""
-    n = forecast.n_points
-    found = [forecast.change(index, values[k - n : k][::-1]) for k in range(n, len(values))]
-    true = np.diff(values)[n - 1 :]
-    return float(np.std(true - found)), float(np.std(true))
+    n, unbounded = n_points(forecast), Affine.of_channels([0.0], [1e9])
+    found = forecast.along(values[None, :, None], ROAD, unbounded)[0, :, 0]
+    return float(np.std((values - found)[n:])), float(np.std(np.diff(values)[n - 1 :]))
 
 
 def test_one_forecast_serves_smooth_and_rough_inputs() -> None:
@@ -99,24 +102,27 @@ def test_angles_are_forecast_by_their_turn() -> None:
     assert forecast.largest_change[1] == 0
     angle = 8 * smooth(9, 1)[0]
     circle, scaling = np.stack([np.cos(angle), np.sin(angle)], axis=1), range_scaling(ANGLE)
-    n, wrong = forecast.n_points, []
-    for k in range(n, len(circle)):
-        ahead = forecast.ahead(0.7 * circle[k - n : k][::-1], ANGLE, scaling)
-        assert np.hypot(*ahead) == pytest.approx(0.7)
-        wrong.append(np.angle(complex(*ahead) / complex(*circle[k])))
+    n = n_points(forecast)
+    ahead = forecast.along(0.7 * circle[None], ANGLE, scaling)[0, n:]
+    np.testing.assert_allclose(np.hypot(*ahead.T), 0.7)
+    wrong = np.angle((ahead @ [1, 1j]) / (circle[n:] @ [1, 1j]))
     assert np.std(wrong) < 0.04 * np.std(np.diff(angle))
 
 
 def test_forecasts_are_no_larger_than_what_was_seen_and_stay_in_the_range() -> None:
     forecast = InputForecast(False, False, POLYNOMIALS[None], np.array([0.05]))
-    past = np.linspace(0.0, -1.0, forecast.n_points)[:, None]  # rises by 0.07
+    rising = np.linspace(-1.0, 0.0, n_points(forecast))  # by 0.07
     scaling = range_scaling(ROAD)
-    assert forecast.ahead(past, ROAD, scaling) == pytest.approx([0.05])
+
+    def next_after(values: FloatArray, forecast: InputForecast) -> float:
+        record = np.append(values, 0.0)[None, :, None]  # of the last sample nothing is known
+        return float(forecast.along(record, ROAD, scaling)[0, -1, 0])
+
+    assert next_after(rising, forecast) == pytest.approx(0.05)
     quick = InputForecast(False, False, POLYNOMIALS[None], np.array([0.2]))
-    assert quick.ahead(past, ROAD, scaling) == pytest.approx([past[0, 0] - past[1, 0]])
-    assert quick.ahead(past, ROAD, scaling, 0.05) == pytest.approx([0.0])
-    assert quick.ahead(past + 0.95, ROAD, scaling) == pytest.approx([1.0])
-    assert quick.ahead(past + 1.5, ROAD, scaling) == pytest.approx([1.5])
+    assert next_after(rising, quick) == pytest.approx(rising[1] - rising[0])
+    assert next_after(rising + 0.95, quick) == pytest.approx(1.0)
+    assert next_after(rising + 1.5, quick) == pytest.approx(1.5)
 
 
 def test_inputs_with_a_zero_order_hold_have_no_forecast() -> None:
@@ -136,11 +142,12 @@ def test_forecasts_along_records_are_those_of_each_sample() -> None:
     records = np.stack([smooth(4, 2, 90) + rough(5, 2, 90), np.cos(turn), np.sin(turn)], axis=2)
     forecast = fit_forecast(signals, records, planned=False)
     assert forecast is not None
-    scaling = range_scaling(signals)
+    scaling, n = range_scaling(signals), n_points(forecast)
     found = forecast.along(records, signals, scaling)
-    held = np.concatenate([np.repeat(records[:, :1], forecast.n_points, axis=1), records], axis=1)
+    held = np.concatenate([np.repeat(records[:, :1], n, axis=1), records], axis=1)
+    parts: Any = SimpleNamespace(forecast=forecast, inputs=signals, input_scaling=scaling)
     for k in range(90):
-        past = held[:, k : k + forecast.n_points]  # of the first sample, it is known itself
-        expected = [forecast.ahead(one[::-1], signals, scaling) for one in past]
+        past = held[:, k : k + n]  # of the first sample, it is known itself
+        expected = [plain_ahead(parts, list(one[::-1]), 1.0) for one in past]
         np.testing.assert_allclose(found[:, k], expected, atol=1e-12)
     assert not np.allclose(found[:, 1:, 0], records[:, :-1, 0])

@@ -27,6 +27,11 @@ def forecasting(
     return dataclasses.replace(surrogate, forecast=forecast)
 
 
+def n_points(forecast: InputForecast) -> int:
+    """The number of inputs, one step apart, that a forecast looks at."""
+    return int(forecast.weights.shape[2]) + forecast.n_scored + 1
+
+
 def plain_change(forecast: InputForecast, index: int, x: list[float], steps: float) -> float:
     """The change expected after values H apart, newest first."""
     largest = forecast.largest_change[index] * steps
@@ -83,7 +88,8 @@ class Moving:
         self.known.append(h if math.isnan(self._last) else self._last, inputs)
         self._last = length
         if rates is None:
-            count = 0 if self.surrogate.forecast is None else self.surrogate.forecast.n_points
+            forecast = self.surrogate.forecast
+            count = 0 if forecast is None else n_points(forecast)
             end = sum(self.known.lengths)
             past = [self.known.input_from(end - i * length - h) for i in range(count)]
             goal = inputs if count == 0 else plain_ahead(self.surrogate, past, length / h)

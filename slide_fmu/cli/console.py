@@ -100,18 +100,15 @@ def show_validation(figures: dict[str, Any], title: str, to: Console | None = No
     # not as the table's title, which rich wraps to the width of the table
     place.print(f"{title}: {figures['trajectories']} trajectories, seed {figures['seed']}")
     moving = all("plain_relative_rmse" in output for output in figures["outputs"])
-    # older FMUs keep figures whose errors are relative to the RMS about zero
-    about_mean = all("rms_reference_about_mean" in output for output in figures["outputs"])
-    size = "rms_reference_about_mean" if about_mean else "rms_reference"
-    heading = "RMS of the reference" + (" about its mean" if about_mean else "")
-    table = table_of("output", heading, "RMSE", "relative RMSE", "largest error")
+    size = "RMS of the reference about its mean"
+    table = table_of("output", size, "RMSE", "relative RMSE", "largest error")
     if moving:
         table.add_column("relative RMSE, inputs set to what they are now")
     for output in figures["outputs"]:
         unit = behind(output["unit"])
         table.add_row(
             output["name"],
-            f"{output[size]:.4g}{unit}",
+            f"{output['rms_reference_about_mean']:.4g}{unit}",
             f"{output['rmse']:.4g}{unit}",
             f"{100 * output['relative_rmse']:.3g} %",
             f"{output['max_error']:.4g}{unit}",
@@ -131,10 +128,6 @@ def _show_estimate(figures: dict[str, Any], place: Console) -> None:
     """Print how far error estimates are from true errors, next to the best constant."""
     from slide_fmu.report.trust_tables import estimate_cells, estimates_of
 
-    found = estimates_of(figures)
-    if not found:
-        place.print("error estimate: nothing is known of its deviation from the true error")
-        return
     place.print(f"error estimate over {figures['error_estimate']['span_samples']} samples")
     table = table_of(
         "output",
@@ -146,7 +139,7 @@ def _show_estimate(figures: dict[str, Any], place: Console) -> None:
         "95 % of the errors below",
         "rank correlation",
     )
-    for one in found:
+    for one in estimates_of(figures):
         table.add_row(*estimate_cells(*one))
     place.print(table)
 

@@ -24,7 +24,7 @@ OF_ESTIMATES = (
 
 
 def estimates_of(figures: Figures) -> list[tuple[str, Figures]]:
-    """Return what of estimates was measured, with its name; nothing of figures of older versions.
+    """Return what of estimates was measured, with its name.
 
     That is every output, and the norm of those that have one unit.
     """
@@ -32,7 +32,7 @@ def estimates_of(figures: Figures) -> list[tuple[str, Figures]]:
     named = [(output["name"], output) for output in found.get("without_floor", [])]
     if "euclidean" in found:
         named.append(("norm of the outputs", found["euclidean"]))
-    return [(name, values) for name, values in named if "too_small_share" in values]
+    return named
 
 
 def estimate_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:

@@ -170,18 +170,6 @@ def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPat
         assert f" {cell} " in estimated
 
 
-def test_estimate_that_older_versions_measured_with_a_floor_has_no_figures(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    monkeypatch.setattr(console, "console", messages)
-    floor = {"mean_relative_deviation": 0.0459, "p95_relative_deviation": 0.0}
-    console.show_validation({**FIGURES, "error_estimate": floor}, "in range")
-    last = messages.file.getvalue().splitlines()[-1]
-    assert last.startswith("error estimate: nothing is known")
-    assert "%" not in last
-
-
 def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -227,25 +215,15 @@ def test_validation_shows_the_plain_call_beside_known_inputs(
     assert " 12.5 % " in shown
 
 
-@pytest.mark.parametrize(
-    ("key", "heading"),
-    [
-        ("rms_reference_about_mean", "RMS of the reference about its mean"),
-        ("rms_reference", "RMS of the reference"),
-    ],
-)
 def test_validation_says_what_the_errors_of_an_fmu_are_relative_to(
-    monkeypatch: pytest.MonkeyPatch, key: str, heading: str
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Older FMUs keep figures whose errors are relative to the RMS about zero."""
     messages = Messages(file=io.StringIO(), markup=False, highlight=False, width=300)
     monkeypatch.setattr(console, "console", messages)
-    output = {**FIGURES["outputs"][0], key: 0.75}
-    if key == "rms_reference":
-        del output["rms_reference_about_mean"]
+    output = {**FIGURES["outputs"][0], "rms_reference_about_mean": 0.75}
     console.show_validation({**FIGURES, "outputs": [output]}, "in range")
     shown = messages.file.getvalue()
-    assert f" {heading} " in shown
+    assert " RMS of the reference about its mean " in shown
     assert " 0.75 m " in shown
 
 

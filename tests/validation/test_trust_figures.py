@@ -78,7 +78,7 @@ def test_output_without_any_error_has_no_deviation_without_floor() -> None:
     assert only["name"] == "y1"
 
 
-def test_rows_of_estimates_have_the_constant_next_to_them_and_old_figures_none() -> None:
+def test_rows_of_estimates_have_the_constant_next_to_them() -> None:
     figures = validation(FIRST, SECOND).figures()
     heading, first, second, norm = estimate_rows({"in range": figures})
     assert len(heading) == len(first)
@@ -88,8 +88,6 @@ def test_rows_of_estimates_have_the_constant_next_to_them_and_old_figures_none()
     ]
     # estimated 0.5, true 0.25
     assert second[2:] == ("100 %", "100 %", "0 %", "0 %", "0 %", "0.5 times the estimate", "")
-    older = {"name": "y0", "mean_relative_deviation": 1.0, "p95_relative_deviation": 1.0}
-    assert len(estimate_rows({"in range": {"error_estimate": {"without_floor": [older]}}})) == 1
 
 
 def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:

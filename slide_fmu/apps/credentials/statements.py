@@ -16,13 +16,10 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.motions import motions_of
 
 OF_OUTPUTS = (
-    *("name", "unit", "rms_reference", "rms_reference_about_mean", "rmse", "relative_rmse"),
+    *("name", "unit", "rms_reference_about_mean", "rmse", "relative_rmse"),
     *("max_error", "plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
 )
-"""Figures of an output that stand in its row, where they are known.
-
-Errors of older FMUs are relative to ``rms_reference``, about zero.
-"""
+"""Figures of an output that stand in its row, where they are known."""
 
 
 def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:

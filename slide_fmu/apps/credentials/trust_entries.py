@@ -17,7 +17,7 @@ OF_DOMAINS = "flagged", "trajectories_flagged"
 
 
 def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
-    """Return the tables of the figures that validations have; none of those of older FMUs."""
+    """Return the tables of the figures that validations have."""
     found = [
         table("error_estimate", "Deviation", _estimates(validations)),
         table("error_bound", "Bound", _bounds(validations)),

@@ -12,7 +12,7 @@ from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sentences import bound_sentences
-from tests.validation.handmade import bounded, comparison, told, validation
+from tests.validation.handmade import bounded, comparison, told
 
 STILL = [0.5, 0.5, 0.5, 0.5]
 FIRST = comparison(
@@ -73,13 +73,3 @@ def test_credentials_have_bound_domain_and_where_they_count() -> None:
     sentences = bound_sentences(own.recipe, False, measured["validation"]["in range"])
     assert set(sentences) < set(found["limits"])
     assert limits(own.surrogate, own.recipe, measured) == found["limits"]
-
-
-def test_credentials_of_figures_of_older_versions_have_no_tables_of_trust() -> None:
-    figures = validation(FIRST).figures()
-    figures["error_estimate"] = {"mean_relative_deviation": 1.0, "p95_relative_deviation": 1.0}
-    own = validation(FIRST)
-    provenance = {"measured": {"validation": {"in range": figures}}}
-    keywords = {e.keyword for e in statements(own.surrogate, own.recipe, provenance)}
-    assert "accuracy" in keywords
-    assert not {"error_estimate", "error_bound"} & keywords

@@ -289,14 +289,12 @@ def generate(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make the data of a recipe, alone or with others; go on where that was stopped."""
-    from slide_fmu.data.workplace import Workplace
     from slide_fmu.pipeline.generate import generate_recipe
     from slide_fmu.pipeline.job import open_job
 
     with progress_bars(GOES_ON) as bar:
-        place = Workplace(workers, executor)
         job = open_job(recipe, runs, bar, data_seed=seed)
-        figures = generate_recipe(job, place, overwrite)
+        figures = generate_recipe(job, workers, executor, overwrite)
     write_json(json_path, figures)
     show_search(figures)
     console.print(f"data    {job.folder.store}")

@@ -10,7 +10,9 @@ from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
 
 
-def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, Any]:
+def generate_recipe(
+    job: Job, workers: int | None, executor: str | None, overwrite: bool
+) -> dict[str, Any]:
     """Make the trajectories of a recipe, and return the figures of ``generate_data``.
 
     Several programs may do so in one run folder. To find numbers that the recipe leaves open, or
@@ -18,7 +20,8 @@ def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, An
 
     Args:
         job: the recipe and its run folder.
-        place: who makes the trajectories.
+        workers: number of processes of this machine; one per core if None.
+        executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
         overwrite: whether data that are there are made again.
 
     Raises:
@@ -27,7 +30,9 @@ def generate_recipe(job: Job, place: Workplace, overwrite: bool) -> dict[str, An
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
             of ``check_window``, ``choose_numbers`` and ``generate_data``.
         StageError: another program works in the run folder alone.
+        ValueError: workers and executor do not go together, or the address is of another form.
     """
+    place = Workplace(workers, executor)
     check_window(job)
     is_open = "data.train" in job.recipe.automatic and not job.recipe.system.is_record
     with job.folder.alone() if is_open or overwrite else nullcontext():

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.data.workplace import Workplace
 from slide_fmu.pipeline.generate import generate_recipe
 from slide_fmu.pipeline.run_folder import StageError
 from tests.pipeline.test_numbers import opened, with_data
@@ -19,10 +18,10 @@ def test_data_are_made_beside_another_program_that_makes_some_and_not_beside_one
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("slide_fmu.pipeline.run_folder.TOGETHER_PATIENCE", 0.1)
-    job, place = opened(tmp_path, WITH_NUMBERS), Workplace(0)
+    job = opened(tmp_path, WITH_NUMBERS)
     with job.folder.alone(), pytest.raises(StageError, match="another program works in"):
-        generate_recipe(job, place, overwrite=False)
+        generate_recipe(job, 0, None, overwrite=False)
     with job.folder.together(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
-        generate_recipe(job, place, overwrite=True)
-    assert generate_recipe(job, place, overwrite=False)["made_now"] == 3
-    assert generate_recipe(job, place, overwrite=True)["made_now"] == 3
+        generate_recipe(job, 0, None, overwrite=True)
+    assert generate_recipe(job, 0, None, overwrite=False)["made_now"] == 3
+    assert generate_recipe(job, 0, None, overwrite=True)["made_now"] == 3

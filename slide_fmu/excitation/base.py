@@ -63,7 +63,7 @@ class Kind(Table, abc.ABC):
     def settings(self) -> dict[str, str]:
         """Return the fields beside ``kind`` and ``weight`` by name, as text for reports.
 
-        A switch that is off is left out: earlier versions, whose FMUs are checked, have it not.
+        A switch that is off is left out.
         """
         fields = type(self).model_fields
         left_out = {"kind", "weight", *(name for name, value in self if value is False)}

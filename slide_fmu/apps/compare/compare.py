@@ -109,7 +109,6 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
 
     Raises:
         MissingPackageError: the extra ``compare`` is not installed.
-        StageError: the surrogate's training was not timed, and there is no budget.
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
             of the stages that make data and surrogate.
     """
@@ -126,8 +125,8 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     )
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
-    own = trained.histories["surrogate"].get("cpu_seconds")
-    budget = _budget(job, terms, own)
+    own = trained.histories["surrogate"]["cpu_seconds"]
+    budget = own if terms.budget is None else terms.budget
     key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
     with fmu_of(surrogate) as fmu:
         bench = Bench(test, StepTimes(surrogate, fmu, test.motions[0]))
@@ -168,23 +167,6 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
         return job, job.folder.load_surrogate(job.recipe)
 
 
-def _budget(job: Job, terms: Terms, own: float | None) -> float:
-    """Return the CPU time in s that each model gets.
-
-    Raises:
-        StageError: it shall be that of the surrogate's training, which nobody measured.
-    """
-    if terms.budget is not None:
-        return terms.budget
-    if own is None:
-        raise StageError(
-            f"{job.folder.training} tells no CPU time: an earlier version trained the surrogate; "
-            "expected one, since the other models get as much: give --budget SECONDS, or train "
-            "again (slide-fmu train RECIPE)"
-        )
-    return own
-
-
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
     """Return the unseen motions, the same as those of ``validate``."""
     recipe, source = job.recipe, recipe_source(job.recipe)
@@ -214,7 +196,7 @@ def _about(title: str, linear: bool) -> dict[str, Any]:
     return {"title": title, "linear": linear, "structure": "", "cut": False, "failed": None}
 
 
-def _own(recipe: Recipe, seconds: float | None, bench: Bench) -> dict[str, Any]:
+def _own(recipe: Recipe, seconds: float, bench: Bench) -> dict[str, Any]:
     surrogate = bench.test.surrogate
     about = _about(f"own: {recipe.network.family.replace('_', ' ')}", surrogate.network.is_affine)
     about["structure"] = _size(surrogate.network)

@@ -18,7 +18,6 @@ from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.pipeline.job import Job, open_job
-from slide_fmu.pipeline.run_folder import StageError
 from tests import own_records
 from tests.apps.compare.lessons import needs_sysidentpy
 from tests.libraries import build_libraries
@@ -197,22 +196,6 @@ def test_linear_model_of_a_linear_system_is_remarked(tmp_path: Path) -> None:
     assert all(error(model) > error(models["ARX"]) for model in others)
     assert "a linear model would do: ARX" in figures["remark"]
     assert figures["remark"] in page.read_text(encoding="utf-8")
-
-
-@needs_sysidentpy
-def test_training_that_nobody_timed_asks_for_a_budget(
-    duffing: tuple[Job, dict[str, Any], Path],
-) -> None:
-    training = duffing[0].folder.training
-    text = training.read_text(encoding="utf-8")
-    record = json.loads(text)
-    del record["histories"]["surrogate"]["cpu_seconds"], record["sha256"]  # of an old version
-    training.write_text(json.dumps(record), encoding="utf-8")
-    try:
-        with pytest.raises(StageError, match="give --budget SECONDS"):
-            compare_recipe(duffing[0], Terms(None, 77, 3))
-    finally:
-        training.write_text(text, encoding="utf-8")
 
 
 def test_missing_extra_is_refused_before_any_work(

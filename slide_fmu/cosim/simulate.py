@@ -103,9 +103,7 @@ class _Run:
             INITIAL.replace("{signal}", name): u
             for name, u in zip(self.inputs, values[0], strict=True)
         }
-        start = {PREHISTORY_KNOWN: 1.0, **known}
-        if AT_STEP_END in self.fmu.references:  # FMUs that hold a torch module know nothing else
-            start[AT_STEP_END] = 1.0
+        start = {PREHISTORY_KNOWN: 1.0, **known, AT_STEP_END: 1.0}
         return self._steps(times, values[0], (values[1:], kept[1:]), start)
 
     def held(self, times: FloatArray, values: FloatArray) -> FloatArray:

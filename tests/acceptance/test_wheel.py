@@ -17,6 +17,8 @@ from packaging.requirements import Requirement
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import read_fmu
 
+pytestmark = pytest.mark.extended
+
 ROOT = Path(__file__).parents[2]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 FORCE, STEPS = 200.0, 400
@@ -31,7 +33,6 @@ RUN = """
 import json, sys
 import fmpy
 
-pytestmark = pytest.mark.extended
 fmu, force, steps = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
 result = fmpy.simulate_fmu(
     fmu, stop_time=steps * 0.03, output_interval=0.03, start_values={"force": force}

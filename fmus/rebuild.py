@@ -40,6 +40,7 @@ from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.model_card import model_card
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 TRAINING = Path(__file__).parents[1] / "training"
@@ -67,7 +68,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
         OSError: a file cannot be read or written.
     """
     surrogate, found = read_fmu(fmu)
-    measured = (found or {}).get("measured")
+    measured = released_figures(found)
     page = read_member(fmu, f"documentation/{PAGE}")
     if measured is None or page is None:
         raise StageError(
@@ -80,7 +81,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     text = model_card(surrogate, recipe, measured, PICTURE, drawn)
-    seed = measured["validation"][IN_RANGE]["seed"]
+    seed = measured.validation[IN_RANGE].seed
     release = Release(surrogate, recipe, provenance, documents(page, text), seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         run = export_fmu(surrogate, Path(folder) / fmu.name)
@@ -118,7 +119,8 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
             shutil.copy(drawn, job.folder.path)
         trained = Trained(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
-        search = (found or {}).get("measured", {}).get("adversarial")
+        former = released_figures(found)
+        search = None if former is None else former.adversarial
         made = measure_trained(job, trained, origin, check_window(job), wanted, None, search)
         for name in (PICTURE, MECHANISM_PICTURE):
             if (job.folder.path / name).exists():

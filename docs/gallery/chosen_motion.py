@@ -29,10 +29,10 @@ solved = solve(Path("fmus/robot_6r/robot_6r.fmu"), task, verify=True)
 # Times are those from which on the tool stays within the tolerance, by the reference model. The
 # fastest move within the limits rings. Behind input shapers, which are usual against ringing, it
 # rings less, and arrives later. The optimised one is the earliest:
-for move in solved.figures()["reference"]["baselines"]:
-    print(f"{move['name']}: {move['settled_s']:.3f} s")
-best = solved.figures()["reference"]["move"]
-print(f"{solved.found.move.name}: {best['settled_s']:.3f} s")
+reference = solved.figures().reference
+for move in reference.baselines:
+    print(f"{move.name}: {move.settled_s:.3f} s")
+print(f"{solved.found.move.name}: {reference.move.settled_s:.3f} s")
 
 # %%
 # What the surrogate predicted for the optimised move, beside the truth:

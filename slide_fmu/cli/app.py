@@ -16,7 +16,7 @@ from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
 from slide_fmu.pipeline.apps import apps
-from slide_fmu.pipeline.display import ENDLESS
+from slide_fmu.report.table import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     init,

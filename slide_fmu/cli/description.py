@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.errors import NotRenderableError
 
-from slide_fmu.cli.console import show_validation
-from slide_fmu.cli.tables import table_of
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.units import behind
 from slide_fmu.pipeline.display import Messages
-from slide_fmu.report.limits import ordered
+from slide_fmu.report.console import print_table, print_validation
+from slide_fmu.report.run_figures import RunFigures, released_figures
+from slide_fmu.report.table import Table
 from slide_fmu.report.verdict import Subject, verdict
 
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
 """What is raised where figures have other types than slide-fmu writes."""
 
 
-def show_description(fmu: Path, figures: dict[str, Any]) -> None:
+def show_description(fmu: Path, figures: JsonObject) -> None:
     """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output.
 
     Args:
@@ -35,11 +36,12 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
     try:
         origin = figures["provenance"] or {}
         out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
-        for sentence in _verdict(figures, origin.get("measured", {})):
+        measured = released_figures(origin)
+        for sentence in _verdict(figures, measured):
             out.print(sentence)
         _show_signals(figures, out)
         _show_network(figures, out)
-        _show_error(origin, out)
+        _show_error(measured, out)
         _show_origin(origin, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
@@ -49,14 +51,14 @@ def show_description(fmu: Path, figures: dict[str, Any]) -> None:
         ) from error
 
 
-def _verdict(figures: dict[str, Any], measured: dict[str, Any]) -> tuple[str, ...]:
+def _verdict(figures: JsonObject, measured: RunFigures | None) -> tuple[str, ...]:
     """Return what a user must know of an FMU, by what was measured when it was made."""
     inputs = tuple((s["name"], s["low"], s["high"], s["unit"]) for s in figures["inputs"])
     memory, step = figures["memory_s"], figures["window"]["step"]
     return verdict(measured, Subject(inputs, memory, step, figures["planned"]))
 
 
-def _description(origin: dict[str, Any]) -> str:
+def _description(origin: JsonObject) -> str:
     """Return the line that the recipe says about the surrogate; empty where there is none."""
     try:
         return str(tomllib.loads(origin.get("recipe", "")).get("description", ""))
@@ -64,21 +66,21 @@ def _description(origin: dict[str, Any]) -> str:
         return ""
 
 
-def _show_signals(figures: dict[str, Any], out: Console) -> None:
+def _show_signals(figures: JsonObject, out: Console) -> None:
     acts = "is held over a step" if figures["hold"] == "zero_order" else "moves between samples"
-    table = table_of("signal", "range", "acts", "meaning")
+    rows = []
     for what in ("inputs", "outputs"):
         for signal in figures[what]:
             limits = f"{signal['low']:g} .. {signal['high']:g}{behind(signal['unit'])}"
             row = (f"{what[:-1]} {signal['name']}", limits, acts if what == "inputs" else "")
-            table.add_row(*row, signal["description"])
+            rows.append((*row, signal["description"]))
     for parameter in figures.get("physical_parameters", ()):
         limits = f"{parameter['low']:g} .. {parameter['high']:g}{behind(parameter['unit'])}"
-        table.add_row(f"parameter {parameter['name']}", limits, "", parameter["description"])
-    out.print(table)
+        rows.append((f"parameter {parameter['name']}", limits, "", parameter["description"]))
+    print_table(Table.of(("signal", "range", "acts", "meaning"), rows), out)
 
 
-def _show_network(figures: dict[str, Any], out: Console) -> None:
+def _show_network(figures: JsonObject, out: Console) -> None:
     window, estimator = figures["window"], figures["estimator_parameters"]
     samples = f"{window['n_in']} inputs to {window['n_out']} outputs"
     out.print(f"window   {samples}, {window['step']:g} s apart")
@@ -92,18 +94,18 @@ def _show_network(figures: dict[str, Any], out: Console) -> None:
             out.print(f"estimate of the error over {bound['estimate_span_s']:g} s, by the same")
 
 
-def _show_error(origin: dict[str, Any], out: Console) -> None:
+def _show_error(measured: RunFigures | None, out: Console) -> None:
     """Print the error that was measured when the FMU was made."""
-    measured = ordered(origin["measured"]) if "validation" in origin.get("measured", {}) else {}
-    if not measured:
+    if measured is None:
         out.print("error    nobody has measured it: slide-fmu validate FMU does")
-    for index, (name, validation) in enumerate(measured.items()):
+        return
+    for index, (name, validation) in enumerate(measured.ordered.items()):
         if index:  # what bounds are worth in range is enough here
-            validation = {key: v for key, v in validation.items() if key != "error_bound"}
-        show_validation(validation, f"error {name}", out)
+            validation = replace(validation, error_bound=None)
+        print_validation(validation, f"error {name}", out)
 
 
-def _show_origin(origin: dict[str, Any], out: Console) -> None:
+def _show_origin(origin: JsonObject, out: Console) -> None:
     if not origin:
         out.print("origin   it does not say where it comes from")
         return

@@ -15,14 +15,11 @@ from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
-    show_box,
     show_json,
-    show_plain_call,
     show_remark,
-    show_validation,
     write_json,
 )
-from slide_fmu.cli.findings import show_repeated
+from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import (
     DataSeedOption,
     FmuArgument,
@@ -133,6 +130,7 @@ def validate(
     """Measure an FMU beside its reference system on unseen inputs; runs the model's code."""
     from slide_fmu.pipeline.apps import last_section
     from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
+    from slide_fmu.report.console import print_box, print_plain_call, print_validation
     from slide_fmu.validation.comparison import Task
 
     with progress_bars() as bar:
@@ -140,14 +138,14 @@ def validate(
             report.mkdir(parents=True, exist_ok=True)
         task = Task(seed, trajectories, amplitude, duration, held_out)
         result = validate_fmu_file(fmu, task, bar)
-        made = validation_report(result, fmu)
+        made, figures = validation_report(result, fmu)
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
         page = replace(made, inside=last_section(fmu)).write(folder)
-    figures = dict(made.data)
     write_json(json_path, figures)
-    show_plain_call(figures)
-    show_box(figures)
-    show_validation(figures, "validation, kinds that were held out" if held_out else "validation")
+    print_plain_call(figures.plain_call, console)
+    print_box(figures.box, console)
+    title = "validation, kinds that were held out" if held_out else "validation"
+    print_validation(figures, title, console)
     console.print(f"report  {page}")
 
 
@@ -171,7 +169,7 @@ def check(
         checked = check_file(fmu, run)
         write_json(json_path, checked.figures(fmu))
     for run_again in checked.repeated.values():
-        show_repeated(run_again)
+        show_table(run_again.table)
     for problem in checked.problems:
         console.print(problem, style="red")
     if checked.problems:

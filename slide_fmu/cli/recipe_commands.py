@@ -24,7 +24,6 @@ from slide_fmu.cli.console import (
 from slide_fmu.cli.findings import (
     show_draft,
     show_found,
-    show_search,
     show_sizing,
     show_trial,
 )
@@ -231,21 +230,24 @@ def run(
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
+    from slide_fmu.report.console import print_curve, print_sizes
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
-    show_search(finished.figures)
-    for remark in finished.figures.get("record_remarks", ()):
+    figures = finished.figures
+    print_curve(figures.learning_curve, console)
+    print_sizes(figures.sizes_tried, console)
+    for remark in (figures.remark, *(figures.record_remarks or ())):
         show_remark(remark)
-    write_json(json_path, finished.figures)
+    write_json(json_path, figures.dump())
     for sentence in finished.verdict:
         console.print(sentence)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
     console.print(f"next    slide-fmu info {finished.fmu}")
     with errors():
-        require_quality(job.recipe, finished.figures)
+        require_quality(job.recipe, figures)
 
 
 def window(
@@ -257,6 +259,7 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Find out how long a system remembers, and the window that this asks for."""
+    from slide_fmu.core.figures import plain
     from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
     from slide_fmu.pipeline.job import open_job
@@ -271,7 +274,7 @@ def window(
     show_sizing(figures)
     show_remark(sizing.remark)
     show_remark(coarse_or_wasted)
-    kept = {**figures, "step_remark": coarse_or_wasted}
+    kept = {**plain(figures), "step_remark": coarse_or_wasted}
     write_json(json_path, kept)
     with errors():
         write_whole(job.folder.sizing, json_bytes(kept))
@@ -291,12 +294,14 @@ def generate(
     """Make the data of a recipe, alone or with others; go on where that was stopped."""
     from slide_fmu.pipeline.generate import generate_recipe
     from slide_fmu.pipeline.job import open_job
+    from slide_fmu.report.console import print_curve
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, data_seed=seed)
         figures = generate_recipe(job, workers, executor, overwrite)
     write_json(json_path, figures)
-    show_search(figures)
+    print_curve(figures.learning_curve, console)
+    show_remark(figures.remark)
     console.print(f"data    {job.folder.store}")
 
 
@@ -313,6 +318,7 @@ def train(
         require_training()
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import check_window, train_surrogate
+    from slide_fmu.report.console import print_sizes
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
@@ -321,7 +327,8 @@ def train(
         with job.folder.alone():
             figures = train_surrogate(job, threads)
     write_json(json_path, figures)
-    show_search(figures)
+    print_sizes(figures.sizes_tried, console)
+    show_remark(figures.remark)
     console.print(f"surrogate  {job.folder.surrogate}")
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -94,18 +93,8 @@ class CurvePoint:
 class Curve:
     """A learning curve, from few trajectories to many, and why it ended.
 
-    The reason is None as long as it has not ended.
+    ``ended`` is None as long as it has not ended.
     """
 
     points: tuple[CurvePoint, ...] = ()
-    reason: str | None = None
-
-    def figures(self) -> dict[str, Any]:
-        """Return the curve as plain values, for JSON."""
-        return {"points": [asdict(point) for point in self.points], "ended": self.reason}
-
-    @staticmethod
-    def of_figures(figures: dict[str, Any]) -> Curve:
-        """Return the curve that gave these figures."""
-        points = tuple(CurvePoint(**point) for point in figures["points"])
-        return Curve(points, figures["ended"])
+    ended: str | None = None

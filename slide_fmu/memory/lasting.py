@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
 from slide_fmu.memory.motions import Motions
 from slide_fmu.systems.base import RandomStates, State
@@ -65,7 +66,7 @@ class Lasting:
     def __str__(self) -> str:
         """Say what was found, and what to do."""
         left = (
-            f"motions with different pasts stay apart by {100 * self.part:.3g} % of their first "
+            f"motions with different pasts stay apart by {percent(self.part)} of their first "
             f"difference after {self.time:.4g} s under the same constant input, and no time "
             "reduces it"
         )

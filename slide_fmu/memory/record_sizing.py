@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from slide_fmu.core.window import Window
 from slide_fmu.data.recorded import learnt_pieces
 from slide_fmu.memory.decay import recommend_window, too_short
-from slide_fmu.memory.decay_figures import finite
+from slide_fmu.memory.decay_figures import (
+    FittedTime,
+    LinearModel,
+    RecordSizingFigures,
+    SlowestPole,
+    WindowSize,
+    finite,
+)
 from slide_fmu.memory.record_decay import RecordDecay, decay_of_records
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
@@ -81,37 +87,25 @@ class RecordSizing:
             "step or remaining amplitude"
         )
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values with SI units in their names, as written to JSON.
-
-        None stands for a time without end.
-        """
-        low, high = self.decay.interval
+    def figures(self) -> RecordSizingFigures:
+        """Return the figures, as JSON files hold them."""
+        value, low, high = map(finite, (self.decay.time, *self.decay.interval))
         known = self.forgets
-        return {
-            "remaining_amplitude": self.remaining_amplitude,
-            "fitted_decay_time_s": {
-                "value": finite(self.decay.time),
-                "low": finite(low),
-                "high": finite(high),
-            },
-            "slowest_pole": {
-                "rate_1_s": self.decay.rate,
-                "rate_deviation_1_s": self.decay.deviation,
-                "angular_frequency_rad_s": self.decay.frequency,
-            },
-            "linear_model": {"order": self.decay.order, "states": self.decay.states},
-            "window": {
-                "step_s": self.window.step,
-                "n_in": self.window.n_in,
-                "n_out": self.window.n_out,
-                "truncation_time_s": self.window.truncation_time,
-            },
-            "recommended_n_in": self._recommended() if known else None,
-            "sufficient": self.problem is None,
-            "refusal": self._lasting() if not known else None,
-            "remark": self.remark,
-        }
+        return RecordSizingFigures(
+            remaining_amplitude=self.remaining_amplitude,
+            fitted_decay_time_s=FittedTime(value=value, low=low, high=high),
+            slowest_pole=SlowestPole(
+                rate_1_s=self.decay.rate,
+                rate_deviation_1_s=self.decay.deviation,
+                angular_frequency_rad_s=self.decay.frequency,
+            ),
+            linear_model=LinearModel(order=self.decay.order, states=self.decay.states),
+            window=WindowSize.of(self.window),
+            recommended_n_in=self._recommended() if known else None,
+            sufficient=self.problem is None,
+            refusal=self._lasting() if not known else None,
+            remark=self.remark,
+        )
 
     def _recommended(self) -> int:
         return recommend_window(self.needed, self.window.step, self.window.n_out).n_in

@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from slide_fmu.core.window import Window
 from slide_fmu.memory.contradiction import contradiction
 from slide_fmu.memory.decay import Decay, recommend_window, too_short
-from slide_fmu.memory.decay_figures import linearized_figures, times
+from slide_fmu.memory.decay_figures import (
+    DecayTimes,
+    SizingFigures,
+    SystemSizing,
+    WindowSize,
+    linearized_times,
+    mode_figures,
+)
 from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.motions import (
     MEETING,
@@ -56,8 +63,8 @@ class AnySizing(Protocol):
     def left_out(self) -> str | None:
         """The text says what there was no time for; None if nothing was left out."""
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values, as written to JSON."""
+    def figures(self) -> SizingFigures:
+        """Return the figures, as JSON files hold them."""
 
 
 class ShortWindowError(ValueError):
@@ -146,27 +153,21 @@ class Sizing:
             "leaves a margin for motions of any other seed"
         )
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values with SI units in their names, as written to JSON.
-
-        None stands for what the system does not offer, and in a time for one without end.
-        """
-        sized = self.measured.meeting >= MEETING or self.linearized is not None
-        return {
-            "remaining_amplitude": self.remaining_amplitude,
-            **linearized_figures(self.linearized),
-            "measured_decay_time_s": times(self.measured),
-            "window": {
-                "step_s": self.window.step,
-                "n_in": self.window.n_in,
-                "n_out": self.window.n_out,
-                "truncation_time_s": self.window.truncation_time,
-            },
-            "recommended_n_in": self._recommended() if sized else None,
-            "sufficient": self.problem is None,
-            "refusal": self.refusal,
-            "remark": self.remark,
-        }
+    def figures(self) -> SystemSizing:
+        """Return the figures, as JSON files hold them."""
+        sized, linearized = self.measured.meeting >= MEETING, self.linearized
+        return SystemSizing(
+            remaining_amplitude=self.remaining_amplitude,
+            decay_time_s=linearized_times(linearized),
+            modes_at_rest=mode_figures(linearized),
+            rigid_body_eigenvalues=None if linearized is None else len(linearized.modes.rigid),
+            measured_decay_time_s=DecayTimes.of(self.measured),
+            window=WindowSize.of(self.window),
+            recommended_n_in=self._recommended() if sized or linearized else None,
+            sufficient=self.problem is None,
+            refusal=self.refusal,
+            remark=self.remark,
+        )
 
     def _recommended(self) -> int:
         return recommend_window(self.needed, self.window.step, self.window.n_out).n_in

@@ -9,7 +9,6 @@ the recipe's excitation at several amplitudes, which is no proof.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -68,6 +67,17 @@ class AmplitudeTest:
     differences: FloatArray
     pair: FloatArray
     problem: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StabilityFigures:
+    """These are the figures of an amplitude test, as JSON files hold them: None is infinity."""
+
+    amplitude: float
+    growth: float | None
+    median_difference: float | None
+    largest_difference: float | None
+    passed: bool
 
 
 def check_stability(
@@ -136,18 +146,18 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
         )
 
 
-def stability_figures(tests: tuple[AmplitudeTest, ...]) -> list[dict[str, Any]]:
-    """Return the figures as plain values, as written to JSON; None stands for infinity."""
-    return [
-        {
-            "amplitude": test.amplitude,
-            "growth": finite(test.growth),
-            "median_difference": finite(float(np.median(test.differences))),
-            "largest_difference": finite(float(np.max(test.differences))),
-            "passed": test.problem is None,
-        }
+def stability_figures(tests: tuple[AmplitudeTest, ...]) -> tuple[StabilityFigures, ...]:
+    """Return the figures of the tests."""
+    return tuple(
+        StabilityFigures(
+            amplitude=test.amplitude,
+            growth=finite(test.growth),
+            median_difference=finite(float(np.median(test.differences))),
+            largest_difference=finite(float(np.max(test.differences))),
+            passed=test.problem is None,
+        )
         for test in tests
-    ]
+    )
 
 
 def _test(

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
@@ -49,7 +50,7 @@ def step_remark(recipe: Recipe) -> str | None:
     lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
     if lost > COARSE:
         return (
-            f"window.step = {step:g} s: between its samples outputs differ by {100 * lost:.3g} % "
+            f"window.step = {step:g} s: between its samples outputs differ by {percent(lost)} "
             f"of their standard deviation from a smooth curve through them; expected at most "
             f"{100 * COARSE:g} %: give a smaller step where what is between the samples counts"
         )

@@ -19,6 +19,7 @@ from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card, without_pictures
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHOWN = 3
@@ -53,10 +54,11 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]
 
     def compare(recipe: Recipe) -> Iterator[str]:
         check_origins(surrogate, provenance)
-        if "measured" not in provenance:
+        measured = released_figures(provenance)
+        if measured is None:
             yield f"{CARD} is there, but {PROVENANCE} has no measured errors; {REMEDY}"
             return
-        card = model_card(surrogate, recipe, provenance["measured"], "", "")
+        card = model_card(surrogate, recipe, measured, "", "")
         expected = _lines(without_pictures(card))
         pairs = _other_lines(_lines(content.decode("utf-8", "replace")), expected)
         others = (f"{apart(ours, its)!r}; expected {apart(its, ours)!r}" for ours, its in pairs)

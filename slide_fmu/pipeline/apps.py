@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the console script reads this file before it knows what is asked
+    from slide_fmu.core.figures import JsonObject
     from slide_fmu.recipe.recipe import Recipe
+    from slide_fmu.report.table import Table
     from slide_fmu.surrogate.surrogate import Surrogate
 
 GROUP = "slide_fmu.apps"
@@ -49,14 +51,12 @@ class Repeated:
     """This says how something that an FMU carries went when it was repeated here.
 
     Attributes:
-        title: one line about what was repeated.
-        rows: table of what differs, its heading first.
+        table: what differs, with one line about what was repeated as its title.
         problems: one sentence each; empty if nothing differs.
         figures: the same as plain values.
     """
 
-    title: str
-    rows: Sequence[Sequence[str]]
+    table: Table
     problems: Sequence[str]
     figures: Mapping[str, Any]
 
@@ -133,7 +133,7 @@ def check_app_tables(recipe: Recipe) -> None:
 
 def with_origins(
     provenance: Mapping[str, Any], recipe: Recipe, surrogate: Surrogate
-) -> dict[str, Any]:
+) -> JsonObject:
     """Return provenance with what each app keeps in it, in place of what was there of them.
 
     Errors are those of the apps.

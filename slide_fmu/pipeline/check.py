@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.cosim.run import CoSimulationError
@@ -31,9 +31,9 @@ class Checked:
     problems: list[str]
     repeated: Mapping[str, Repeated] = field(default_factory=dict)
 
-    def figures(self, fmu: Path) -> dict[str, Any]:
+    def figures(self, fmu: Path) -> JsonObject:
         """Return what is written as JSON."""
-        found: dict[str, Any] = {"fmu": str(fmu), "problems": self.problems}
+        found: JsonObject = {"fmu": str(fmu), "problems": self.problems}
         for run in self.repeated.values():
             found |= run.figures
         return found

@@ -12,10 +12,9 @@ from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
 from rich.text import Text
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, Stages
-
-ENDLESS = 1_000_000
-"""Columns of a pipe or a file: more than any message or table has."""
+from slide_fmu.report.table import ENDLESS
 
 WIDE = 90
 """Bars are drawn, and errors named, on a terminal of so many columns."""
@@ -159,7 +158,7 @@ def _duration(seconds: float) -> str:
 def _percent(error: float | None) -> str:
     """Write a relative RMSE; one that is not known is not written."""
     known = error is not None and math.isfinite(error)
-    return f"{100 * error:.3g} %" if known and error is not None else ""
+    return percent(error) if known and error is not None else ""
 
 
 def _remark(error: float | None) -> str:

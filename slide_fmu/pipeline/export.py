@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.progress import Stages
 from slide_fmu.cosim.archive import BINARIES, hash_problems
 from slide_fmu.fmu.export import (
@@ -111,7 +111,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
     path = request.path or finished
-    options: dict[str, Any] = {"fmi": request.fmi, "sources": request.sources}
+    options: JsonObject = {"fmi": request.fmi, "sources": request.sources}
     remark = None
     try:
         if finished.exists() and _is_of(finished, surrogate, origin):

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from typing import Any
 
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.pipeline.job import Job
-from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data
+from slide_fmu.pipeline.stages import DataFigures, check_window, choose_numbers, generate_data
 
 
 def generate_recipe(
     job: Job, workers: int | None, executor: str | None, overwrite: bool
-) -> dict[str, Any]:
+) -> DataFigures:
     """Make the trajectories of a recipe, and return the figures of ``generate_data``.
 
     Several programs may do so in one run folder. To find numbers that the recipe leaves open, or

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.error_bound import ErrorBound
 
 
-def describe_fmu(fmu: Path) -> dict[str, Any]:
+def describe_fmu(fmu: Path) -> JsonObject:
     """Return an FMU's signals, window, size and provenance.
 
     Of an error bound, it tells sizes, confidences, and lengths of the blocks of its means in s.
@@ -41,7 +41,7 @@ def describe_fmu(fmu: Path) -> dict[str, Any]:
     }
 
 
-def _of_bound(bound: ErrorBound | None, step: float) -> dict[str, Any]:
+def _of_bound(bound: ErrorBound | None, step: float) -> JsonObject:
     """Return what is told of an error bound, of samples of a step in s; nothing without one."""
     if bound is None:
         return {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
@@ -151,7 +151,7 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     return Recipe.model_validate(values)
 
 
-def provenance(job: Job, versions: dict[str, str]) -> dict[str, object]:
+def provenance(job: Job, versions: Mapping[str, str]) -> dict[str, object]:
     """Return where the surrogate of a job comes from: recipe, seeds, versions of the training.
 
     What the recipe left to be found stands beside it, so that nobody need find it again.

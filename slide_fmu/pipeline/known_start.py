@@ -6,8 +6,8 @@ The network keeps its features, scalings and sizes; its window is that of the re
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.files import find_file
 from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.network.state_space.network import StateSpace
@@ -52,7 +52,7 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
     return surrogate
 
 
-def start_origin(recipe: Recipe) -> dict[str, Any]:
+def start_origin(recipe: Recipe) -> JsonObject:
     """Return the part of a provenance that names the FMU with which a training began, if any.
 
     It has the hash of the surrogate file in it: the FMU may be written again with another runtime.

@@ -21,11 +21,13 @@ from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
-from slide_fmu.report.importer_sections import with_box, with_plain_call
-from slide_fmu.report.report import Report
+from slide_fmu.report.html_report import Report
+from slide_fmu.report.importer_sections import box_sections, plain_call_sections
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.validate import validate
 
@@ -88,28 +90,31 @@ def _require_another(fmu: Path, recipe: Recipe) -> None:
 
 def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
     """Return what 95 % of the errors in range were below when an FMU was released."""
-    measured = (provenance or {}).get("measured", {}).get("validation", {}).get(IN_RANGE, {})
-    found = [output.get("p95_error") for output in measured.get("outputs", [])]
-    return np.array(found) if found and None not in found else None
+    measured = released_figures(provenance)
+    if measured is None or IN_RANGE not in measured.validation:
+        return None
+    return np.array([output.p95_error for output in measured.validation[IN_RANGE].outputs])
 
 
-def validation_report(validation: Validation, fmu: Path) -> Report:
-    """Return the report of one validation; in range, with its plain call and constant inputs.
+def validation_report(validation: Validation, fmu: Path) -> tuple[Report, ValidationFigures]:
+    """Return the report of one validation, and its figures.
+
+    In range, the plain call and constant inputs are measured too.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    name, task = _title(validation.task), validation.task
-    in_range = task.amplitude == (1.0, 1.0) and not task.held_out
-    plain = plain_call_figures(fmu, validation) if in_range else None
-    report = Report(
-        f"Validation of {validation.surrogate.name}",
-        validation.recipe.description,
-        validation.figures(),
-        validation_sections({name: validation}),
-    )
-    box = box_figures(fmu, validation, quiet) if in_range else None
-    return with_box(with_plain_call(report, plain), box)
+    figures = validation.figures()
+    if figures.in_range:
+        call = plain_call_figures(fmu, validation)
+        figures = replace(figures, plain_call=call, box=box_figures(fmu, validation, quiet))
+    sections = [
+        *plain_call_sections(figures.plain_call),
+        *box_sections(figures.box),
+        *validation_sections({_title(validation.task): validation}),
+    ]
+    title = f"Validation of {validation.surrogate.name}"
+    return Report(title, validation.recipe.description, figures, sections), figures
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

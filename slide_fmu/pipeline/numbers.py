@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.fingerprint import identity
@@ -96,7 +97,7 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
     train = recipe.data.train
     if "data.train" in recipe.automatic:
         curve = kept_curve(recipe, folder)
-        if curve.reason is None:
+        if curve.ended is None:
             return None
         train = _learnt_from(curve.points)
     cost = kept_cost(recipe, folder)
@@ -216,7 +217,7 @@ def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
     if not folder.numbers.exists() or recipe.system.is_record:
         return Curve()
     found = _memo(recipe, folder.numbers).found("curve")
-    return Curve() if found is None else Curve.of_figures(found)
+    return Curve() if found is None else read_figures(Curve, found)
 
 
 def _memo(recipe: Recipe, place: Path) -> Memo:
@@ -245,7 +246,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(recipe, recipe_source(recipe), folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
-    while curve.reason is None:
+    while curve.ended is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
         number = len(points) + 1
         staged.make(train, f"data of curve point {number}")
@@ -255,7 +256,7 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
         seconds = known.get(train, time.monotonic() - begin)
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
-        memo.keep("curve", curve.figures())
+        memo.keep("curve", plain(curve))
 
 
 def _end(points: list[CurvePoint], budget: float | None) -> str | None:

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.extras import require_training
+from slide_fmu.core.figures import plain
+from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import quiet_stages
 from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -18,6 +20,7 @@ from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.script import unguarded_place
 from slide_fmu.recipe.measured import KIND
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems import given
 from slide_fmu.systems.base import System
@@ -46,19 +49,24 @@ class Learnt:
         surrogate: the trained surrogate, with its error estimator if the recipe has one.
         fmu: path of the FMU, which carries the report.
         report: path of the report, a page of HTML.
-        figures: the figures of the report as plain values.
+        measured: the figures of the report.
     """
 
     surrogate: Surrogate = field(repr=False)
     fmu: Path
     report: Path
-    figures: dict[str, Any] = field(repr=False)
+    measured: RunFigures = field(repr=False)
+
+    @property
+    def figures(self) -> Any:
+        """Return the figures of the report as plain values, as ``report.json`` holds them."""
+        return self.measured.dump()
 
     @property
     def errors(self) -> dict[str, float]:
         """Return relative RMSEs on unseen trajectories in range by the names of the outputs."""
-        found = self.figures["validation"]["in range"]["outputs"]
-        return {output["name"]: float(output["relative_rmse"]) for output in found}
+        found = self.measured.validation["in range"].outputs
+        return {output.name: output.relative_rmse for output in found}
 
     def export(self, path: str | Path, fmi: FmiVersion = 2, sources: Sources = False) -> Path:
         """Write the FMU with its report elsewhere, for a version of FMI, perhaps with C sources.
@@ -71,7 +79,7 @@ class Learnt:
     def _repr_html_(self) -> str:
         """Show the errors in a notebook."""
         rows = "".join(
-            f"<tr><td>{html.escape(name)}</td><td>{100 * error:.3g} %</td></tr>"
+            f"<tr><td>{html.escape(name)}</td><td>{percent(error)}</td></tr>"
             for name, error in self.errors.items()
         )
         return f"<table><tr><th>output</th><th>relative RMSE</th></tr>{rows}</table>"
@@ -196,7 +204,8 @@ def validate(
 
     processes, _ = simulating_processes({}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)
-    return validate_fmu_file(Path(fmu), task, quiet_stages, processes).figures()
+    figures = plain(validate_fmu_file(Path(fmu), task, quiet_stages, processes).figures())
+    return dict(figures)
 
 
 def simulating_processes(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from slide_fmu.core.measures import percent
+from slide_fmu.fitting.history import History, TriedSize
 from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.validation.error_figures import ValidationFigures
 
 LINEAR_DOES = 1.2
 """A linear model would do where its error is at most so many times that of the best other one."""
@@ -18,13 +21,16 @@ LAST, FELL = 0.2, 0.1
 """A training that still lowered its validation error by this part (``FELL``) in its last steps
 (the share ``LAST`` of all) would go on to lower it."""
 
+Measured = Mapping[str, ValidationFigures]
+"""Figures of validations by what was measured."""
+
 REMEDY = (
     "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "
     "a longer training"
 )
 
 
-def require_quality(recipe: Recipe, figures: Mapping[str, Any]) -> None:
+def require_quality(recipe: Recipe, figures: RunFigures) -> None:
     """Refuse a surrogate whose error is larger than ``validation.require``.
 
     Args:
@@ -35,18 +41,18 @@ def require_quality(recipe: Recipe, figures: Mapping[str, Any]) -> None:
         QualityError: the message names the outputs, their errors, and the remedy.
     """
     most = recipe.validation.require
-    worse = [] if most is None else _above(figures, most)
+    worse = [] if most is None else _above(figures.validation, most)
     if most is not None and worse:
         raise QualityError(
             f"surrogate {recipe.name!r} is not accurate enough: {', '.join(worse)} on unseen "
-            f"trajectories; expected at most {100 * most:.3g} % (validation.require = {most:g}): "
+            f"trajectories; expected at most {percent(most)} (validation.require = {most:g}): "
             f"{REMEDY}, or require less"
         )
 
 
-def remark_on_error(recipe: Recipe, figures: Mapping[str, Any]) -> str | None:
+def remark_on_error(recipe: Recipe, measured: Measured) -> str | None:
     """Say that outputs are far off, where the recipe requires nothing; None if none are."""
-    worse = [] if recipe.validation.require is not None else _above(figures, MUCH)
+    worse = [] if recipe.validation.require is not None else _above(measured, MUCH)
     if not worse:
         return None
     return (
@@ -55,24 +61,23 @@ def remark_on_error(recipe: Recipe, figures: Mapping[str, Any]) -> str | None:
     )
 
 
-def _above(figures: Mapping[str, Any], most: float) -> list[str]:
+def _above(measured: Measured, most: float) -> list[str]:
     """Return the outputs that err by more than a relative RMSE in range, each with its error."""
     return [
-        f"output {output['name']!r} errs by {100 * output['relative_rmse']:.3g} %"
-        for output in figures["validation"][IN_RANGE]["outputs"]
-        if not output["relative_rmse"] <= most
+        f"output {output.name!r} errs by {percent(output.relative_rmse)}"
+        for output in measured[IN_RANGE].outputs
+        if not output.relative_rmse <= most
     ]
 
 
-def remark_on_training(recipe: Recipe, history: Mapping[str, Any]) -> str | None:
+def remark_on_training(recipe: Recipe, history: History) -> str | None:
     """Say that the validation error still fell when a training ended; None if it did not.
 
     Args:
         recipe: how the network was trained.
-        history: ``step`` and ``validation_error``, as of ``slide_fmu.fitting.history.History``.
+        history: how that went.
     """
-    steps: Sequence[int] = history["step"]
-    errors: Sequence[float] = history["validation_error"]
+    steps, errors = history.step, history.validation_error
     until = (1 - LAST) * steps[-1]
     before = [error for step, error in zip(steps, errors, strict=True) if step <= until]
     if not before or min(errors) > (1 - FELL) * min(before):
@@ -84,18 +89,22 @@ def remark_on_training(recipe: Recipe, history: Mapping[str, Any]) -> str | None
     )
 
 
-def linear_size_remark(sizes: Sequence[Mapping[str, Any]], error: float) -> str | None:
+def linear_size_remark(sizes: Sequence[TriedSize], error: float) -> str | None:
     """Say that a linear network would do, of the sizes that a search has tried; else None.
 
     The error is that of the network that was taken, in validation and in scaled units.
     """
-    linear = [size for size in sizes if size["units"] == 0 and size["validation_error"]]
-    best = min(linear, key=lambda size: float(size["validation_error"]), default=None)
-    if best is None or not best["validation_error"] <= LINEAR_DOES * error:
+    linear = [
+        (size.validation_error, size.order)
+        for size in sizes
+        if size.units == 0 and size.validation_error
+    ]
+    best, order = min(linear, default=(float("inf"), 0))
+    if not best <= LINEAR_DOES * error:
         return None
     return (
-        f"a linear model would do: a linear network of order {best['order']} errs "
-        f"{best['validation_error'] / error:.3g} times as much in validation (network.hidden = 0)"
+        f"a linear model would do: a linear network of order {order} errs "
+        f"{best / error:.3g} times as much in validation (network.hidden = 0)"
     )
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source
@@ -15,7 +14,7 @@ OF_NOISE = "noise_record"
 """In the provenance: name and SHA-256 hash of the file that tells the outputs' noise, if any."""
 
 
-def record_origin(recipe: Recipe) -> dict[str, Any]:
+def record_origin(recipe: Recipe) -> JsonObject:
     """Return the part of a provenance that names the records of a recipe; nothing of models.
 
     Raises:
@@ -25,13 +24,13 @@ def record_origin(recipe: Recipe) -> dict[str, Any]:
     if not isinstance(source, MeasuredRecords):
         return {}
     files = zip(source.files, source.digests, strict=True)
-    found: dict[str, Any] = {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
+    found: JsonObject = {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
     if source.noise is not None:
         found[OF_NOISE] = {"file": source.noise.file, "sha256": source.noise.digest}
     return found
 
 
-def require_same_records(provenance: dict[str, Any], recipe: Recipe, fmu: str) -> None:
+def require_same_records(provenance: JsonObject, recipe: Recipe, fmu: str) -> None:
     """Refuse records that have changed since an FMU was learnt from them.
 
     They would be divided elsewhere, and what is called unseen might have been learnt from. Another

@@ -12,7 +12,6 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.cosim.check import wide_differences
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
@@ -34,19 +33,23 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.report import accuracy_sections, learning_sections
-from slide_fmu.report.adversarial_section import adversarial_section, search_section
-from slide_fmu.report.figures import side_by_side
-from slide_fmu.report.importer_sections import with_box, with_plain_call
+from slide_fmu.report.accuracy_sections import response_section
+from slide_fmu.report.chart_pictures import chart_picture
+from slide_fmu.report.html_report import Report, Section, remark_sections
+from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.record_remarks import remarks_on_records
-from slide_fmu.report.report import Report, Section, remark_sections
+from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.trajectory_charts import charts_side_by_side
+from slide_fmu.report.trust_sections import search_section
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
-from slide_fmu.validation.adversarial import attack, attack_figures
+from slide_fmu.validation.adversarial import Attack, attack, search_figures
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.response import is_affine
 
@@ -63,7 +66,7 @@ class Finished:
 
     fmu: Path
     page: Path
-    figures: dict[str, Any]
+    figures: RunFigures
     verdict: tuple[str, ...]
 
 
@@ -129,11 +132,11 @@ def _trainings(job: Job) -> set[str]:
 def measure_trained(
     job: Job,
     trained: Trained,
-    origin: dict[str, Any],
+    origin: Mapping[str, Any],
     sizing: AnySizing,
     wanted: Mapping[str, Task],
     workers: int | None,
-    search: Mapping[str, Any] | None = None,
+    search: SearchFigures | None = None,
 ) -> Finished:
     """Write the FMU of a trained surrogate, measure it, and let it carry what was measured.
 
@@ -156,34 +159,69 @@ def measure_trained(
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
     require_same_answers(surrogate, recipe.name)
-    export_fmu(surrogate, fmu, provenance=origin)
+    export_fmu(surrogate, fmu, provenance=dict(origin))
     validations: dict[str, Validation] = {}
     lost: list[str] = []
     for name, task in wanted.items():
         try:
-            found = measured(fmu, task, job.bar, workers)
+            validation = measured(fmu, task, job.bar, workers)
         except SimulationError as error:
             if name != BEYOND:
                 raise
             lost.append(f"no trajectory beyond the range could be measured: {error}")
             continue
-        usual = next(iter(validations.values()), found).usual_error()
-        validations[name] = replace(found, usual=usual)
-    remarks = [*lost, *remarks_on_range(job, validations.get(BEYOND))]
-    report = _full_report(trained, job, sizing, validations, tests, remarks)
-    report = with_plain_call(report, plain_call_figures(fmu, validations[IN_RANGE]))
-    report = with_box(report, box_figures(fmu, validations[IN_RANGE], job.bar("constant inputs")))
-    report = _with_search(report, job, surrogate, wanted[IN_RANGE].seed, search)
-    report = replace(report, verdict=verdict(report.data, Subject.of(surrogate)))
+        usual = next(iter(validations.values()), validation).usual_error()
+        validations[name] = replace(validation, usual=usual)
+    in_range = validations[IN_RANGE]
+    found = _Found(
+        validations,
+        tests,
+        sizing,
+        plain_call_figures(fmu, in_range),
+        box_figures(fmu, in_range, job.bar("constant inputs")),
+        *_searched(job, surrogate, wanted[IN_RANGE].seed, search),
+        tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
+    )
+    figures, response = _figures(trained, job, found)
+    report = Report(
+        f"{recipe.name}: surrogate FMU",
+        recipe.description,
+        figures,
+        _sections(trained, job, found, figures, response),
+        verdict=verdict(figures, Subject.of(surrogate)),
+    )
     page = report.write(job.folder.path)
-    write_whole(job.folder.path / PICTURE, side_by_side(validations[IN_RANGE], 0))
-    text = model_card(surrogate, recipe, report.data, PICTURE, draw_mechanism(job))
+    write_whole(job.folder.path / PICTURE, chart_picture(charts_side_by_side(in_range, 0)))
+    text = model_card(surrogate, recipe, figures, PICTURE, draw_mechanism(job))
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
-    released = with_origins({**origin, "measured": report.data}, recipe, surrogate)
+    released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
     members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
     write_release(Release(surrogate, recipe, released, members, fmu, seed=seed), fmu)
     replace(report, inside=last_section(fmu)).write(job.folder.path)
-    return Finished(fmu, page, report.data, report.verdict)
+    return Finished(fmu, page, figures, report.verdict)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """This is all that was found about a trained surrogate: what its report shows.
+
+    Attributes:
+        validations: by name, the one in range first.
+        tests: of fading memory and boundedness.
+        sizing: how the window holds the system.
+        plain_call, box, search: what was measured in range besides.
+        attacks: what the search found; nothing where its figures were known before.
+        remarks: on trajectories beyond the range.
+    """
+
+    validations: Mapping[str, Validation]
+    tests: tuple[AmplitudeTest, ...]
+    sizing: AnySizing
+    plain_call: PlainCallFigures | None
+    box: BoxFigures | None
+    search: SearchFigures | None
+    attacks: Sequence[Attack]
+    remarks: tuple[str, ...]
 
 
 def require_same_answers(surrogate: Surrogate, name: str) -> None:
@@ -201,26 +239,16 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
         )
 
 
-def _with_search(
-    report: Report,
-    job: Job,
-    surrogate: Surrogate,
-    seed: int,
-    known: Mapping[str, Any] | None,
-) -> Report:
-    """Return the report with the search for unnoticed errors, if the recipe asks for it."""
+def _searched(
+    job: Job, surrogate: Surrogate, seed: int, known: SearchFigures | None
+) -> tuple[SearchFigures | None, list[Attack]]:
+    """Search for unnoticed errors, if the recipe asks for it and nothing is known of it yet."""
     starts = job.recipe.validation.adversarial
-    if not starts:
-        return report
-    if known is not None:
-        data = {**report.data, "adversarial": dict(known)}
-        return replace(report, data=data, sections=[*report.sections, search_section(known)])
+    if not starts or known is not None:
+        return known if starts else None, []
     attacks = attack(surrogate, job.recipe, seed, starts, job.bar("search for unnoticed errors"))
     assert surrogate.bound is not None
-    figures = attack_figures(attacks, surrogate.bound.confidences[-1])
-    data = {**report.data, "adversarial": figures}
-    sections = [*report.sections, adversarial_section(attacks, surrogate)]
-    return replace(report, data=data, sections=sections)
+    return search_figures(attacks, surrogate.bound.confidences[-1]), attacks
 
 
 def draw_mechanism(job: Job) -> str | None:
@@ -239,68 +267,79 @@ def draw_mechanism(job: Job) -> str | None:
     return MECHANISM_PICTURE if place.exists() else None
 
 
-def _full_report(
-    trained: Trained,
-    job: Job,
-    sizing: AnySizing,
-    validations: dict[str, Validation],
-    tests: tuple[AmplitudeTest, ...],
-    remarks: Sequence[str],
-) -> Report:
-    surrogate, recipe = trained.surrogate, job.recipe
-    data: dict[str, Any] = {
-        "name": recipe.name,
-        "command": job.command,
-        "versions": trained.versions,
-        "validation": {name: v.figures() for name, v in validations.items()},
-        "window": sizing.figures(),
-        "parameters": surrogate.network.count_parameters(),
-    }
-    sections = accuracy_sections.validation_sections(validations)
+def _figures(trained: Trained, job: Job, found: _Found) -> tuple[RunFigures, list[Section]]:
+    """Return the figures of a run, and the section on the response matrix, if it has one."""
+    surrogate, recipe, response, sections = trained.surrogate, job.recipe, None, list[Section]()
     if is_affine(surrogate) and not recipe.system.is_record:  # records have no exact response
-        section, data["response_matrix"] = accuracy_sections.response_section(
-            surrogate, recipe_system(recipe)
-        )
+        section, response = response_section(surrogate, recipe_system(recipe))
         sections.append(section)
-    if tests:
-        data["stability"] = stability_figures(tests)
-        sections.append(learning_sections.stability_section(tests, surrogate.window.step))
-    sections.append(learning_sections.sizing_section(sizing))
-    useless = [h.get("remark") for name, h in trained.histories.items() if name != "surrogate"]
-    if any(useless):
-        data["no_error_estimate"] = next(text for text in useless if text)
-    if trained.histories:
-        sections.append(learning_sections.training_section(trained.histories))
-        curve = kept_curve(recipe, job.folder)
-        sections += _search_sections(trained, recipe, curve, data, remarks)
+    useless = (h.remark for name, h in trained.histories.items() if name != "surrogate")
+    curve = kept_curve(recipe, job.folder)
+    figures = RunFigures(
+        name=recipe.name,
+        command=job.command,
+        versions=trained.versions,
+        validation={name: v.figures() for name, v in found.validations.items()},
+        window=found.sizing.figures(),
+        parameters=surrogate.network.count_parameters(),
+        response_matrix=response,
+        stability=stability_figures(found.tests),
+        no_error_estimate=next((text for text in useless if text), None),
+        learning_curve=curve if curve.points and trained.histories else None,
+        plain_call=found.plain_call,
+        box=found.box,
+        adversarial=found.search,
+    )
     if recipe.system.is_record:
         source = recipe_source(recipe)
         assert isinstance(source, MeasuredRecords)
-        data["record_remarks"] = remarks_on_records(source, validations[IN_RANGE])
-        sections += remark_sections(data["record_remarks"])
-    return Report(f"{recipe.name}: surrogate FMU", recipe.description, data, sections)
+        remarks = tuple(remarks_on_records(source, found.validations[IN_RANGE]))
+        figures = replace(figures, record_remarks=remarks)
+    return _with_training(figures, trained, recipe, found.remarks), sections
 
 
-def _search_sections(
-    trained: Trained,
-    recipe: Recipe,
-    curve: Curve,
-    data: dict[str, Any],
-    more: Sequence[str] = (),
-) -> list[Section]:
-    """Show what was searched for: sizes of the network, numbers of trajectories."""
-    sections, history = [], trained.histories["surrogate"]
-    data["sizes_tried"] = history.get("sizes", [])
-    linear = None
+def _with_training(
+    figures: RunFigures, trained: Trained, recipe: Recipe, more: Sequence[str]
+) -> RunFigures:
+    """Return the figures with what is known of the training: sizes tried, and all remarks."""
+    if not trained.histories:
+        return figures
+    history, linear = trained.histories["surrogate"], None
     if not trained.surrogate.network.is_affine:
-        linear = linear_size_remark(data["sizes_tried"], min(history["validation_error"]))
-    falling, off = remark_on_training(recipe, history), remark_on_error(recipe, data)
-    of_stages = (found.get("remark") for found in trained.histories.values())
-    remarks = (off, *of_stages, falling, linear, *more)
-    data["remark"] = "; ".join(remark for remark in remarks if remark is not None) or None
-    if data["sizes_tried"] or data["remark"]:
-        sections.append(learning_sections.sizes_section(data["sizes_tried"], data["remark"]))
-    if curve.points:
-        data["learning_curve"] = curve.figures()
-        sections.append(learning_sections.curve_section(data["learning_curve"]))
+        linear = linear_size_remark(history.sizes, min(history.validation_error))
+    remarks = (
+        remark_on_error(recipe, figures.validation),
+        *(one.remark for one in trained.histories.values()),
+        remark_on_training(recipe, history),
+        linear,
+        *more,
+    )
+    remark = "; ".join(text for text in remarks if text is not None) or None
+    return replace(figures, sizes_tried=history.sizes, remark=remark)
+
+
+def _sections(
+    trained: Trained, job: Job, found: _Found, figures: RunFigures, response: list[Section]
+) -> list[Section]:
+    """Return all sections of the report of a run."""
+    surrogate, curve = trained.surrogate, figures.learning_curve
+    sections = [
+        *plain_call_sections(figures.plain_call),
+        *box_sections(figures.box),
+        *accuracy_sections.validation_sections(found.validations),
+        *response,
+    ]
+    if found.tests:
+        sections.append(learning_sections.stability_section(found.tests, surrogate.window.step))
+    sections.append(learning_sections.sizing_section(found.sizing))
+    if trained.histories:
+        sections.append(learning_sections.training_section(trained.histories))
+    if figures.sizes_tried or figures.remark:
+        sizes = figures.sizes_tried or ()
+        sections.append(learning_sections.sizes_section(sizes, figures.remark))
+    if curve is not None:
+        sections.append(learning_sections.curve_section(curve))
+    sections += remark_sections(figures.record_remarks or ())
+    if figures.adversarial is not None:
+        sections.append(search_section(figures.adversarial, found.attacks, surrogate))
     return sections

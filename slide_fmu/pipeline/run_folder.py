@@ -7,16 +7,17 @@ import json
 import os
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject, plain, read_figures
 from slide_fmu.core.files import FullDiskError, write_whole, writing
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
+from slide_fmu.fitting.history import History
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -44,8 +45,8 @@ class Trained:
     """
 
     surrogate: Surrogate
-    histories: dict[str, Any]
-    versions: dict[str, str]
+    histories: Mapping[str, History]
+    versions: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -179,16 +180,16 @@ class RunFolder:
         self,
         surrogate: Surrogate,
         recipe: Recipe,
-        histories: dict[str, Any],
-        versions: dict[str, str],
+        histories: Mapping[str, History],
+        versions: Mapping[str, str],
     ) -> None:
-        """Keep a trained surrogate, its ``History`` by training, and where it comes from."""
+        """Keep a trained surrogate, how its trainings went, and where it comes from."""
         data = surrogate.to_bytes()
         record = {
             "surrogate": hashlib.sha256(data).hexdigest(),
             "recipe": recipe.model_dump(mode="json"),
             "versions": versions,
-            "histories": {stage: asdict(history) for stage, history in histories.items()},
+            "histories": plain(histories),
         }
         write_whole(self.surrogate, data)
         write_whole(self.training, json.dumps(sealed(record)).encode("utf-8"))
@@ -221,7 +222,8 @@ class RunFolder:
                 f"{self.surrogate} and {self.training.name} do not belong together, a training "
                 "was broken off between them; train again (slide-fmu train RECIPE)"
             )
-        return Trained(Surrogate.from_bytes(data), record["histories"], record["versions"])
+        histories = read_figures(dict[str, History], record["histories"])
+        return Trained(Surrogate.from_bytes(data), histories, record["versions"])
 
 
 def _me() -> str:
@@ -248,7 +250,7 @@ def _told(place: Path) -> str:
     )
 
 
-def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
+def _learnt(recipe: JsonObject) -> JsonObject:
     """Return what a recipe says about learning: not how the result is tested and measured."""
     untaught = ("description", "equations", "stability", "validation", "apps")
     learnt = {k: v for k, v in recipe.items() if k not in untaught}
@@ -258,7 +260,7 @@ def _learnt(recipe: dict[str, Any]) -> dict[str, Any]:
     return learnt
 
 
-def recipe_of_provenance(provenance: dict[str, Any] | None, source: str) -> Recipe:
+def recipe_of_provenance(provenance: JsonObject | None, source: str) -> Recipe:
     """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
     What the recipe left to be found has the values that it was resolved to (``resolved``).

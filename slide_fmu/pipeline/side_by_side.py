@@ -5,10 +5,10 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
@@ -120,7 +120,7 @@ def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:
 
 
 def as_the_reference(
-    fmu: Path, surrogate: Surrogate, found: dict[str, Any] | None, path: Path
+    fmu: Path, surrogate: Surrogate, found: JsonObject | None, path: Path
 ) -> Path:
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
+from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -29,6 +31,45 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 STABILITY_REPORT = "stability.html"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataFigures:
+    """These are the figures of the data of a recipe.
+
+    Attributes:
+        trajectories: their numbers by what they are for.
+        made_now: how many were made by this program, which took ``wall_time_s``.
+        failed: how many had failed, of which others took the place.
+        remark: what one should know of those beyond the range.
+    """
+
+    trajectories: Mapping[str, int]
+    simulated_time_s: float
+    made_now: int
+    failed: int
+    remark: str | None
+    wall_time_s: float
+    seed: int
+    learning_curve: Curve | None = optional()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingFigures:
+    """These are the figures of a training.
+
+    Attributes:
+        validation_error: the best one by stage, in scaled units.
+        parameters: number of the network's parameters.
+        sizes_tried: what a search for sizes has judged.
+        remark: what one should know of the result.
+    """
+
+    validation_error: Mapping[str, float]
+    parameters: int
+    sizes_tried: tuple[TriedSize, ...]
+    remark: str | None
+    seed: int
 
 
 def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
@@ -114,13 +155,8 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     return with_values(job, numbers) if numbers else job
 
 
-def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
+def generate_data(job: Job, place: Workplace) -> DataFigures:
     """Make all trajectories that are not in the store yet.
-
-    Returns:
-        Numbers of trajectories by split, the simulated time in s, how many of them were made now
-        in which time by this program, and how many had failed, of which others took the place; a
-        remark on those beyond the range, or None; the learning curve, if there was one.
 
     Raises:
         LoadError, RecipeError: as of ``check_recipe``.
@@ -138,27 +174,23 @@ def generate_data(job: Job, place: Workplace) -> dict[str, Any]:
     curve = kept_curve(job.recipe, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
-    return {
-        "trajectories": counts,
-        "simulated_time_s": simulated,
-        "made_now": made,
-        "failed": len(kept_failures(job.folder.store)),
-        "remark": remark_on_beyond(job.recipe, job.folder.store),
-        "wall_time_s": time.monotonic() - begin,
-        "seed": job.recipe.data.seed,
-        **({"learning_curve": curve.figures()} if curve.points else {}),
-    }
+    return DataFigures(
+        trajectories=counts,
+        simulated_time_s=simulated,
+        made_now=made,
+        failed=len(kept_failures(job.folder.store)),
+        remark=remark_on_beyond(job.recipe, job.folder.store),
+        wall_time_s=time.monotonic() - begin,
+        seed=job.recipe.data.seed,
+        learning_curve=curve if curve.points else None,
+    )
 
 
-def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
+def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
     """Train surrogate and error estimator, and keep them in the run folder.
 
     Networks of this size gain little from a second thread of the processor, and lose much when
     another program needs it; with one, every machine sums in the same order.
-
-    Returns:
-        Best validation error by stage (scaled units), parameters, seed; the sizes that were
-        tried, and a remark on the result or None.
 
     Raises:
         StoreError: trajectories are missing.
@@ -176,15 +208,15 @@ def train_surrogate(job: Job, threads: int = 1) -> dict[str, Any]:
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
     remarks = (
         *(history.remark for history in fit.histories.values()),
-        remark_on_training(recipe, asdict(fit.histories["surrogate"])),
+        remark_on_training(recipe, fit.histories["surrogate"]),
     )
-    return {
-        "validation_error": {n: min(h.validation_error) for n, h in fit.histories.items()},
-        "parameters": fit.surrogate.network.count_parameters(),
-        "sizes_tried": [asdict(size) for size in fit.histories["surrogate"].sizes],
-        "remark": "; ".join(remark for remark in remarks if remark is not None) or None,
-        "seed": recipe.training.seed,
-    }
+    return TrainingFigures(
+        validation_error={n: min(h.validation_error) for n, h in fit.histories.items()},
+        parameters=fit.surrogate.network.count_parameters(),
+        sizes_tried=fit.histories["surrogate"].sizes,
+        remark="; ".join(remark for remark in remarks if remark is not None) or None,
+        seed=recipe.training.seed,
+    )
 
 
 def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:
@@ -197,8 +229,8 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     page = job.folder.path / STABILITY_REPORT
     page.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):
+        from slide_fmu.report.html_report import Report
         from slide_fmu.report.learning_sections import stability_section
-        from slide_fmu.report.report import Report
 
         section = stability_section(tests, surrogate.window.step)
         report = Report(f"{job.recipe.name}: not stable", job.recipe.description, {}, [section])

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.signals import Signal
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import system_at, with_values
 from slide_fmu.excitation.mix import Excitation, names_of
+from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_recipe
 from slide_fmu.pipeline.job import Job, open_job
@@ -38,6 +39,49 @@ STEPS = 4
 """A trial shows its progress in so many steps, the first of which ends with the lengths."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class TriedSystem:
+    """This is the system that was tried, with its signals and what it offers besides."""
+
+    kind: str
+    model: str
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    offers: Mapping[str, bool]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Costs:
+    """These are the data of a recipe and what they cost.
+
+    Attributes:
+        trajectories: their numbers by what they are for.
+        at_least: whether there may be more.
+        wall_time_per_simulated_second_s: in one process; None of records.
+        expected_wall_time_s: with so many workers.
+    """
+
+    trajectories: Mapping[str, int]
+    at_least: bool
+    duration_s: float
+    burn_in_s: float
+    simulated_time_s: float
+    wall_time_per_simulated_second_s: float | None
+    workers: int
+    expected_wall_time_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialFigures:
+    """These are the figures of a trial, as JSON files hold them."""
+
+    name: str
+    system: TriedSystem
+    window: SizingFigures
+    data: Costs
+    remarks: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """A Trial is what was found out about a recipe without data.
@@ -56,8 +100,8 @@ class Trial:
     seconds: float | None
     remarks: tuple[str, ...]
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values, as written to JSON."""
+    def figures(self) -> TrialFigures:
+        """Return the figures."""
         data = self.recipe.data
         cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
         least = least_numbers(self.recipe, cost)
@@ -65,28 +109,30 @@ class Trial:
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
         workers = os.cpu_count() or 1
-        return {
-            "name": self.recipe.name,
-            "system": {
-                "kind": self.recipe.system.kind,
-                "model": self.recipe.system.model,
-                "inputs": [vars(signal) for signal in self.system.inputs],
-                "outputs": [vars(signal) for signal in self.system.outputs],
-                "offers": {name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
-            },
-            "window": self.sizing.figures(),
-            "data": {
-                "trajectories": counts,
-                "at_least": bool(least),
-                "duration_s": data.duration,
-                "burn_in_s": data.burn_in,
-                "simulated_time_s": simulated,
-                "wall_time_per_simulated_second_s": self.seconds,
-                "workers": workers,
-                "expected_wall_time_s": simulated * (self.seconds or 0.0) / workers,
-            },
-            "remarks": list(self.remarks),
-        }
+        system = TriedSystem(
+            kind=self.recipe.system.kind,
+            model=self.recipe.system.model,
+            inputs=tuple(self.system.inputs),
+            outputs=tuple(self.system.outputs),
+            offers={name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
+        )
+        costs = Costs(
+            trajectories=counts,
+            at_least=bool(least),
+            duration_s=data.duration,
+            burn_in_s=data.burn_in,
+            simulated_time_s=simulated,
+            wall_time_per_simulated_second_s=self.seconds,
+            workers=workers,
+            expected_wall_time_s=simulated * (self.seconds or 0.0) / workers,
+        )
+        return TrialFigures(
+            name=self.recipe.name,
+            system=system,
+            window=self.sizing.figures(),
+            data=costs,
+            remarks=self.remarks,
+        )
 
 
 def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job:

@@ -7,8 +7,8 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
-from slide_fmu.report.report import Section
-from slide_fmu.report.trajectory_charts import OWN, TRUE, true_name
+from slide_fmu.report.html_report import Section
+from slide_fmu.report.trajectory_charts import own_line, true_line
 from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 
@@ -56,15 +56,16 @@ def _response_chart(validation: Validation, spectra: Spectra, output: int) -> Ch
     frequency = spectra.frequency[driven]
     true, own = true[driven, channel], own[driven, channel]
     apart = np.abs(own - true) / np.maximum(np.abs(true), np.finfo(float).tiny)
-    named = true_name(validation)
     panels = [
         Panel(
             "size",
             ratio(other.unit, one.unit),
-            _both(named, frequency, np.abs(true), np.abs(own)),
+            _both(validation, frequency, np.abs(true), np.abs(own)),
             log=True,
         ),
-        Panel("phase", "°", _both(named, frequency, _phase(true), _phase(own)), height="short"),
+        Panel(
+            "phase", "°", _both(validation, frequency, _phase(true), _phase(own)), height="short"
+        ),
         Panel(
             "deviation over size",
             "1",
@@ -84,17 +85,16 @@ def _spectrum_chart(validation: Validation, spectra: Spectra, output: int) -> Ch
         for density in (spectra.reference, spectra.surrogate, spectra.error)
     )
     lines = [
-        *_both(true_name(validation), spectra.frequency, true, own),
+        *_both(validation, spectra.frequency, true, own),
         Line("error", spectra.frequency, error, "bad"),
     ]
     return Chart(signal.name, [Panel("density", unit, lines, log=True)], FREQUENCY)
 
 
-def _both(name: str, frequency: FloatArray, true: FloatArray, own: FloatArray) -> list[Line]:
-    return [
-        Line(name, frequency, true, **TRUE),
-        Line("surrogate", frequency, own, **OWN),
-    ]
+def _both(
+    validation: Validation, frequency: FloatArray, true: FloatArray, own: FloatArray
+) -> list[Line]:
+    return [true_line(validation, frequency, true), own_line(frequency, own)]
 
 
 def _phase(response: ComplexArray) -> FloatArray:

@@ -1,16 +1,21 @@
-"""Charts of how a surrogate was learnt, and of how its network forgets and stays bounded."""
+"""Charts of how a surrogate was learnt, and of how system and network forget."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
-from slide_fmu.core.units import NO_UNIT
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import NO_UNIT, ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
+from slide_fmu.fitting.history import CurvePoint, History
+from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.report.trust_charts import cumulated
+from slide_fmu.surrogate.surrogate import Surrogate
 
 PLOTTED = 1e6
 """Largest value drawn of a run that may grow without bound."""
@@ -21,13 +26,13 @@ MOST_POINTS = 2000
 FAR = 1e3
 """Errors of more than so many times the median of the validations are left out of a course."""
 
-History = Mapping[str, Any]
+ErrorName = Literal["training_error", "validation_error"]
 
 
 def training_charts(histories: Mapping[str, History]) -> list[Chart]:
     """Draw training and validation error over the optimizer's steps, a chart per stage."""
     # a course of one point shows nothing that the table beside does not say
-    courses = {stage: h for stage, h in histories.items() if len(h["step"]) > 1}
+    courses = {stage: h for stage, h in histories.items() if len(h.step) > 1}
     axis = Axis("optimizer step or iteration")
     return [
         Chart(
@@ -50,24 +55,25 @@ def training_charts(histories: Mapping[str, History]) -> list[Chart]:
 
 def _axis_of(history: History) -> tuple[str, str]:
     """Return title and unit of the errors: those of outputs are relative RMSE."""
-    return ("relative RMSE", "%") if history.get("relative") else ("error, scaled", NO_UNIT)
+    return ("relative RMSE", "%") if history.relative else ("error, scaled", NO_UNIT)
 
 
 def _positive(history: History) -> bool:
     """Tell whether errors have logarithms; the loss of an error bound may be negative."""
-    return bool(min(history["validation_error"]) > 0)
+    return bool(min(history.validation_error) > 0)
 
 
-def _course(name: str, history: History, key: str, colour: str) -> Line:
-    every = max(1, len(history["step"]) // MOST_POINTS)
-    step, error = (np.array(history[k], dtype=np.float64)[::every] for k in ("step", key))
+def _course(name: str, history: History, key: ErrorName, colour: str) -> Line:
+    every = max(1, len(history.step) // MOST_POINTS)
+    courses = history.step, getattr(history, key)
+    step, error = (np.array(course, dtype=np.float64)[::every] for course in courses)
     error[error > _largest_shown(history)] = np.nan
-    return Line(name, step, 100 * error if history.get("relative") else error, colour)
+    return Line(name, step, 100 * error if history.relative else error, colour)
 
 
 def _largest_shown(history: History) -> float:
     """Return the largest error that is drawn: a start far from all solutions hides the course."""
-    errors = np.asarray(history["validation_error"], dtype=np.float64)
+    errors = np.asarray(history.validation_error, dtype=np.float64)
     errors = errors[np.isfinite(errors) & (errors > 0)]
     return FAR * float(np.median(errors)) if len(errors) else math.inf
 
@@ -96,15 +102,64 @@ def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]
     return found
 
 
-def curve_chart(points: Sequence[Mapping[str, Any]]) -> Chart:
+def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: float) -> Chart:
+    """Draw in which time, in s, how many motions forget; a dotted line is the window's truncation.
+
+    Linearized decay times are there where the system offers them.
+    """
+    found = [("measured (two motions)", measured, "truth")]
+    if linearized is not None:
+        found.insert(0, ("linearized (eigenvalues)", linearized, "line"))
+    times = [time for _, decay, _ in found for time in decay.times if math.isfinite(time)]
+    ends, lines = (0.0, 1.1 * max([truncation_time, *times])), []
+    for name, decay, colour in found:
+        lines.append(Line(name, *cumulated(decay.times.tolist(), ends), colour, "steps"))
+        if math.isfinite(decay.mean):
+            upright = np.array([decay.mean, decay.mean]), np.array([0.0, 100.0])
+            lines.append(Line(f"{name}, mean rate", *upright, colour, dashed=True))
+    panel = Panel("motions that have forgotten by then", "%", lines, include=(0.0, 100.0))
+    return Chart("Decay times", [panel], Axis("decay time", "s"), marks=[truncation_time])
+
+
+def response_charts(learnt: FloatArray, exact: FloatArray, surrogate: Surrogate) -> list[Chart]:
+    """Draw the newest row of the learnt response matrix of each output beside the exact one.
+
+    Below stands the largest deviation in a column of all rows. Both matrices have the shape of
+    ``slide_fmu.validation.response.learnt_matrix``; a column is an input sample.
+    """
+    found, n_inputs, n_outputs = [], len(surrogate.inputs), len(surrogate.outputs)
+    for output, other in enumerate(surrogate.outputs):
+        for channel, one in enumerate(surrogate.inputs):
+            own, true = (m[output::n_outputs, channel::n_inputs] for m in (learnt, exact))
+            sample = np.arange(1.0, own.shape[1] + 1)
+            unit = ratio(other.unit, one.unit)
+            deviation = np.abs(own - true).max(axis=0)
+            lines = [
+                Line("exact", sample, true[-1], "truth", dashed=True, width=3.0),
+                Line("learnt", sample, own[-1]),
+            ]
+            panels = [
+                Panel("response of the newest output sample", unit, lines),
+                Panel(
+                    "largest deviation of all output samples",
+                    unit,
+                    [Line("deviation", sample, deviation, "bad")],
+                    height="short",
+                ),
+            ]
+            found.append(Chart(f"{one.name} to {other.name}", panels, Axis("input sample")))
+    return found
+
+
+def curve_chart(points: Sequence[CurvePoint]) -> Chart:
     """Draw validation and training errors over numbers of trajectories."""
-    count = np.array([point["trajectories"] for point in points], dtype=np.float64)
+    count = np.array([point.trajectories for point in points], dtype=np.float64)
     lines = []
     for name, key, colour in (
         ("validation", "validation_error", "truth"),
         ("training", "training_error", "line"),
     ):
-        error = np.array([point[key] for point in points], dtype=np.float64)
+        error = np.array([getattr(point, key) for point in points], dtype=np.float64)
         lines.append(Line(name, count, error, colour))
         lines.append(Line("", count, error, colour, "points", width=3.0))
     panel = Panel("error, scaled", "1", lines, log=True)

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-import numpy as np
-
-from slide_fmu.memory.decay_figures import decay_rows
+from slide_fmu.fitting.history import Curve, History, TriedSize
 from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.report import figures
+from slide_fmu.report.html_report import Section
 from slide_fmu.report.learning_charts import (
     curve_chart,
+    decay_chart,
     stability_charts,
     training_charts,
 )
-from slide_fmu.report.report import Section
-from slide_fmu.report.tables import curve_rows, scientific, size_rows
+from slide_fmu.report.learning_tables import (
+    curve_table,
+    decay_table,
+    size_table,
+    stability_table,
+    training_table,
+)
 
 EIGENVALUES = (
     "from the eigenvalues of the equations linearized along motions, by their mean rate over "
@@ -54,45 +57,27 @@ def sizing_section(sizing: AnySizing) -> Section:
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."
     if not isinstance(sizing, Sizing):
-        return Section("Window", text, decay_rows(sizing.figures()))
+        return Section("Window", text, decay_table(sizing.figures()))
     linearized = None if sizing.linearized is None else sizing.linearized.decay
-    picture = figures.decay_times(linearized, sizing.measured, window.truncation_time)
-    return Section("Window", text, decay_rows(sizing.figures()), [picture])
+    charts = [decay_chart(linearized, sizing.measured, window.truncation_time)]
+    return Section("Window", text, decay_table(sizing.figures()), charts=charts)
 
 
-def stability_section(tests: Sequence[AmplitudeTest], step: float) -> Section:
+def stability_section(tests: tuple[AmplitudeTest, ...], step: float) -> Section:
     """Show whether the network has fading memory and stays bounded beyond its amplitude."""
-    rows = [("amplitude", "median difference", "largest difference", "growth", "test")]
-    for test in tests:
-        gaps = float(np.median(test.differences)), float(np.max(test.differences))
-        verdict = "passed" if test.problem is None else test.problem
-        rows.append(
-            (
-                f"{test.amplitude:g} x",
-                scientific(gaps[0]),
-                scientific(gaps[1]),
-                f"{test.growth:.3g}",
-                verdict,
-            )
-        )
     return Section(
         "Fading memory and boundedness",
         "Two runs from different states under the same inputs, after one window, relative to the "
         "output's standard deviation; and the largest output, relative to that at the trained "
         "amplitude times the factor (growth). Beyond the trained amplitude systems may have "
         "several lasting responses: there the median pair counts.",
-        rows,
+        stability_table(tests),
         charts=stability_charts(tests, step),
     )
 
 
-def training_section(histories: Mapping[str, Mapping[str, Any]]) -> Section:
+def training_section(histories: Mapping[str, History]) -> Section:
     """Show how the trainings went."""
-    rows = [("stage", "steps or iterations", "best validation error")]
-    for stage, history in histories.items():
-        best = min(history["validation_error"])
-        error = f"{100 * best:.3g} %" if history.get("relative") else f"{best:.4g}, scaled"
-        rows.append((stage, str(history["step"][-1]), error))
     return Section(
         "Training",
         "The weights of the best validation are kept. Errors in per cent are relative RMSE of the "
@@ -100,12 +85,12 @@ def training_section(histories: Mapping[str, Mapping[str, Any]]) -> Section:
         "by the spectrum of the outputs' noise where a noise record is named; of the "
         "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
         "and then the mean deviation of its scaled logarithm.",
-        rows,
+        training_table(histories),
         charts=training_charts(histories),
     )
 
 
-def sizes_section(sizes: Sequence[Mapping[str, Any]], remark: str | None) -> Section:
+def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> Section:
     """Show which sizes of the network were tried, and what remains to be learnt."""
     text = (
         "Validation errors are RMSE in scaled units, after the short runs by which a size is "
@@ -113,16 +98,15 @@ def sizes_section(sizes: Sequence[Mapping[str, Any]], remark: str | None) -> Sec
         "inputs by a regression on the residual; no figure: the search did not ask."
     )
     text += "" if remark is None else f" Remark: {remark}."
-    return Section("Sizes tried", text, size_rows(sizes))
+    return Section("Sizes tried", text, size_table(sizes))
 
 
-def curve_section(curve: Mapping[str, Any]) -> Section:
+def curve_section(curve: Curve) -> Section:
     """Show how the error fell with the number of trajectories."""
-    points = curve["points"]
     return Section(
         "Learning curve",
         "Validation error of a network of moderate size, scaled, that learns from twice as many "
-        f"trajectories at each point. The curve ended: {curve['ended']}.",
-        curve_rows(curve),
-        charts=[curve_chart(points)],
+        f"trajectories at each point. The curve ended: {curve.ended}.",
+        curve_table(curve),
+        charts=[curve_chart(curve.points)],
     )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from slide_fmu.core.measures import percent
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
@@ -12,33 +12,21 @@ from slide_fmu.validation.comparison import meaning_of
 UNUSABLE = 0.2
 """Relative RMSE beyond the range from which on is warned."""
 
-Figures = dict[str, Any]
 
-
-def ordered(measured: Figures) -> dict[str, Figures]:
-    """Return the validations of a report's figures by name, those of small amplitudes first.
-
-    An FMU keeps its figures with sorted keys, in which "beyond the range" comes first.
-    """
-    validations = measured["validation"].items()
-    return dict(sorted(validations, key=lambda item: item[1]["amplitude"][1]))
-
-
-def useless_beyond(measured: Figures) -> list[str]:
+def useless_beyond(measured: RunFigures) -> list[str]:
     """Say at which amplitudes beyond the range the surrogate errs too much."""
     found = []
-    for validation in ordered(measured).values():
-        low, high = validation["amplitude"]
-        error = max(output["relative_rmse"] for output in validation["outputs"])
-        if high > 1.0 and error > UNUSABLE:
+    for validation in measured.ordered.values():
+        low, high = validation.amplitude
+        if high > 1.0 and validation.worst > UNUSABLE:
             found.append(
                 f"at {low} to {high} times the amplitude its relative RMSE is up to "
-                f"{100 * error:.3g} %"
+                f"{percent(validation.worst)}"
             )
     return found
 
 
-def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> list[str]:
+def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[str]:
     """Return all that is known about where the surrogate must not be trusted, one sentence each.
 
     Args:
@@ -48,8 +36,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
     """
     kinds = "measured records" if recipe.system.is_record else "excitations"
     window = surrogate.network.memory_length * surrogate.window.step
-    measured_kinds = () if measured is None else measured["validation"].values()
-    held_out = any(figures.get("held_out", False) for figures in measured_kinds)
+    held_out = measured and any(found.held_out for found in measured.validation.values())
     found = [
         f"How it answers to inputs of other kinds than the {kinds} that it was trained on is "
         + ("known of those alone that were held out and measured." if held_out else "not known."),
@@ -76,23 +63,22 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> li
             "read one as a lower bound."
         )
     if surrogate.bound is not None:
-        in_range = None if measured is None else next(iter(ordered(measured).values()))
+        in_range = None if measured is None else measured.in_range
         found += bound_sentences(recipe, surrogate.hold == "first_order", in_range)
     if measured is None:
         return [*found, "The error of this surrogate has not been measured."]
     return [*found, *_measured_limits(measured)]
 
 
-def _measured_limits(measured: Figures) -> list[str]:
+def _measured_limits(measured: RunFigures) -> list[str]:
     found = [f"Do not use the surrogate there: {text}." for text in useless_beyond(measured)]
-    tests = measured.get("stability", [])
-    if tests:
-        largest = max(test["amplitude"] for test in tests)
+    if measured.stability:
+        largest = max(test.amplitude for test in measured.stability)
         found.append(
             "Whether it forgets its past and stays bounded was not tested at more than "
             f"{largest:g} times the trained amplitude."
         )
-    if "adversarial" in measured:
-        found.append(search_sentence(measured["adversarial"]))
-    remarks = [*measured.get("record_remarks", []), *filter(None, [measured.get("remark")])]
+    if measured.adversarial is not None:
+        found.append(search_sentence(measured.adversarial))
+    remarks = [*(measured.record_remarks or ()), *filter(None, [measured.remark])]
     return found + [f"{remark[0].upper()}{remark[1:]}." for remark in remarks]

@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import jinja2
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.decay_figures import seconds
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.importer_sections import box_rows, box_text, plain_call_rows, whole
-from slide_fmu.report.limits import ordered, useless_beyond
-from slide_fmu.report.tables import about_parameters, parameter_rows
+from slide_fmu.report.accuracy_sections import about_parameters
+from slide_fmu.report.error_tables import box_table, parameter_table, plain_call_table
+from slide_fmu.report.importer_sections import box_text, whole
+from slide_fmu.report.limits import useless_beyond
+from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.table import Table, markdown
 from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
-from slide_fmu.report.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
+from slide_fmu.report.trust_tables import (
+    bound_table,
+    estimate_table,
+    harm_table,
+    kind_table,
+)
 from slide_fmu.report.validity import judgement_sentences, judgements
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.plain_call import TEXT
 from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
@@ -30,7 +39,7 @@ from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 def model_card(
     surrogate: Surrogate,
     recipe: Recipe,
-    measured: dict[str, Any],
+    measured: RunFigures,
     picture: str,
     mechanism: str | None = None,
 ) -> str:
@@ -39,11 +48,13 @@ def model_card(
     Args:
         surrogate: what the FMU runs.
         recipe: what it was made from.
-        measured: the figures of the report, live or as an FMU keeps them.
+        measured: the figures of the report.
         picture: file name of the picture beside the card.
         mechanism: file name of a picture of the system, beside the card; None if there is none.
     """
-    validations = ordered(measured)
+    validations = measured.ordered
+    named, call, box = _named(validations), measured.plain_call, measured.box
+    parameters = measured.in_range.parameters
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu.report"),
         trim_blocks=True,
@@ -52,7 +63,8 @@ def model_card(
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["behind"] = behind
-    environment.filters["percent"] = lambda value: f"{100 * value:.3g} %"
+    environment.filters["percent"] = percent
+    environment.filters["markdown"] = markdown
     environment.filters["seconds"] = seconds
     environment.filters["plain"] = plain
     environment.filters["escaped"] = lambda text: html.escape(text, quote=False)
@@ -60,23 +72,30 @@ def model_card(
         variables=variable_table(surrogate),
         surrogate=surrogate,
         recipe=recipe,
-        measured={**measured, "validation": validations},
+        measured=measured,
+        validations=validations,
         verdict=verdict(measured, Subject.of(surrogate)),
         names=[motion.name for motion in motions_of(recipe)],
         further_names=names_of(recipe.further_kinds()),
-        moving=all("plain_relative_rmse" in o for v in validations.values() for o in v["outputs"]),
+        moving=all(validation.moving for validation in validations.values()),
         now_text=meaning_of(surrogate),
-        **_about_plain_call(measured),
-        box_rows=box_rows(measured["box"]) if "box" in measured else [],
-        box_text=box_text(measured.get("box", {})),
-        parameter_rows=_parameter_rows(validations),
+        plain_table=None if call is None else plain_call_table(call),
+        plain_text="" if call is None else f"{TEXT} {whole(call)}",
+        box_table=None if box is None else box_table(box),
+        box_text="" if box is None else box_text(box),
+        parameter_table=None if parameters is None else parameter_table(parameters),
         about_parameters=about_parameters(recipe.system.is_record),
-        estimate_rows=estimate_rows(_named(validations)) if surrogate.estimates_errors else [],
+        estimate_table=estimate_table(named),
         judgements=[
             plain(sentence)
             for sentence in judgement_sentences(judgements(surrogate, recipe, validations))
         ],
-        **_about_bound(surrogate, recipe, measured),
+        bound_tables=_bound_tables(named) if surrogate.bound is not None else [],
+        bound_sentences=_bound_sentences(surrogate, recipe, measured),
+        bound_columns=COLUMNS,
+        harm_table=harm_table(named),
+        harm_columns=HARM,
+        search="" if measured.adversarial is None else search_sentence(measured.adversarial),
         noise_origin=ORIGINS[origin_of_noise(recipe)],
         useless=useless_beyond(measured),
         picture=picture,
@@ -84,46 +103,25 @@ def model_card(
     )
 
 
-def _about_plain_call(measured: dict[str, Any]) -> dict[str, Any]:
-    """Return what the card shows of the plain call; nothing where it was not measured."""
-    found = measured.get("plain_call")
-    if found is None:
-        return {"plain_rows": []}
-    return {"plain_rows": plain_call_rows(found), "plain_text": f"{TEXT} {whole(found)}"}
-
-
-def _parameter_rows(validations: dict[str, Any]) -> list[Sequence[str]]:
-    """Return the table of the errors by physical parameters; nothing where there are none."""
-    found = next(iter(validations.values())).get("parameters")
-    return [] if found is None else parameter_rows(found)
-
-
-def _named(validations: dict[str, Any]) -> dict[str, Any]:
+def _named(validations: Mapping[str, ValidationFigures]) -> dict[str, ValidationFigures]:
     """Return the validations by names that say at which amplitudes they are."""
     found = {}
     for name, validation in validations.items():
-        low, high = validation["amplitude"]
+        low, high = validation.amplitude
         inside = low == high == 1
         found[name if inside else f"{name} ({low} to {high} times the amplitude)"] = validation
     return found
 
 
-def _about_bound(surrogate: Surrogate, recipe: Recipe, measured: dict[str, Any]) -> dict[str, Any]:
+def _bound_tables(validations: Mapping[str, ValidationFigures]) -> list[Table]:
+    return [bound_table(validations), kind_table(validations)]
+
+
+def _bound_sentences(surrogate: Surrogate, recipe: Recipe, measured: RunFigures) -> list[str]:
     """Return what the card says of the error bound; nothing where there is none."""
-    validations, search = ordered(measured), measured.get("adversarial")
     if surrogate.bound is None:
-        return {"bound_tables": []}
-    named = _named(validations)
-    return {
-        "bound_sentences": bound_sentences(
-            recipe, surrogate.hold == "first_order", next(iter(validations.values()))
-        ),
-        "bound_tables": [bound_rows(named), kind_rows(named)],
-        "bound_columns": COLUMNS,
-        "harm_rows": harm_rows(named),
-        "harm_columns": HARM,
-        "search": search_sentence(search) if search else "",
-    }
+        return []
+    return bound_sentences(recipe, surrogate.hold == "first_order", measured.in_range)
 
 
 def plain(text: str) -> str:
@@ -131,16 +129,19 @@ def plain(text: str) -> str:
     return " ".join(html.escape(text, quote=False).replace("|", "\\|").split())
 
 
-def variable_table(surrogate: Surrogate) -> str:
-    """Return the FMU's variables in the order of their value references, as Markdown table."""
-    rows = [
-        f"| `{v.name}` | {v.causality} | {plain(behind(v.unit or NO_UNIT))} | {_range_of(v)} "
-        f"| {plain(v.description)} |"
+def variable_table(surrogate: Surrogate) -> Table:
+    """Return the FMU's variables in the order of their value references."""
+    rows = (
+        (
+            f"`{v.name}`",
+            v.causality,
+            plain(behind(v.unit or NO_UNIT)),
+            _range_of(v),
+            plain(v.description),
+        )
         for v in fmu_variables(surrogate)
-    ]
-    return "\n".join(
-        ["| variable | causality | unit | range | |", "| --- | --- | --- | --- | --- |", *rows]
     )
+    return Table.of(("variable", "causality", "unit", "range", ""), rows)
 
 
 def _range_of(variable: Variable) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from slide_fmu.core.measures import percent
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.memory.rest import apart_at_rest
 from slide_fmu.records.model import MeasuredRecords
@@ -32,12 +33,12 @@ def remarks_on_records(source: MeasuredRecords, validation: Validation) -> list[
 def _on_what_is_cut_off(validation: Validation) -> list[str]:
     """Name the outputs whose error is that of the window."""
     found = []
-    for output in validation.figures()["outputs"]:
-        error, free = output["relative_rmse"], output.get("free_relative_rmse")
+    for output in validation.figures().outputs:
+        error, free = output.relative_rmse, output.free_relative_rmse
         if free is not None and error > CUT_OFF * free:
             found.append(
-                f"output {output['name']!r}: the FMU errs by {100 * error:.3g} %, but the network "
-                f"that runs freely along the record by {100 * free:.3g} %: the system remembers "
+                f"output {output.name!r}: the FMU errs by {percent(error)}, but the network "
+                f"that runs freely along the record by {percent(free)}: the system remembers "
                 "what the window cuts off. It may have hysteresis, which no window can hold, or a "
                 "slow part that a linear fit does not show: raise window.n_in, and see whether "
                 "that helps"

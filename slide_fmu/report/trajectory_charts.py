@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
@@ -20,11 +21,11 @@ PHASE_SAMPLES, FINER, FEWEST_OF_SPLINE = 120, 8, 4
 """A phase plot has so many samples around the largest error, and so many places for each of them
 on a spline through them, which needs a few samples."""
 
-INPUT_COLOURS = 6
+SHOWN_SECONDS, SHOWN_SAMPLES = 6.0, 8000
+"""The charts side by side show so many s around the largest error, and no more samples than these,
+since more of them are a black bar."""
 
-TRUE: dict[str, Any] = {"colour": "truth", "dashed": True, "width": 3.0}
-OWN: dict[str, Any] = {"colour": "line", "width": 1.5}
-"""How the lines of the reference and of the surrogate look."""
+INPUT_COLOURS = 6
 
 
 def trajectory_charts(validation: Validation) -> list[Chart]:
@@ -55,13 +56,10 @@ def phase_charts(validation: Validation) -> list[Chart]:
         part = around_worst(chosen, output, PHASE_SAMPLES)
         if len(chosen.time[part]) < FEWEST_OF_SPLINE:
             continue
-        lines = [
-            Line(name, *_phase_of(chosen.time[part], course[part, output]), **look)
-            for name, course, look in (
-                (true_name(validation), chosen.reference, TRUE),
-                ("surrogate", chosen.surrogate, OWN),
-            )
-        ]
+        time = chosen.time[part]
+        true = _phase_of(time, chosen.reference[part, output])
+        own = _phase_of(time, chosen.surrogate[part, output])
+        lines = [true_line(validation, *true), own_line(*own)]
         panel = Panel("speed", ratio(signal.unit, "s"), lines, height="square")
         axis = Axis(signal.name, behind(signal.unit).strip())
         found.append(Chart(signal.name, [panel], axis))
@@ -79,7 +77,11 @@ def _phase_of(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
 
 def inputs_panel(validation: Validation, time: FloatArray, inputs: FloatArray) -> Panel:
     """Draw inputs, (N, n_inputs): one in its unit, several each over half its range."""
-    signals = validation.surrogate.inputs
+    return signals_panel(validation.surrogate.inputs, time, inputs)
+
+
+def signals_panel(signals: tuple[Signal, ...], time: FloatArray, inputs: FloatArray) -> Panel:
+    """Draw the inputs of signals, (N, n_inputs), as ``inputs_panel`` does."""
     style: Style = "steps" if hold_of(signals) == "zero_order" else "line"
     if len(signals) == 1:
         line = Line(signals[0].name, time, inputs[:, 0], "input-0", style, width=1.3)
@@ -101,8 +103,8 @@ def inputs_panel(validation: Validation, time: FloatArray, inputs: FloatArray) -
 def outputs_panel(validation: Validation, chosen: Comparison, part: slice, output: int) -> Panel:
     """Draw the reference and the surrogate of an output."""
     signal, time = validation.surrogate.outputs[output], chosen.time[part]
-    truth = Line(true_name(validation), time, chosen.reference[part, output], **TRUE)
-    own = Line("surrogate", time, chosen.surrogate[part, output], **OWN)
+    truth = true_line(validation, time, chosen.reference[part, output])
+    own = own_line(time, chosen.surrogate[part, output])
     return Panel(signal.name, signal.unit, [truth, own])
 
 
@@ -127,9 +129,12 @@ def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     """Return the parts of a trajectory, from a time to a time in s, outside of the domain."""
     if chosen.told is None:
         return []
-    outside = np.concatenate([[0], chosen.told.in_domain[part] == 0, [0]])
-    edges = np.flatnonzero(np.diff(outside)).reshape(-1, 2)
-    time = chosen.time[part]
+    return parts_of(chosen.told.in_domain[part] == 0, chosen.time[part])
+
+
+def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:
+    """Return the parts, from a time to a time in s, in which flags of samples are set, (N,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).reshape(-1, 2)
     return [(float(time[max(0, a - 1)]), float(time[b - 1])) for a, b in edges]
 
 
@@ -141,14 +146,36 @@ def around_worst(chosen: Comparison, output: int, most: int = MOST_SAMPLES) -> s
     return slice(first, first + count)
 
 
-def true_name(validation: Validation) -> str:
-    """Say what the FMU is compared with."""
-    return "measured" if validation.recipe.system.is_record else "reference"
+def true_line(validation: Validation, x: FloatArray, y: FloatArray) -> Line:
+    """Draw what the FMU is compared with, (N,) both."""
+    name = "measured" if validation.recipe.system.is_record else "reference"
+    return Line(name, x, y, "truth", dashed=True, width=3.0)
+
+
+def own_line(x: FloatArray, y: FloatArray) -> Line:
+    """Draw what the surrogate gives, (N,) both."""
+    return Line("surrogate", x, y, "line", width=1.5)
 
 
 def _over_range(signal: Signal, values: FloatArray) -> FloatArray:
     middle, half = 0.5 * (signal.low + signal.high), 0.5 * (signal.high - signal.low)
     return np.asarray((values - middle) / half)
+
+
+def charts_side_by_side(validation: Validation, output: int) -> list[Chart]:
+    """Draw an output on the median and the worst trajectory, around the largest error of each."""
+    found = []
+    for title, chosen in reversed(ranked(validation, output).items()):
+        step = chosen.time[1] - chosen.time[0] if len(chosen.time) > 1 else 1.0
+        part = around_worst(chosen, output, min(round(SHOWN_SECONDS / step), SHOWN_SAMPLES))
+        panels = [
+            inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
+            outputs_panel(validation, chosen, part, output),
+            error_panel(validation, chosen, part, output),
+        ]
+        kind = motions_of(validation.recipe)[chosen.kind].name
+        found.append(Chart(f"{title} ({kind}),", panels, text="around its largest error"))
+    return found
 
 
 def _trajectory_chart(
@@ -165,6 +192,6 @@ def _trajectory_chart(
     return Chart(
         f"{signal.name}: {title}",
         panels,
-        text=f"{kind.name}, relative RMSE {100 * error:.3g} %",
+        text=f"{kind.name}, relative RMSE {percent(error)}",
         parts=outside_parts(chosen, part),
     )

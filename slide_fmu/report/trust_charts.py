@@ -9,9 +9,13 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel
+from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, colour_of
+from slide_fmu.report.trajectory_charts import parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
 
@@ -20,6 +24,9 @@ SCATTER_POINTS = 3000
 
 SMALLEST_SHOWN = 1e-3
 """Errors below this part of their median are drawn at this part: they hit zero by chance."""
+
+BEFORE_WORST = 120
+"""So many samples before the worst one of a search are drawn, and a fourth of them after it."""
 
 BAND = 0.375
 """The band about the diagonal holds relative deviations of an estimate up to this."""
@@ -108,6 +115,71 @@ def novelty_charts(validations: Mapping[str, Validation]) -> list[Chart]:
         heading = f"{title}: {percent(silent)} not covered, in the domain"
         found.append(Chart(heading, [panel], Axis("novelty", log=True)))
     return found
+
+
+def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
+    """Draw how many trajectories of each kind are covered less than a share of their samples.
+
+    The share of a trajectory is that of the output that is covered least.
+    """
+    found = []
+    for title, validation in validations.items():
+        shares: dict[int, list[float]] = {}
+        for c in validation.trusted:
+            least = 100 * float((error_over_bound(c) <= 1).mean(axis=0).min())
+            shares.setdefault(c.kind, []).append(least)
+        ends = min(map(min, shares.values())), 100.0
+        lines = [
+            Line(
+                f"{motion.name} ({len(shares[row])})",
+                *cumulated(shares[row], ends),
+                colour_of(row),
+                "steps",
+            )
+            for row, motion in enumerate(motions_of(validation.recipe))
+            if row in shares
+        ]
+        panel = Panel("trajectories that are covered no better", "%", lines, include=(0.0, 100.0))
+        axis = Axis("covered samples", "%")
+        found.append(Chart(title, [panel], axis, marks=[100 * USUAL_CONFIDENCE]))
+    return found
+
+
+def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
+    """Draw the inputs before the worst step, the errors, and what the FMU says of them."""
+    first = max(0, found.step - BEFORE_WORST)
+    shown = slice(first, found.step + BEFORE_WORST // 4)
+    count = len(found.inputs[shown])
+    time = surrogate.window.step * np.arange(first, first + count, dtype=np.float64)
+    output = int(np.argmax((found.errors / found.bounds)[found.step]))
+    error, bound = found.errors[shown, output], found.bounds[shown, output]
+    signal = surrogate.outputs[output]
+    panels = [
+        signals_panel(surrogate.inputs, time, found.inputs[shown]),
+        Panel(
+            f"error of {signal.name}",
+            signal.unit,
+            [Line("|error|", time, error, "bad")],
+            [Band("error bound", time, np.zeros_like(bound), bound)],
+            include=(0.0,),
+        ),
+    ]
+    return Chart(
+        f"The worst start: error {found.after:.3g} times its bound",
+        panels,
+        parts=parts_of(~found.in_domain[shown], time),
+        marks=[surrogate.window.step * found.step],
+    )
+
+
+def cumulated(values: Sequence[float], ends: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Return finite values between two ends, and the share in % of all up to each place.
+
+    Drawn as steps, the share of the values that are no larger is read at each place.
+    """
+    places = np.sort([value for value in values if np.isfinite(value)])
+    share = 100 * np.arange(len(places) + 1, dtype=np.float64) / max(1, len(values))
+    return np.array([ends[0], *places, ends[1]]), np.array([0.0, *share])
 
 
 def _points(name: str, x: FloatArray, y: FloatArray, colour: str) -> Line:

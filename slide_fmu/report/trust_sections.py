@@ -1,19 +1,29 @@
-"""Sections of a report show what error estimates and error bounds are worth."""
+"""Sections of a report show what error estimates and bounds are worth, and what breaks bounds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from slide_fmu.report import trust_charts
-from slide_fmu.report.report import Section
-from slide_fmu.report.trust_pictures import coverage_by_kind
+from slide_fmu.report.html_report import Section
 from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences
-from slide_fmu.report.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
+from slide_fmu.report.trust_tables import (
+    bound_table,
+    estimate_table,
+    harm_table,
+    kind_table,
+    search_table,
+)
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.error_figures import SearchFigures, ValidationFigures
+from slide_fmu.validation.trust import BROKEN
 
 
-def estimate_section(validations: Mapping[str, Validation]) -> Section:
+def estimate_section(
+    validations: Mapping[str, Validation], figures: Mapping[str, ValidationFigures]
+) -> Section:
     """Return the section on the error estimate, of a surrogate that has one."""
     first = next(iter(validations.values()))
     text = (
@@ -25,22 +35,24 @@ def estimate_section(validations: Mapping[str, Validation]) -> Section:
         "does no better says nothing of a single span. Then follows how often and how far it was "
         "too small. The rank correlation is that of estimated and true errors."
     )
-    rows = estimate_rows({name: v.figures() for name, v in validations.items()})
-    return Section("Error estimate", text, rows, charts=trust_charts.estimate_charts(validations))
+    charts = trust_charts.estimate_charts(validations)
+    return Section("Error estimate", text, estimate_table(figures), charts=charts)
 
 
-def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
+def bound_sections(
+    validations: Mapping[str, Validation], figures: Mapping[str, ValidationFigures]
+) -> list[Section]:
     """Return the sections on error bound and domain, of a surrogate that has them."""
     first = next(iter(validations.values()))
-    found = {name: v.figures() for name, v in validations.items()}
     moving = first.surrogate.hold == "first_order"
-    in_range = next(filter(_is_in_range, found.values()), None)
+    in_range = next((found for found in figures.values() if found.in_range), None)
+    harm = harm_table(figures)
     text = " ".join(bound_sentences(first.recipe, moving, in_range))
     return [
         Section(
             "Error bound",
             f"{text} {COLUMNS}",
-            bound_rows(found),
+            bound_table(figures),
             charts=[
                 *trust_charts.bound_charts(validations),
                 *trust_charts.novelty_charts(validations),
@@ -49,20 +61,28 @@ def bound_sections(validations: Mapping[str, Validation]) -> list[Section]:
         Section(
             "Error bound by kind of excitation",
             "The bound is calibrated on the mix of all kinds, so that a rare one may be covered "
-            "less. Shares are those of the output that is covered least.",
-            kind_rows(found),
-            [coverage_by_kind(validations)],
+            "less. Shares are those of the output that is covered least. The charts show which "
+            "part of the trajectories of a kind have at most so many covered samples; the dotted "
+            "line is the confidence.",
+            kind_table(figures),
+            charts=trust_charts.coverage_charts(validations),
         ),
-        *_harm_section(found),
+        *([Section("Harmful errors", HARM, harm)] if harm.rows else []),
     ]
 
 
-def _is_in_range(figures: Mapping[str, Any]) -> bool:
-    """Whether trajectories are like those of the calibration, so that flags are false alarms."""
-    return bool(figures["amplitude"] == [1.0, 1.0] and not figures.get("held_out", False))
-
-
-def _harm_section(found: Mapping[str, Any]) -> list[Section]:
-    """Return the section on harmful errors, where the usual error is known."""
-    rows = harm_rows(found)
-    return [Section("Harmful errors", HARM, rows)] if len(rows) > 1 else []
+def search_section(
+    figures: SearchFigures, attacks: Sequence[Attack], surrogate: Surrogate
+) -> Section:
+    """Show the figures of a search, and the worst of what it found, if that is known."""
+    text = (
+        f"A search changes the inputs of {figures.starts} unseen trajectories within their "
+        f"ranges ({figures.changes_tried} changes are tried of each) so that an error becomes "
+        "large beside its bound "
+        "while the FMU counts the inputs as those of its domain. Beside a bound of 95 % one step "
+        "in twenty errs more anyway; a bound counts as broken where the error is more than "
+        f"{BROKEN:g} times as large."
+    )
+    worst = max(attacks, key=lambda found: found.after, default=None)
+    charts = [] if worst is None else [trust_charts.attack_chart(worst, surrogate)]
+    return Section("Search for unnoticed errors", text, search_table(figures), charts=charts)

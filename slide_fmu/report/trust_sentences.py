@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from slide_fmu.core.measures import percent
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.error_bound import calibrated
+from slide_fmu.validation.error_figures import BoundFigures, SearchFigures, ValidationFigures
 from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 
 COLUMNS = (
@@ -17,7 +16,7 @@ COLUMNS = (
     f"of bound and error. A trajectory is outside of the domain if more than {percent(OFTEN)} of "
     "its samples are."
 )
-"""What stands in the columns of ``slide_fmu.report.trust_tables.bound_rows``."""
+"""What stands in the columns of ``slide_fmu.report.trust_tables.bound_table``."""
 
 
 HARM = (
@@ -25,30 +24,32 @@ HARM = (
     "range are below. What matters is the last column: harmful errors of which the FMU says "
     "nothing."
 )
-"""What stands in the columns of ``slide_fmu.report.trust_tables.harm_rows``."""
+"""What stands in the columns of ``slide_fmu.report.trust_tables.harm_table``."""
 
 
-def search_sentence(figures: dict[str, Any]) -> str:
+def search_sentence(figures: SearchFigures) -> str:
     """Say what the search for unnoticed errors found (``validation.adversarial``)."""
-    usual, highest = (f"{100 * value:g} %" for value in figures["confidences"])
-    ratios = (max(figures[name]) for name in ("before", "after", "after_highest"))
-    before, after, above = (f"{ratio:.3g}" for ratio in ratios)
-    starts = figures["starts"]
-    at_first = sum(ratio > BROKEN for ratio in figures["before"])
+    usual, highest = (f"{100 * value:g} %" for value in figures.confidences)
+    every = figures.before, figures.after, figures.after_highest
+    before, after, above = (f"{max(ratios):.3g}" for ratios in every)
+    starts = figures.starts
+    at_first = sum(ratio > BROKEN for ratio in figures.before)
     return (
         f"A search within the ranges of the inputs, from {starts} unseen trajectories, "
         f"found an error in the domain of {after} times its bound of {usual} (before the search: "
         f"{before}), and of {above} times its bound of {highest}. Errors of more than {BROKEN:g} "
-        f"times the bound of {usual} were found from {figures['broken']} of {starts} starts "
-        f"(before the search: {at_first}), of {highest} from {figures['broken_at_highest']}."
+        f"times the bound of {usual} were found from {figures.broken} of {starts} starts "
+        f"(before the search: {at_first}), of {highest} from {figures.broken_at_highest}."
     )
 
 
-def covered_sentence(bound: dict[str, Any]) -> str:
-    """Say which share of the samples bounds cover in both calls of an FMU whose inputs move."""
+def covered_sentence(bound: BoundFigures) -> str | None:
+    """Say which share of the samples bounds cover in both calls of an FMU; None of held inputs."""
+    if bound.plain is None or bound.known_to_step_end is None:
+        return None
     plain, known = (
-        ", ".join(percent(share) for share in bound[key]["coverage"])
-        for key in ("plain", "known_to_step_end")
+        ", ".join(map(percent, covered.coverage))
+        for covered in (bound.plain, bound.known_to_step_end)
     )
     return (
         f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
@@ -56,7 +57,7 @@ def covered_sentence(bound: dict[str, Any]) -> str:
     )
 
 
-def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | None) -> list[str]:
+def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | None) -> list[str]:
     """Say where bounds count, and what the FMU says where they do not.
 
     Args:
@@ -98,13 +99,14 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: dict[str, Any] | Non
             "the start of each step: the error of forecasting them to its end is in them."
         )
     wanted = percent(recipe.bound.false_alarms)
-    if measured is None:
+    bound = None if measured is None else measured.error_bound
+    if bound is None:
         return [*found, f"False alarms were {wanted} of the samples of the calibration."]
-    flagged = percent(measured["error_bound"]["flagged"])
-    if "plain" in measured["error_bound"]:
-        found.append(covered_sentence(measured["error_bound"]))
+    covered = covered_sentence(bound)
     return [
         *found,
-        f"False alarms: of the samples in range, in_domain is false for {flagged}; of those of "
+        *([] if covered is None else [covered]),
+        "False alarms: of the samples in range, in_domain is false for "
+        f"{percent(bound.flagged)}; of those of "
         f"the calibration it was for {wanted}.",
     ]

@@ -1,163 +1,204 @@
-"""Tables of how far error estimates and bounds can be trusted, as rows of text.
-
-Report, model card and console show the same figures, live or as an FMU keeps them.
-"""
+"""Tables of how far error estimates and bounds can be trusted."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+
+import numpy as np
 
 from slide_fmu.core.measures import percent
-
-Figures = Mapping[str, Any]
-"""The figures of one validation."""
-
-OF_HARM = "harmful", "harmful_flagged", "harmless_flagged", "harmful_unnoticed"
-"""Figures of harmful errors (``slide_fmu.validation.trust.harm_figures``)."""
-
-OF_ESTIMATES = (
-    *("mean", "p95", "constant_mean", "constant_p95"),
-    *("too_small_share", "too_small_factor", "rank_correlation"),
+from slide_fmu.report.error_tables import percent_or_nothing
+from slide_fmu.report.table import Table
+from slide_fmu.validation.error_figures import (
+    BoundFigures,
+    Deviation,
+    EstimateFigures,
+    Harm,
+    KindBound,
+    OutputBound,
+    SearchFigures,
+    ValidationFigures,
 )
-"""Figures of an error estimate (``slide_fmu.validation.trust.estimate_figures``)."""
+from slide_fmu.validation.trust import BROKEN
+
+Validations = Mapping[str, ValidationFigures]
+
+OF_AN_ESTIMATE = (
+    "95 % within",
+    "the best constant: mean",
+    "95 % within",
+    "error more than twice the estimate",
+    "95 % of the errors below",
+    "rank correlation",
+)
+"""Columns of an error estimate behind its mean deviation."""
+
+NORM = "norm of the outputs"
 
 
-def estimates_of(figures: Figures) -> list[tuple[str, Figures]]:
-    """Return what of estimates was measured, with its name.
-
-    That is every output, and the norm of those that have one unit.
-    """
-    found = figures.get("error_estimate") or {}
-    named = [(output["name"], output) for output in found.get("without_floor", [])]
-    if "euclidean" in found:
-        named.append(("norm of the outputs", found["euclidean"]))
-    return named
+def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
+    """Return what of estimates was measured, with its name: every output, and their norm."""
+    if found is None:
+        return []
+    every = [*found.without_floor, *([] if found.euclidean is None else [found.euclidean])]
+    return [(one.name or NORM, one) for one in every]
 
 
-def estimate_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
-    """Return a table of the deviations of error estimates, its heading first."""
-    rows: list[Sequence[str]] = [
-        (
-            "inputs",
-            "output",
-            "error estimate: mean relative deviation",
-            "95 % within",
-            "the best constant: mean",
-            "95 % within",
-            "error more than twice the estimate",
-            "95 % of the errors below",
-            "rank correlation",
-        )
-    ]
-    for name, validation in validations.items():
-        rows += [(name, *estimate_cells(*one)) for one in estimates_of(validation)]
-    return rows
+def estimate_table(validations: Validations) -> Table:
+    """Return the deviations of error estimates."""
+    heading = "inputs", "output", "error estimate: mean relative deviation", *OF_AN_ESTIMATE
+    rows = (
+        (name, *_estimate_cells(*one))
+        for name, validation in validations.items()
+        for one in deviations_of(validation.error_estimate)
+    )
+    return Table.of(heading, rows)
 
 
-def estimate_cells(name: str, figures: Figures) -> Sequence[str]:
-    """Return name, deviations, those of the constant, how often and how far it was too small."""
+def short_estimate_table(found: EstimateFigures) -> Table:
+    """Return the deviations of the error estimates of one validation."""
+    heading = "output", "mean relative deviation", *OF_AN_ESTIMATE
+    rows = [_estimate_cells(*one) for one in deviations_of(found)]
+    return Table.of(heading, rows, f"error estimate over {found.span_samples} samples")
+
+
+def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
     return (
         name,
-        *(percent(figures[key]) for key in OF_ESTIMATES[:5]),
-        f"{figures['too_small_factor']:.3g} times the estimate",
-        _correlation(figures["rank_correlation"]),
+        percent(found.mean),
+        percent(found.p95),
+        percent(found.constant_mean),
+        percent(found.constant_p95),
+        percent(found.too_small_share),
+        f"{found.too_small_factor:.3g} times the estimate",
+        _correlation(found.rank_correlation),
     )
 
 
-def bound_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
-    """Return a table of what error bounds and domain are worth, its heading first."""
-    rows: list[Sequence[str]] = [
-        (
-            "inputs",
-            "output",
-            "covered samples",
-            "of the 5 % worst trajectories",
-            "width",
-            "skill",
-            "rank correlation",
-            "samples outside of the domain",
-            "trajectories outside",
-        )
-    ]
-    for name, validation in validations.items():
-        bound = validation["error_bound"]
-        for output in bound["outputs"]:
-            rows.append((name, *output_cells(output), *_outside(bound)))
-    return rows
+def bound_table(validations: Validations) -> Table:
+    """Return what error bounds and domain are worth."""
+    heading = (
+        "inputs",
+        "output",
+        "covered samples",
+        "of the 5 % worst trajectories",
+        "width",
+        "skill",
+        "rank correlation",
+        "samples outside of the domain",
+        "trajectories outside",
+    )
+    rows = (
+        (name, *_bound_cells(output), percent(b.flagged), percent(b.trajectories_flagged))
+        for name, b in _bounds(validations)
+        for output in b.outputs
+    )
+    return Table.of(heading, rows)
 
 
-def output_cells(output: Figures) -> Sequence[str]:
-    """Return name, coverage, that of the worst trajectories, width, skill, rank correlation."""
+def short_bound_table(bound: BoundFigures) -> Table:
+    """Return what the error bounds of one validation are worth."""
+    heading = (
+        "output",
+        "covered samples",
+        "of the 5 % worst trajectories",
+        "mean bound / 95 % quantile of errors",
+        "skill beside the best constant",
+        "rank correlation",
+    )
+    title = f"error bound, {100 * bound.confidence:g} % confidence"
+    return Table.of(heading, map(_bound_cells, bound.outputs), title)
+
+
+def _bound_cells(output: OutputBound) -> Sequence[str]:
     return (
-        output["name"],
-        percent(output["coverage"]),
-        percent(output["coverage_of_worst_trajectories"]),
-        "" if output["width"] is None else f"{output['width']:.3g}",
-        "" if output["skill"] is None else percent(output["skill"]),
-        _correlation(output["rank_correlation"]),
+        output.name,
+        percent(output.coverage),
+        percent(output.coverage_of_worst_trajectories),
+        "" if output.width is None else f"{output.width:.3g}",
+        percent_or_nothing(output.skill),
+        _correlation(output.rank_correlation),
     )
 
 
-def kind_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
-    """Return a table of bounds by kind of excitation, its heading first.
-
-    The covered shares are those of the output with the least.
-    """
-    rows: list[Sequence[str]] = [
+def kind_table(validations: Validations) -> Table:
+    """Return bounds by kind of excitation; shares are those of the output with the least."""
+    heading = (
+        "inputs",
+        "excitation",
+        "trajectories",
+        "covered samples, mean",
+        "lowest of a trajectory",
+        "samples outside of the domain",
+    )
+    rows = (
         (
-            "inputs",
-            "excitation",
-            "trajectories",
-            "covered samples, mean",
-            "lowest of a trajectory",
-            "samples outside of the domain",
+            name,
+            kind.name,
+            str(kind.trajectories),
+            percent(min(kind.coverage)),
+            percent(min(kind.lowest_coverage)),
+            percent(kind.flagged),
         )
-    ]
-    for name, validation in validations.items():
-        for kind in validation["error_bound"]["excitations"]:
-            rows.append(
-                (
-                    name,
-                    kind["name"],
-                    str(kind["trajectories"]),
-                    percent(min(kind["coverage"])),
-                    percent(min(kind["lowest_coverage"])),
-                    percent(kind["flagged"]),
-                )
-            )
-    return rows
+        for name, bound in _bounds(validations)
+        for kind in bound.excitations
+    )
+    return Table.of(heading, rows)
 
 
-def harm_rows(validations: Mapping[str, Figures]) -> list[Sequence[str]]:
-    """Return a table of harmful errors and what the FMU says there, its heading first.
+def harm_table(validations: Validations) -> Table:
+    """Return harmful errors and what the FMU says there.
 
     It has no rows of validations that know no usual error.
     """
-    rows: list[Sequence[str]] = [
+    heading = (
+        "inputs",
+        "excitation",
+        "harmful samples",
+        "of them outside of the domain",
+        "of the harmless ones",
+        "harmful, in the domain and above the bound",
+    )
+    rows = (
+        (name, kind, *map(percent_or_nothing, vars(harm).values()))
+        for name, bound in _bounds(validations)
+        for kind, harm in harms_of(bound)
+    )
+    return Table.of(heading, rows)
+
+
+def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
+    """Return the harm of all errors and of each kind of excitation, by name, where known."""
+    every: list[tuple[str, BoundFigures | KindBound]] = [("all", bound)]
+    every += [(kind.name, kind) for kind in bound.excitations]
+    return [(name, one.harm) for name, one in every if one.harm is not None]
+
+
+def search_table(figures: SearchFigures) -> Table:
+    """Return what a search for unnoticed errors found."""
+    usual, highest = figures.confidences
+    parts = (
+        (figures.before, f"unseen trajectories, confidence {usual:g}"),
+        (figures.after, f"after the search, confidence {usual:g}"),
+        (figures.after_highest, f"after the search, confidence {highest:g}"),
+    )
+    rows = (
         (
-            "inputs",
-            "excitation",
-            "harmful samples",
-            "of them outside of the domain",
-            "of the harmless ones",
-            "harmful, in the domain and above the bound",
+            text,
+            f"{np.median(ratios):.3g}",
+            f"{max(ratios):.3g}",
+            f"{sum(ratio > BROKEN for ratio in ratios)} of {len(ratios)}",
         )
-    ]
-    for name, validation in validations.items():
-        bound = validation["error_bound"]
-        for kind in ({"name": "all", **bound}, *bound["excitations"]):
-            if "harm" in kind:
-                rows.append((name, kind["name"], *_harm_cells(kind["harm"])))
-    return rows
+        for ratios, text in parts
+    )
+    heading = "error over its bound, largest in the domain", "median", "worst", "broken"
+    return Table.of(heading, rows)
 
 
-def _harm_cells(harm: Figures) -> list[str]:
-    return ["" if harm[key] is None else percent(harm[key]) for key in OF_HARM]
-
-
-def _outside(bound: Figures) -> Sequence[str]:
-    return percent(bound["flagged"]), percent(bound["trajectories_flagged"])
+def _bounds(validations: Validations) -> list[tuple[str, BoundFigures]]:
+    """Return the figures of bounds by validation; none of validations without bounds."""
+    found = ((name, validation.error_bound) for name, validation in validations.items())
+    return [(name, bound) for name, bound in found if bound is not None]
 
 
 def _correlation(value: float | None) -> str:

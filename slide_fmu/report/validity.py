@@ -9,8 +9,9 @@ from slide_fmu.core.measures import percent
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.excitation.words import between
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.trust_tables import Figures
+from slide_fmu.report.table import Table
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.error_figures import Harm, ValidationFigures
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust import HARMFUL
 
@@ -51,7 +52,7 @@ class Judgement(NamedTuple):
 
 
 def judgements(
-    surrogate: Surrogate, recipe: Recipe, validations: Mapping[str, Figures]
+    surrogate: Surrogate, recipe: Recipe, validations: Mapping[str, ValidationFigures]
 ) -> list[Judgement]:
     """Judge all kinds of inputs that were trained on, or measured.
 
@@ -63,9 +64,9 @@ def judgements(
     found: list[Judgement] = []
     learnt = _described(surrogate, recipe, held_out=False)
     for figures in validations.values():
-        if figures["amplitude"] != [1.0, 1.0]:
+        if figures.amplitude != (1.0, 1.0):
             found.append(_beyond(figures))
-        elif figures.get("held_out", False):
+        elif figures.held_out:
             found += _of_kinds(_described(surrogate, recipe, held_out=True), figures, HELD_OUT)
         else:
             found += _of_kinds(learnt, figures, TRAINED)
@@ -74,9 +75,9 @@ def judgements(
     return found + [Judgement(TRAINED, text, "not measured") for text in rest]
 
 
-def judgement_rows(found: Sequence[Judgement]) -> list[Sequence[str]]:
-    """Return judgements as a table, its heading first."""
-    return [("", "inputs", "measured"), *found]
+def judgement_table(found: Sequence[Judgement]) -> Table:
+    """Return judgements as a table."""
+    return Table.of(("", "inputs", "measured"), found)
 
 
 def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
@@ -102,51 +103,49 @@ def _described(surrogate: Surrogate, recipe: Recipe, held_out: bool) -> dict[str
     }
 
 
-def _of_kinds(kinds: Mapping[str, str], figures: Figures, unknown: str) -> Iterator[Judgement]:
+def _of_kinds(
+    kinds: Mapping[str, str], figures: ValidationFigures, unknown: str
+) -> Iterator[Judgement]:
     """Judge the kinds that were measured; others have no trajectories."""
-    bounds = figures.get("error_bound", {"excitations": []})["excitations"]
-    harms = {kind["name"]: kind.get("harm") for kind in bounds}
-    for kind in figures["excitations"]:
-        name = kind["name"]
-        if name not in kinds:
-            continue
-        harm, error = harms.get(name), max(kind["relative_rmse"])
-        verdict = unknown if harm is None else _verdict(harm)
-        seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "
-        yield Judgement(verdict, kinds[name], seen + _measured(error, harm))
+    bounds = () if figures.error_bound is None else figures.error_bound.excitations
+    harms = {kind.name: kind.harm for kind in bounds}
+    for kind in figures.excitations:
+        if kind.name in kinds:
+            harm, error = harms.get(kind.name), max(kind.relative_rmse)
+            verdict = unknown if harm is None else _verdict(harm)
+            seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "
+            yield Judgement(verdict, kinds[kind.name], seen + _measured(error, harm))
 
 
-def _beyond(figures: Figures) -> Judgement:
+def _beyond(figures: ValidationFigures) -> Judgement:
     """Judge all kinds together, at larger amplitudes."""
-    low, high = figures["amplitude"]
-    harm = figures.get("error_bound", {}).get("harm")
-    error = max(output["relative_rmse"] for output in figures["outputs"])
-    kinds = "kinds that were held out" if figures.get("held_out", False) else "same kinds"
-    text = f"inputs of the {kinds} at {between((low, high))} times the amplitude"
-    return Judgement(BEYOND if harm is None else _verdict(harm), text, _measured(error, harm))
+    harm = None if figures.error_bound is None else figures.error_bound.harm
+    kinds = "kinds that were held out" if figures.held_out else "same kinds"
+    text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
+    verdict = BEYOND if harm is None else _verdict(harm)
+    return Judgement(verdict, text, _measured(figures.worst, harm))
 
 
-def is_valid(harm: Figures) -> bool:
+def is_valid(harm: Harm) -> bool:
     """Tell whether a kind of inputs is valid, by its harmful samples."""
-    unnoticed = harm["harmful_unnoticed"]
-    return bool(harm["harmful"] <= MOST_HARMFUL and unnoticed <= MOST_UNNOTICED)
+    return harm.harmful <= MOST_HARMFUL and harm.harmful_unnoticed <= MOST_UNNOTICED
 
 
-def _verdict(harm: Figures) -> str:
+def _verdict(harm: Harm) -> str:
     if not is_valid(harm):
-        return NOTICED if harm["harmful_unnoticed"] <= MOST_UNNOTICED else SILENT
-    return FLAGGED if (harm["harmless_flagged"] or 0.0) > MOSTLY else VALID
+        return NOTICED if harm.harmful_unnoticed <= MOST_UNNOTICED else SILENT
+    return FLAGGED if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
 
 
-def _measured(error: float, harm: Figures | None) -> str:
+def _measured(error: float, harm: Harm | None) -> str:
     found = [f"relative RMSE {percent(error)}"]
     if harm is not None:
-        found.append(f"{percent(harm['harmful'])} of the samples harmful")
-        if harm["harmful"]:
-            found.append(f"{percent(harm['harmful_flagged'])} of these flagged")
-            found.append(f"{percent(harm['harmful_unnoticed'])} of all unnoticed")
-        if harm["harmless_flagged"]:
-            found.append(f"{percent(harm['harmless_flagged'])} of the harmless ones flagged")
+        found.append(f"{percent(harm.harmful)} of the samples harmful")
+        if harm.harmful_flagged is not None and harm.harmful:
+            found.append(f"{percent(harm.harmful_flagged)} of these flagged")
+            found.append(f"{percent(harm.harmful_unnoticed)} of all unnoticed")
+        if harm.harmless_flagged:
+            found.append(f"{percent(harm.harmless_flagged)} of the harmless ones flagged")
     return ", ".join(found)
 
 

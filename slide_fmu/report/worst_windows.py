@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Chart
-from slide_fmu.report.report import Section
+from slide_fmu.report.html_report import Section
 from slide_fmu.report.trajectory_charts import (
     error_panel,
     inputs_panel,
@@ -68,9 +68,7 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
     part = slice(first, step.sample + before // 4 + 1)
     signal = validation.surrogate.outputs[step.output]
     kind = motions_of(validation.recipe)[comparison.kind].name
-    size = (
-        f"{step.ratio:.3g} times its bound" if bounded else f"{100 * step.ratio:.3g} % of the RMS"
-    )
+    size = f"{step.ratio:.3g} times its bound" if bounded else f"{percent(step.ratio)} of the RMS"
     return Chart(
         f"{signal.name} errs by {size}",
         [

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +26,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import Run, Target
+from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.trust import BROKEN
 
 CHILDREN = 100
@@ -98,18 +98,18 @@ def _target(
     return first_that_runs(recipe, system, stream, index, run)
 
 
-def attack_figures(attacks: Sequence[Attack], highest: float) -> dict[str, Any]:
-    """Return the figures of a search as plain values, with the highest confidence of bounds."""
-    names = "before", "after", "after_highest"
-    ratios = {name: [getattr(found, name) for found in attacks] for name in names}
-    return {
-        "starts": len(attacks),
-        "changes_tried": CHILDREN,
-        "confidences": [USUAL_CONFIDENCE, highest],
-        **ratios,
-        "broken": sum(ratio > BROKEN for ratio in ratios["after"]),
-        "broken_at_highest": sum(ratio > BROKEN for ratio in ratios["after_highest"]),
-    }
+def search_figures(attacks: Sequence[Attack], highest: float) -> SearchFigures:
+    """Return the figures of a search, with the highest confidence of bounds."""
+    return SearchFigures(
+        starts=len(attacks),
+        changes_tried=CHILDREN,
+        confidences=(USUAL_CONFIDENCE, highest),
+        before=tuple(found.before for found in attacks),
+        after=tuple(found.after for found in attacks),
+        after_highest=tuple(found.after_highest for found in attacks),
+        broken=sum(found.after > BROKEN for found in attacks),
+        broken_at_highest=sum(found.after_highest > BROKEN for found in attacks),
+    )
 
 
 def search(target: Target, rng: np.random.Generator) -> Attack:

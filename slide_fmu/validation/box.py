@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.error_figures import BoxFigures, RestFigures, RestOutput
 
 INSIDE = 8
 """So many points inside of the box are measured."""
@@ -54,7 +54,7 @@ class _Rest:
     bound: FloatArray
 
 
-def box_figures(fmu: Path, validation: Validation, progress: Progress) -> dict[str, Any] | None:
+def box_figures(fmu: Path, validation: Validation, progress: Progress) -> BoxFigures | None:
     """Measure an FMU at constant inputs; None where the inputs are never held.
 
     These are records, and inputs that are moved as drives move them, or are angles.
@@ -63,11 +63,6 @@ def box_figures(fmu: Path, validation: Validation, progress: Progress) -> dict[s
         fmu: the FMU, whose library is run.
         validation: its validation in range, whose reference tells what errors are relative to.
         progress: hears how many points are done.
-
-    Returns:
-        Plain values, as written to JSON: ``corners`` and ``steady``, each with the number of
-        ``points``, its ``outputs`` (relative RMSE, largest error in the output's unit, and the
-        part of the samples that an error bound covers), and what ``failed``, if anything did.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -78,7 +73,7 @@ def box_figures(fmu: Path, validation: Validation, progress: Progress) -> dict[s
     system = reference_system(recipe)
     truth = np.concatenate([c.reference for c in validation.comparisons])
     size = np.maximum(rms(truth - truth.mean(axis=0)), np.finfo(np.float64).tiny)
-    n_inputs, found = len(surrogate.inputs), dict[str, Any]()
+    n_inputs, found = len(surrogate.inputs), dict[str, RestFigures]()
     groups = {"corners": corners_of_box(n_inputs), "steady": points_inside(n_inputs, INSIDE)}
     total = sum(len(points) for points in groups.values())
     progress(0, total)
@@ -94,12 +89,12 @@ def box_figures(fmu: Path, validation: Validation, progress: Progress) -> dict[s
                 done += 1
                 progress(done, total)
             if rests:
-                found[name] = {
-                    "points": len(rests),
-                    "outputs": _outputs(surrogate, rests, size),
-                    **({"failed": failed} if failed else {}),
-                }
-    return found or None
+                found[name] = RestFigures(
+                    points=len(rests),
+                    outputs=tuple(_outputs(surrogate, rests, size)),
+                    failed=tuple(failed),
+                )
+    return BoxFigures(**found) if found else None
 
 
 def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
@@ -140,20 +135,18 @@ def _rest_at(
     return _Rest(error, bound)
 
 
-def _outputs(
-    surrogate: Surrogate, rests: Sequence[_Rest], size: FloatArray
-) -> list[dict[str, Any]]:
+def _outputs(surrogate: Surrogate, rests: Sequence[_Rest], size: FloatArray) -> list[RestOutput]:
     error = np.concatenate([rest.error for rest in rests])
     bound = np.concatenate([rest.bound for rest in rests])
     covered = np.mean(np.abs(error) <= bound, axis=0)
     return [
-        {
-            "name": signal.name,
-            "unit": signal.unit,
-            "relative_rmse": float((rms(error) / size)[index]),
-            "largest_error": float(np.abs(error[:, index]).max()),
-            **({"covered": float(covered[index])} if surrogate.bound is not None else {}),
-        }
+        RestOutput(
+            name=signal.name,
+            unit=signal.unit,
+            relative_rmse=float((rms(error) / size)[index]),
+            largest_error=float(np.abs(error[:, index]).max()),
+            covered=None if surrogate.bound is None else float(covered[index]),
+        )
         for index, signal in enumerate(surrogate.outputs)
     ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,14 +15,28 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.error_figures import (
+    BoundFigures,
+    Covered,
+    EstimateFigures,
+    Harm,
+    KindBound,
+    KindFigures,
+    OutputFigures,
+    ParameterFigures,
+    ParameterPoint,
+    Quantiles,
+    Timing,
+    ValidationFigures,
+)
 from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.record_noise import measured_noise
 from slide_fmu.validation.trust import (
     Told,
-    bound_figures,
+    deviation_of,
     domain_figures,
-    estimate_figures,
-    harm_figures,
+    harm_of,
+    output_bound,
 )
 
 
@@ -146,7 +160,7 @@ class Comparison:
         told = Told(*(values[part] for values in vars(self.told).values()))
         # every array of a comparison has one row for each sample that is scored
         arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
-        cut: dict[str, Any] = {name: values[part] for name, values in arrays.items()}
+        cut: Any = {name: values[part] for name, values in arrays.items()}
         return replace(self, **cut, told=told, first_told=0, plainly=None)
 
     @property
@@ -214,109 +228,120 @@ class Validation:
         size = np.maximum(rms(reference - self.mean), np.finfo(np.float64).tiny)
         return np.asarray(rms(error) / size)
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values, as written to JSON."""
-        failed = sum(comparison.failed for comparison in self.comparisons)
-        return {
-            "fmu": self.surrogate.name,
-            "trajectories": len(self.comparisons),
-            **({"failed": failed} if failed else {}),
-            **({"left_out": list(self.left_out)} if self.left_out else {}),
-            "seed": self.task.seed,
-            "amplitude": list(self.task.amplitude),
-            **({"held_out": True} if self.task.held_out else {}),
-            "outputs": [self._output(index) for index in range(len(self.surrogate.outputs))],
-            "excitations": self._excitations(),
-            "error_estimate": self._estimate(),
-            **self._bound(),
-            "timing": self._timing(),
-            **self._of_parameters(),
-        }
+    def figures(self) -> ValidationFigures:
+        """Return the figures, as ``report.json`` holds their dump."""
+        return ValidationFigures(
+            fmu=self.surrogate.name,
+            trajectories=len(self.comparisons),
+            failed=sum(comparison.failed for comparison in self.comparisons),
+            left_out=self.left_out,
+            seed=self.task.seed,
+            amplitude=self.task.amplitude,
+            held_out=self.task.held_out,
+            outputs=tuple(self._output(index) for index in range(len(self.surrogate.outputs))),
+            excitations=tuple(self._excitations()),
+            error_estimate=self._estimate(),
+            error_bound=self._bound(),
+            timing=self._timing(),
+            parameters=self._of_parameters(),
+        )
 
-    def _of_parameters(self) -> dict[str, Any]:
+    def _of_parameters(self) -> ParameterFigures | None:
         """Return the errors by values of the physical parameters, where there are some."""
-        if not self.surrogate.parameters:
-            return {}
-        names = [parameter.name for parameter in self.surrogate.parameters]
-        worst = {}
-        for what, chosen in (("unseen", self.comparisons), ("corners", self.corners)):
-            worst[what] = [
-                {
-                    **{name: c.parameters[name] for name in names},
-                    "relative_rmse": self.relative(c.error, c.reference).tolist(),
-                }
+        names = tuple(parameter.name for parameter in self.surrogate.parameters)
+        if not names:
+            return None
+        unseen, corners = (
+            tuple(
+                ParameterPoint(
+                    values={name: c.parameters[name] for name in names},
+                    relative_rmse=self._relative_rmse([c]),
+                )
                 for c in chosen
-            ]
-        return {"parameters": {"names": names, **worst}}
+            )
+            for chosen in (self.comparisons, self.corners)
+        )
+        return ParameterFigures(names=names, unseen=unseen, corners=corners)
 
-    def _output(self, index: int) -> dict[str, Any]:
+    def _relative_rmse(self, chosen: Sequence[Comparison]) -> tuple[float, ...]:
+        """Return the relative RMSE of each output over some trajectories."""
+        reference, error = _joined(chosen)
+        return tuple(self.relative(error, reference).tolist())
+
+    def _output(self, index: int) -> OutputFigures:
         signal = self.surrogate.outputs[index]
         reference, error = _joined(self.comparisons)
-        single = [self.relative(c.error, c.reference)[index] for c in self.comparisons]
-        figures = {
-            "name": signal.name,
-            "unit": signal.unit,
-            "rms_reference_about_mean": float(rms(reference - self.mean)[index]),
-            "rmse": float(rms(error)[index]),
-            "relative_rmse": float(self.relative(error, reference)[index]),
-            "max_error": float(np.max(np.abs(error[:, index]))),
-            "p95_error": float(self.usual_error()[index]),
-            "relative_rmse_of_trajectories": _quantiles(single),
-        }
-        differences = [c.model - c.reference for c in self.comparisons if c.model is not None]
-        if differences:
-            of_model = self.relative(np.concatenate(differences), reference)
-            figures["model_relative_rmse"] = float(of_model[index])
-        plain = [c.plain - c.reference for c in self.comparisons if c.plain is not None]
-        if plain:
-            of_plain = self.relative(np.concatenate(plain), reference)
-            figures["plain_relative_rmse"] = float(of_plain[index])
-        return {**figures, **self._of_records(index)}
+        single = [self._relative_rmse([c])[index] for c in self.comparisons]
 
-    def _of_records(self, index: int) -> dict[str, float]:
-        """Return the noise floor of records, and the error of free runs along them."""
+        def relative_of(others: Sequence[FloatArray | None]) -> float | None:
+            """Give the relative RMSE of other outputs than the surrogate's, if there are any."""
+            pairs = zip(others, self.comparisons, strict=True)
+            errors = [other - c.reference for other, c in pairs if other is not None]
+            if not errors:
+                return None
+            return float(self.relative(np.concatenate(errors), reference)[index])
+
+        return OutputFigures(
+            name=signal.name,
+            unit=signal.unit,
+            rms_reference_about_mean=float(rms(reference - self.mean)[index]),
+            rmse=float(rms(error)[index]),
+            relative_rmse=float(self.relative(error, reference)[index]),
+            max_error=float(np.max(np.abs(error[:, index]))),
+            p95_error=float(self.usual_error()[index]),
+            relative_rmse_of_trajectories=_quantiles(single),
+            model_relative_rmse=relative_of([c.model for c in self.comparisons]),
+            plain_relative_rmse=relative_of([c.plain for c in self.comparisons]),
+            relative_noise_floor=self._noise_floor(index),
+            free_relative_rmse=self._free_error(index),
+        )
+
+    def _noise_floor(self, index: int) -> float | None:
+        """Return the RMS of the noise of records over that of the output, where it is known."""
         if not self.recipe.system.is_record:
-            return {}
-        found: dict[str, float] = {}
-        reference, _ = _joined(self.comparisons)
-        scale = max(float(rms(reference - self.mean)[index]), sys.float_info.min)
+            return None
         noise = measured_noise(self.recipe, [c.error for c in self.comparisons])
-        if noise is not None:
-            found["relative_noise_floor"] = float(noise[index]) / scale
-        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
-        if free:
-            found["free_relative_rmse"] = float(rms(np.concatenate(free))[index]) / scale
-        return found
+        return None if noise is None else float(noise[index]) / self._size(index)
 
-    def _excitations(self) -> list[dict[str, Any]]:
-        rows = []
+    def _free_error(self, index: int) -> float | None:
+        """Return the relative error of free runs along records, where there are some."""
+        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
+        return float(rms(np.concatenate(free))[index]) / self._size(index) if free else None
+
+    def _size(self, index: int) -> float:
+        """Return the RMS of an output about its mean."""
+        reference, _ = _joined(self.comparisons)
+        return max(float(rms(reference - self.mean)[index]), sys.float_info.min)
+
+    def _excitations(self) -> Iterator[KindFigures]:
         for index, motion in enumerate(motions_of(self.recipe)):
             chosen = [c for c in self.comparisons if c.kind == index]
             if chosen:
-                reference, error = _joined(chosen)
-                row = {
-                    "name": motion.name,
-                    "kind": motion.kind,
-                    "trajectories": len(chosen),
-                    "relative_rmse": self.relative(error, reference).tolist(),
-                }
-                rows.append(row)
-        return rows
+                yield KindFigures(
+                    name=motion.name,
+                    kind=motion.kind,
+                    trajectories=len(chosen),
+                    relative_rmse=self._relative_rmse(chosen),
+                )
 
-    def _estimate(self) -> dict[str, Any] | None:
+    def _estimate(self) -> EstimateFigures | None:
         if not self.surrogate.estimates_errors:
             return None
         signals, (estimates, errors) = self.surrogate.outputs, self._estimated()
         outputs = [
-            {"name": signal.name, **estimate_figures(estimates[:, index], errors[:, index])}
+            deviation_of(estimates[:, index], errors[:, index], signal.name)
             for index, signal in enumerate(signals)
             if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
         ]
-        found = {"span_samples": self.surrogate.estimated_samples, "without_floor": outputs}
+        euclidean = None
         if len(signals) > 1 and len({signal.unit for signal in signals}) == 1 and outputs:
             norms = (np.linalg.norm(values, axis=1) for values in (estimates, errors))
-            found["euclidean"] = estimate_figures(*norms)
-        return found
+            euclidean = deviation_of(*norms)
+        return EstimateFigures(
+            span_samples=self.surrogate.estimated_samples,
+            without_floor=tuple(outputs),
+            euclidean=euclidean,
+        )
 
     def _estimated(self) -> tuple[FloatArray, FloatArray]:
         """Return all scored estimates, and the true errors, (N, n_outputs) each."""
@@ -326,62 +351,59 @@ class Validation:
         scored = ~np.isnan(errors).any(axis=1)
         return estimates[scored], errors[scored]
 
-    def _bound(self) -> dict[str, Any]:
+    def _bound(self) -> BoundFigures | None:
         """Return how far bound and domain can be trusted, where there are some."""
         trusted = self.trusted
         told = [c.told for c in trusted if c.told is not None]
         if self.surrogate.bound is None or not told:
-            return {}
+            return None
         outputs = []
         for index, signal in enumerate(self.surrogate.outputs):
             errors = [np.abs(c.error[:, index]) for c in trusted]
-            bounds = [one.bounds[:, index] for one in told]
-            outputs.append({"name": signal.name, **bound_figures(errors, bounds)})
-        found = {"confidence": USUAL_CONFIDENCE, "outputs": outputs, **domain_figures(told)}
+            outputs.append(output_bound(signal.name, errors, [t.bounds[:, index] for t in told]))
         plain = [c.in_plain_call() for c in self.comparisons]
-        if None not in plain:
-            found["plain"] = _covered(_where_told([c for c in plain if c is not None]))
-            found["known_to_step_end"] = _covered(_where_told(self.comparisons))
-        if self.usual is not None:
-            found["harm"] = harm_figures([np.abs(c.error) for c in trusted], told, self.usual)
-        return {"error_bound": {**found, "excitations": self._covered_by_kind()}}
+        moving = None not in plain
+        plainly = _where_told([c for c in plain if c is not None])
+        return BoundFigures(
+            confidence=USUAL_CONFIDENCE,
+            outputs=tuple(outputs),
+            **vars(domain_figures(told)),
+            plain=_covered(plainly) if moving else None,
+            known_to_step_end=_covered(_where_told(self.comparisons)) if moving else None,
+            harm=self._harm_of(trusted),
+            excitations=tuple(self._bounds_by_kind()),
+        )
 
-    def _harm_of(self, chosen: Sequence[Comparison]) -> dict[str, Any]:
+    def _harm_of(self, chosen: Sequence[Comparison]) -> Harm | None:
         told = [c.told for c in chosen if c.told is not None]
         if self.usual is None:
-            return {}
-        return {"harm": harm_figures([np.abs(c.error) for c in chosen], told, self.usual)}
+            return None
+        return harm_of([np.abs(c.error) for c in chosen], told, self.usual)
 
-    def _covered_by_kind(self) -> list[dict[str, Any]]:
-        rows = []
+    def _bounds_by_kind(self) -> Iterator[KindBound]:
         for index, motion in enumerate(motions_of(self.recipe)):
             chosen = [c for c in self.trusted if c.kind == index]
             shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
             if shares:
-                rows.append(
-                    {
-                        "name": motion.name,
-                        "trajectories": len(chosen),
-                        "coverage": np.mean(shares, axis=0).tolist(),
-                        "lowest_coverage": np.min(shares, axis=0).tolist(),
-                        **domain_figures([c.told for c in chosen if c.told]),
-                        **self._harm_of(chosen),
-                    }
+                yield KindBound(
+                    name=motion.name,
+                    trajectories=len(chosen),
+                    coverage=tuple(np.mean(shares, axis=0).tolist()),
+                    lowest_coverage=tuple(np.min(shares, axis=0).tolist()),
+                    **vars(domain_figures([c.told for c in chosen if c.told])),
+                    harm=self._harm_of(chosen),
                 )
-        return rows
 
-    def _timing(self) -> dict[str, float]:
+    def _timing(self) -> Timing:
         """Return median times per step; records have none beside that of the FMU."""
         times = [np.concatenate([c.step_seconds[i] for c in self.comparisons]) for i in (0, 1)]
         fmu = float(np.median(times[0]))
         if not len(times[1]):
-            return {"fmu_step_us": 1e6 * fmu}
+            return Timing(fmu_step_us=1e6 * fmu)
         reference = float(np.median(times[1]))
-        return {
-            "fmu_step_us": 1e6 * fmu,
-            "reference_step_us": 1e6 * reference,
-            "speedup": reference / fmu,
-        }
+        return Timing(
+            fmu_step_us=1e6 * fmu, reference_step_us=1e6 * reference, speedup=reference / fmu
+        )
 
 
 def meaning_of(surrogate: Surrogate) -> str:
@@ -400,10 +422,10 @@ def _where_told(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     return tuple(one for one in found if one is not None)
 
 
-def _covered(comparisons: Sequence[Comparison]) -> dict[str, list[float]]:
+def _covered(comparisons: Sequence[Comparison]) -> Covered:
     """Return the share of samples that bounds cover, of each output."""
     shares = [np.abs(c.error) <= c.told.bounds for c in comparisons if c.told is not None]
-    return {"coverage": np.concatenate(shares).mean(axis=0).tolist()}
+    return Covered(coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()))
 
 
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
@@ -412,6 +434,6 @@ def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
     return reference, np.concatenate([c.error for c in comparisons])
 
 
-def _quantiles(values: Sequence[float]) -> dict[str, float]:
+def _quantiles(values: Sequence[float]) -> Quantiles:
     median, low, high = np.quantile(values, [0.5, 0.1, 0.9])
-    return {"median": float(median), "p10": float(low), "p90": float(high)}
+    return Quantiles(median=float(median), p10=float(low), p90=float(high))

@@ -7,9 +7,10 @@ hold says; under smooth inputs it goes on by its own fine step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.error_figures import PlainCallFigures, PlainError, PlainOutput
 
 SAMPLES = 16
 """A smooth input has at least so many samples in a period."""
@@ -57,25 +59,17 @@ class _Smooth(NamedTuple):
     hz: tuple[float, float]
 
 
-def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | None:
+def plain_call_figures(fmu: Path, validation: Validation) -> PlainCallFigures | None:
     """Measure the plain call of an FMU; None of records, whose samples are the truth.
 
     Args:
         fmu: the FMU, whose library is run.
         validation: its validation in range.
 
-    Returns:
-        Plain values, as written to JSON. Errors are relative to the RMS of the reference about its
-        mean, those that end in ``_rmse`` are in the output's unit. ``smooth`` is the error under
-        sums of sines of ``smooth_hz``, ``smooth_worst`` the largest of one such motion, beside its
-        own truth, ``rough`` that under the recipe's kinds of excitation,
-        ``known_to_step_end`` that with inputs that are known ahead; ``smooth_covered`` is the part
-        of the samples under smooth inputs that the error bound covers. Of inputs that are held,
-        ``smooth_if_held`` is the error if they are smooth for the user: what the delay of half a
-        step costs, and the FMU's own error. A model that itself holds its inputs over the same
-        step makes nothing late, and has ``smooth`` in its place. None stands for what is
-        not measured: smooth inputs of planned motions, which are so in the recipe, and those of
-        references that have no finer step.
+    Of inputs that are held, the FMU has ``smooth_if_held`` in the place of ``smooth``, but for a
+    model that itself holds its inputs over the same step, which makes nothing late. Smooth inputs
+    are not measured of planned motions, which are so in the recipe, and of references that have
+    no finer step.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -91,16 +85,17 @@ def plain_call_figures(fmu: Path, validation: Validation) -> dict[str, Any] | No
             smooth = _under_smooth_inputs(fmu, surrogate, recipe)
         except (LoadError, SimulationError) as error:
             refusal = str(error)
-    found: dict[str, Any] = {
-        "hold": surrogate.hold,
-        "late_s": surrogate.window.step / 2 if late else None,
-        "outputs": _outputs(validation, smooth, late),
-        "smooth_hz": None if smooth is None else list(smooth.hz),
-    }
-    return {**found, "sentence": _sentence(found, refusal)}
+    found = PlainCallFigures(
+        hold=surrogate.hold,
+        late_s=surrogate.window.step / 2 if late else None,
+        outputs=tuple(_outputs(validation, smooth, late)),
+        smooth_hz=None if smooth is None else smooth.hz,
+        sentence="",
+    )
+    return replace(found, sentence=_sentence(found, refusal))
 
 
-def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list[dict[str, Any]]:
+def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list[PlainOutput]:
     """Return the figures of all outputs; smooth inputs may be late, since they are held."""
     comparisons, held = validation.comparisons, validation.surrogate.hold == "zero_order"
     truth = np.concatenate([c.reference for c in comparisons])
@@ -121,20 +116,20 @@ def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list
             )
             worst = max(float(_relative(*motion)[index]) for motion in motions)
         rows.append(
-            {
-                "name": signal.name,
-                "unit": signal.unit,
-                "smooth": None if late else smooth_relative,
-                "smooth_worst": None if late else worst,
-                "smooth_rmse": None if late else smooth_rmse,
-                "smooth_covered": None if late else covered,
-                "rough": float(validation.relative(rough, truth)[index]),
-                "rough_rmse": float(rms(rough)[index]),
-                "known_to_step_end": (
+            PlainOutput(
+                name=signal.name,
+                unit=signal.unit,
+                smooth=None if late else smooth_relative,
+                smooth_worst=None if late else worst,
+                smooth_rmse=None if late else smooth_rmse,
+                smooth_covered=None if late else covered,
+                rough=float(validation.relative(rough, truth)[index]),
+                rough_rmse=float(rms(rough)[index]),
+                known_to_step_end=(
                     None if held else float(validation.relative(known, truth)[index])
                 ),
-                "smooth_if_held": smooth_relative if late else None,
-            }
+                smooth_if_held=smooth_relative if late else None,
+            )
         )
     return rows
 
@@ -145,24 +140,29 @@ def _relative(error: FloatArray, truth: FloatArray) -> FloatArray:
     return np.asarray(rms(error) / size)
 
 
-def _sentence(found: Mapping[str, Any], refusal: str | None) -> str:
+def _sentence(found: PlainCallFigures, refusal: str | None) -> str:
     """Say the largest errors of the plain call in one sentence."""
-    outputs = found["outputs"]
-    rough = percent(max(output["rough"] for output in outputs))
+
+    def up_to(key: PlainError) -> str:
+        worst = found.worst(key)
+        return "" if worst is None else percent(worst)
+
+    rough = up_to("rough")
     if refusal is not None:
         return f"smooth inputs were not measured: {refusal}"
-    if found["smooth_hz"] is None:
-        if found["hold"] == "zero_order":
+    if found.smooth_hz is None:
+        if found.hold == "zero_order":
             return f"the plain call errs by up to {rough} under the kinds of the training"
-        known = percent(max(output["known_to_step_end"] for output in outputs))
         return (
             f"the plain call errs by up to {rough}, since what inputs do within a step is "
-            f"forecast; with inputs that are known to the step's end it is {known}"
+            f"forecast; with inputs that are known to the step's end it is "
+            f"{up_to('known_to_step_end')}"
         )
-    low, high = found["smooth_hz"]
-    key = "smooth_if_held" if found["late_s"] else "smooth"
-    error = f"{percent(max(output[key] for output in outputs))} at {low:.2g} to {high:.2g} Hz"
-    if found["late_s"]:
+    low, high = found.smooth_hz
+    error = (
+        f"{up_to('smooth_if_held' if found.late_s else 'smooth')} at {low:.2g} to {high:.2g} Hz"
+    )
+    if found.late_s:
         return late_words(found, error)
     return (
         f"the plain call errs by up to {error} under smooth inputs, and by up to {rough} under "
@@ -284,21 +284,15 @@ def _truth(
     return simulate(system, smooth_inputs(system.inputs, at, hz, index)).outputs[::times]
 
 
-def late_words(found: Mapping[str, Any], error: str) -> str:
+def late_words(found: PlainCallFigures, error: str) -> str:
     """Say by how much a smooth input is late that is held, and what the FMU then errs by.
 
     Args:
         found: the figures of the plain call.
         error: the largest ``smooth_if_held`` in words. The FMU's own error is part of it.
     """
-    late = f"a smooth input is late by {found['late_s']:g} s"
-    held, own = (worst_of(found["outputs"], key) for key in ("smooth_if_held", "rough"))
+    late = f"a smooth input is late by {found.late_s:g} s"
+    held, own = found.worst("smooth_if_held"), found.worst("rough")
     if held is not None and own is not None and own > OWN_PART * held:
         return f"{late}; the FMU errs by {error} under it, its own error included"
     return f"{late}: {error}"
-
-
-def worst_of(outputs: Sequence[Mapping[str, Any]], key: str) -> float | None:
-    """Return the largest figure of a name; None where no output has it."""
-    errors = [output[key] for output in outputs if output.get(key) is not None]
-    return max(errors) if errors else None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
@@ -11,6 +9,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.error_figures import ResponseFigures
 
 
 def is_affine(surrogate: Surrogate) -> bool:
@@ -61,14 +60,14 @@ def exact_matrix(system: System, window: Window) -> FloatArray:
     return result.reshape(window.n_out * n_outputs, window.n_in * n_inputs)
 
 
-def matrix_figures(learnt: FloatArray, exact: FloatArray) -> dict[str, Any]:
+def response_figures(learnt: FloatArray, exact: FloatArray) -> ResponseFigures:
     """Return how far the learnt matrix is from the exact one, relative to the latter's peak."""
     largest = float(np.max(np.abs(exact)))
     later = exact == 0.0
     above = float(np.max(np.abs(learnt[later]))) if np.any(later) else 0.0
-    return {
-        "largest_entry": largest,
-        "max_deviation_relative": float(np.max(np.abs(learnt - exact))) / largest,
-        "max_above_diagonal": above,
-        "max_above_diagonal_relative": above / largest,
-    }
+    return ResponseFigures(
+        largest_entry=largest,
+        max_deviation_relative=float(np.max(np.abs(learnt - exact))) / largest,
+        max_above_diagonal=above,
+        max_above_diagonal_relative=above / largest,
+    )

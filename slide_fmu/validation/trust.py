@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,12 @@ from numpy.typing import NDArray
 from slide_fmu.core.measures import best_constant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
+from slide_fmu.validation.error_figures import (
+    Deviation,
+    DomainFigures,
+    Harm,
+    OutputBound,
+)
 
 WORST = 0.05
 """Beside the mean over trajectories stands the one that this part of them are worse than."""
@@ -55,92 +60,81 @@ class Told:
     in_domain: FloatArray
 
 
-def bound_figures(errors: Sequence[FloatArray], bounds: Sequence[FloatArray]) -> dict[str, Any]:
+def output_bound(
+    name: str, errors: Sequence[FloatArray], bounds: Sequence[FloatArray]
+) -> OutputBound:
     """Measure bounds of one output, both absolute, (N,) of each trajectory.
 
-    Returns:
-        The share of covered samples, that of the 5 % worst trajectories, the mean bound over the
-        quantile of the errors, the skill (1 minus the pinball loss over that of the best
-        constant), and the rank correlation of bound and error. Width and skill are None of errors
-        that are zero.
+    Width and skill are None of errors that are zero.
     """
     shares = [float(np.mean(e <= b)) for e, b in zip(errors, bounds, strict=True)]
     error, bound = np.concatenate(errors), np.concatenate(bounds)
     constant = float(np.quantile(error, USUAL_CONFIDENCE))
     best = pinball_loss(error, np.full(len(error), constant))
-    return {
-        "coverage": float(np.mean(error <= bound)),
-        "coverage_of_worst_trajectories": float(np.quantile(shares, WORST, method="lower")),
-        "width": float(np.mean(bound)) / constant if constant else None,
-        "skill": 1.0 - pinball_loss(error, bound) / best if best else None,
-        "rank_correlation": rank_correlation(bound, error),
-    }
+    return OutputBound(
+        name=name,
+        coverage=float(np.mean(error <= bound)),
+        coverage_of_worst_trajectories=float(np.quantile(shares, WORST, method="lower")),
+        width=float(np.mean(bound)) / constant if constant else None,
+        skill=1.0 - pinball_loss(error, bound) / best if best else None,
+        rank_correlation=rank_correlation(bound, error),
+    )
 
 
-def domain_figures(told: Sequence[Told]) -> dict[str, float]:
+def domain_figures(told: Sequence[Told]) -> DomainFigures:
     """Return the share of samples outside of the domain, and of trajectories often outside."""
     outside = [float(np.mean(t.in_domain == 0)) for t in told]
     samples = np.concatenate([t.in_domain == 0 for t in told])
-    return {
-        "flagged": float(np.mean(samples)),
-        "trajectories_flagged": float(np.mean(np.array(outside) > OFTEN)),
-    }
+    return DomainFigures(
+        flagged=float(np.mean(samples)),
+        trajectories_flagged=float(np.mean(np.array(outside) > OFTEN)),
+    )
 
 
-def harm_figures(
-    errors: Sequence[FloatArray], told: Sequence[Told], usual: FloatArray
-) -> dict[str, float | None]:
+def harm_of(errors: Sequence[FloatArray], told: Sequence[Told], usual: FloatArray) -> Harm:
     """Measure what harm errors do that nobody is told of.
 
     A sample is harmful if an error, absolute, (N, n_outputs) of each trajectory, is larger than
     ``HARMFUL`` times what 95 % of the errors in range are below, (n_outputs,).
-
-    Returns:
-        The share of harmful samples; of them, that outside of the domain, or None without any; of
-        the harmless ones the same; and the share of all samples in the domain with a harmful error
-        that its bound does not cover.
     """
     error = np.concatenate(errors)
     above = error > np.concatenate([t.bounds for t in told])
     flagged = np.concatenate([t.in_domain for t in told]) == 0
     large = error > HARMFUL * usual
     harmful, unnoticed = large.any(axis=1), (large & above).any(axis=1) & ~flagged
-    return {
-        "harmful": float(np.mean(harmful)),
-        "harmful_flagged": _share(flagged[harmful]),
-        "harmless_flagged": _share(flagged[~harmful]),
-        "harmful_unnoticed": float(np.mean(unnoticed)),
-    }
+    return Harm(
+        harmful=float(np.mean(harmful)),
+        harmful_flagged=_share(flagged[harmful]),
+        harmless_flagged=_share(flagged[~harmful]),
+        harmful_unnoticed=float(np.mean(unnoticed)),
+    )
 
 
 def _share(flags: NDArray[np.bool_]) -> float | None:
     return float(np.mean(flags)) if len(flags) else None
 
 
-def estimate_figures(estimates: FloatArray, errors: FloatArray) -> dict[str, Any]:
-    """Measure estimates of RMS errors of one output, both (N,), where the errors are positive.
+def deviation_of(estimates: FloatArray, errors: FloatArray, name: str | None = None) -> Deviation:
+    """Measure estimates of RMS errors, both (N,), where the errors are positive.
 
-    At least one error must be.
-
-    Returns:
-        Mean and 95 % quantile of the relative deviation, those of the best constant, the share of
-        errors more than ``TOO_SMALL`` times their estimate, the 95 % quantile of error over
-        estimate, and the rank correlation.
+    At least one error must be. The name is that of the output, None of a norm of all outputs.
+    Errors of more than ``TOO_SMALL`` times their estimate count as much larger than it.
     """
     known = errors > 0
     estimate, error = estimates[known], errors[known]
     mean, p95 = _deviations(estimate, error)
     constant_mean, constant_p95 = _deviations(best_constant(error), error)
     above = error / np.maximum(estimate, error / MOST_TOO_SMALL)
-    return {
-        "mean": mean,
-        "p95": p95,
-        "constant_mean": constant_mean,
-        "constant_p95": constant_p95,
-        "too_small_share": float(np.mean(above > TOO_SMALL)),
-        "too_small_factor": float(np.quantile(above, 0.95)),
-        "rank_correlation": rank_correlation(estimate, error),
-    }
+    return Deviation(
+        name=name,
+        mean=mean,
+        p95=p95,
+        constant_mean=constant_mean,
+        constant_p95=constant_p95,
+        too_small_share=float(np.mean(above > TOO_SMALL)),
+        too_small_factor=float(np.quantile(above, 0.95)),
+        rank_correlation=rank_correlation(estimate, error),
+    )
 
 
 def pinball_loss(errors: FloatArray, bounds: FloatArray) -> float:

@@ -17,6 +17,7 @@ from slide_fmu.pipeline.apps import app_problems, with_origins
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.report.model_card import variable_table
+from slide_fmu.report.table import markdown
 from tests.marks import needs_app
 from tests.progress import no_stages
 
@@ -61,7 +62,7 @@ def test_rebuild_keeps_surrogate_provenance_and_report(folder: Path) -> None:
 def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     fmu = rebuild(folder / "linear.fmu")
     card = (folder / "README.md").read_text(encoding="utf-8")
-    assert variable_table(read_fmu(LINEAR)[0]) in card
+    assert markdown(variable_table(read_fmu(LINEAR)[0])) in card
     assert card_problems(fmu, *read_fmu(fmu)) == []
 
 

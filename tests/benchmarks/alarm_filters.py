@@ -28,7 +28,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import Told, domain_figures, harm_figures
+from slide_fmu.validation.trust import Told, domain_figures, harm_of
 
 SEED = 20290001
 FILTERS = ((1, 1), (2, 2), (2, 3), (3, 5), (5, 5), (5, 8), (1, 5), (1, 17))
@@ -97,8 +97,8 @@ def compared(calibrating: Seen, in_range: Seen, others: Seen, false_alarms: floa
     for k, m in FILTERS:
         known = np.concatenate([filtered(novelty, k, m) for novelty in calibrating.novelty])
         threshold = float(np.quantile(known, 1 - false_alarms))
-        harm = harm_figures(others.errors, told(others, k, m, threshold), usual)
-        false = domain_figures(told(in_range, k, m, threshold))
+        harm = vars(harm_of(others.errors, told(others, k, m, threshold), usual))
+        false = vars(domain_figures(told(in_range, k, m, threshold)))
         rows.append({"k": k, "m": m, "threshold": threshold, "false_alarms": false, **harm})
     return rows
 

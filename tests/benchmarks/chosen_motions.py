@@ -19,6 +19,7 @@ from seeds import CHOSEN_MOTIONS
 
 from slide_fmu.apps.motion import MoveTask, coordinates_of, read_task
 from slide_fmu.apps.motion.solve import solve
+from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import load
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -46,11 +47,11 @@ def judged(task: MoveTask) -> dict[str, Any]:
     solve(FMU, task)
     seconds = time.process_time() - begin
     solved = solve(FMU, task, verify=True)
-    figures = solved.figures()
+    figures = plain(solved.figures())
     true, moves = figures["reference"], {}
     for name, rows in (("predicted", figures), ("true", true)):
         moves[name] = {row["name"]: row for row in (rows["move"], *rows["baselines"])}
-    plain = moves["true"]["not shaped"]["settled_s"]
+    unshaped = moves["true"]["not shaped"]["settled_s"]
     best = min(
         (row["settled_s"] or np.inf for name, row in moves["true"].items() if "Z" in name),
         default=np.inf,
@@ -59,9 +60,9 @@ def judged(task: MoveTask) -> dict[str, Any]:
     return {
         "move": true["move"]["name"],
         "settled_s": settled,
-        "trapezoid_s": plain,
+        "trapezoid_s": unshaped,
         "best_shaper_s": best,
-        "earlier_than_trapezoid": 1 - settled / plain,
+        "earlier_than_trapezoid": 1 - settled / unshaped,
         "earlier_than_best_shaper": 1 - settled / best,
         "residual": true["move"]["residual"],
         "predicted": figures["move"]["residual"],

@@ -22,6 +22,7 @@ from slide_fmu.apps.motion import MotionError, PathTask, coordinates_of
 from slide_fmu.apps.motion.compensate import chain_of_surrogate, condition_along
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.apps.motion.path_correction import correct
+from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import load
@@ -64,7 +65,7 @@ def measure(chosen: argparse.Namespace, bar: Stages) -> dict[str, Any]:
             well = condition_along(chain, path, ranges).max() < WELL_CONDITIONED
             task = PathTask(kind="compensate", path=str(place))
             try:
-                figures = correct(FMU, task, verify=True).figures()
+                figures = plain(correct(FMU, task, verify=True).figures())
             except MotionError as refused:
                 if well:  # the proof is about these: none may be left out
                     raise

@@ -32,7 +32,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import bound_figures
+from slide_fmu.validation.trust import output_bound
 
 SPLITS, SEED, CONFIDENCE = 20, 20280001, 0.95
 CALIBRATING = 2 / 3
@@ -101,8 +101,15 @@ def compared(
         for output in range(errors.shape[2]):
             error, scale = errors[:, :, output], values[:, :, output]
             if is_rms:
-                bare = bound_figures(list(error), list(NORMAL * scale))
-                rows.append({"scale": name, "output": output, "conformal": False, **bare})
+                bare = vars(output_bound("", list(error), list(NORMAL * scale)))
+                rows.append(
+                    {
+                        "scale": name,
+                        "output": output,
+                        "conformal": False,
+                        **{key: bare[key] for key in (*_KEYS, "rank_correlation")},
+                    }
+                )
             found = [_split(error, scale, seed) for seed in range(SPLITS)]
             mean = {key: float(np.mean([one[key] for one in found])) for key in _KEYS}
             coverage = [one["coverage"] for one in found]
@@ -120,7 +127,7 @@ def _split(error: FloatArray, scale: FloatArray, seed: int) -> dict[str, Any]:
     first, rest = order[:count], order[count:]
     ratios = (error[first] / scale[first])[:, :, None]
     (factor,) = conformal_factors(ratios, CONFIDENCE)
-    return bound_figures(list(error[rest]), list(factor * scale[rest]))
+    return vars(output_bound("", list(error[rest]), list(factor * scale[rest])))
 
 
 def main() -> None:

@@ -23,6 +23,7 @@ import torch
 from figures_out import measure_and_write
 from seeds import FURTHER_KINDS
 
+from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
@@ -35,7 +36,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import Told, bound_figures, harm_figures
+from slide_fmu.validation.trust import Told, harm_of, output_bound
 
 PARTS = "bound", "calibration", FURTHER
 NETWORKS = ("train", "validation", "estimator", "estimator_validation", "companion")
@@ -133,10 +134,16 @@ def _figures(surrogate: Surrogate, runs: Sequence[Run], usual: FloatArray) -> di
     errors = [run.errors for run in runs]
     return {
         "outputs": [
-            bound_figures([e[:, i] for e in errors], [t.bounds[:, i] for t in told])
+            plain(
+                output_bound(
+                    surrogate.outputs[i].name,
+                    [e[:, i] for e in errors],
+                    [t.bounds[:, i] for t in told],
+                )
+            )
             for i in range(len(usual))
         ],
-        "harm": harm_figures(errors, told, usual),
+        "harm": plain(harm_of(errors, told, usual)),
         "covered_by_kind": {
             kind: float(
                 np.mean(

@@ -35,6 +35,7 @@ from studies import (
 )
 
 from slide_fmu.cli.console import progress_bars
+from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import export_fmu
@@ -84,7 +85,7 @@ def seed_figures(training: Trained, arguments: argparse.Namespace) -> dict[str, 
     with tempfile.TemporaryDirectory() as place:
         fmu = export_fmu(surrogate, Path(place) / f"{recipe.name}.fmu")
         measured = {
-            name: validate(fmu, surrogate, recipe, task, quiet).figures()
+            name: plain(validate(fmu, surrogate, recipe, task, quiet).figures())
             for name, task in chosen.items()
         }
     return {

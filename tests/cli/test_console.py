@@ -17,6 +17,9 @@ from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 from slide_fmu.cli.console import GOES_ON, STOPPED, progress_bars
 from slide_fmu.pipeline.display import Messages
+from slide_fmu.report.console import print_validation
+from slide_fmu.validation.error_figures import ValidationFigures
+from tests.figures import filled
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
 FIGURES = {
@@ -157,9 +160,8 @@ def test_progress_in_a_pipe_goes_on_where_the_work_turns_out_to_be_more(
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    monkeypatch.setattr(console, "console", messages)
     title = "unseen trajectories beyond the range that the training has seen, " * 4
-    console.show_validation(FIGURES, title)
+    print_validation(filled(ValidationFigures, **FIGURES), title, messages)
     heading, *lines = messages.file.getvalue().splitlines()
     assert heading == f"{title}: 12 trajectories, seed 1"
     (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]
@@ -174,7 +176,6 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    monkeypatch.setattr(console, "console", messages)
     output = {
         "name": "position",
         "coverage": 0.964,
@@ -189,14 +190,20 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
         "flagged": 0.0062,
         "trajectories_flagged": 0.025,
     }
-    console.show_validation({**FIGURES, "error_bound": bound}, "in range")
+    print_validation(
+        filled(ValidationFigures, **{**FIGURES, "error_bound": bound}), "in range", messages
+    )
     lines = messages.file.getvalue().splitlines()
     assert "error bound, 95 % confidence" in lines
     (row,) = [line for line in lines if "position" in line and "96.4 %" in line]
     assert all(f" {cell} " in row for cell in ("91 %", "0.791", "56.8 %"))
     assert lines[-1] == "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories"
     calls = {"plain": {"coverage": [0.952]}, "known_to_step_end": {"coverage": [0.994]}}
-    console.show_validation({**FIGURES, "error_bound": {**bound, **calls}}, "in range")
+    print_validation(
+        filled(ValidationFigures, **{**FIGURES, "error_bound": {**bound, **calls}}),
+        "in range",
+        messages,
+    )
     assert messages.file.getvalue().splitlines()[-1] == (
         "Covered samples where inputs are set to what they are now: 95.2 %; where they are set to "
         "what they reach by the step's end: 99.4 %."
@@ -207,24 +214,13 @@ def test_validation_shows_the_plain_call_beside_known_inputs(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    monkeypatch.setattr(console, "console", messages)
     moving = {**FIGURES["outputs"][0], "plain_relative_rmse": 0.125}
-    console.show_validation({**FIGURES, "outputs": [moving]}, "in range")
+    print_validation(
+        filled(ValidationFigures, **{**FIGURES, "outputs": [moving]}), "in range", messages
+    )
     shown = messages.file.getvalue()
     assert "inputs set to what they are now" in shown
     assert " 12.5 % " in shown
-
-
-def test_validation_says_what_the_errors_of_an_fmu_are_relative_to(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    messages = Messages(file=io.StringIO(), markup=False, highlight=False, width=300)
-    monkeypatch.setattr(console, "console", messages)
-    output = {**FIGURES["outputs"][0], "rms_reference_about_mean": 0.75}
-    console.show_validation({**FIGURES, "outputs": [output]}, "in range")
-    shown = messages.file.getvalue()
-    assert " RMS of the reference about its mean " in shown
-    assert " 0.75 m " in shown
 
 
 def test_figures_that_cannot_be_written_leave_the_old_ones(

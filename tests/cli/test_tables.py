@@ -7,7 +7,8 @@ import io
 import pytest
 from rich.console import Console
 
-from slide_fmu.cli.tables import Rows, table_of
+from slide_fmu.report.console import Rows
+from slide_fmu.report.table import Table
 
 
 def printed(table: Rows, width: int) -> str:
@@ -18,11 +19,9 @@ def printed(table: Rows, width: int) -> str:
 
 
 def example() -> Rows:
-    table = table_of("output", "of the worst trajectories", "correlation")
-    table.add_column("relative RMSE")
-    table.add_row("position", "91.2 %", "0.73", "0.0407 %")
-    table.add_row("velocity", "95 %", "", "0.1 %")
-    return table
+    heading = "output", "of the worst trajectories", "correlation", "relative RMSE"
+    rows = [("position", "91.2 %", "0.73", "0.0407 %"), ("velocity", "95 %", "", "0.1 %")]
+    return Rows(Table.of(heading, rows))
 
 
 @pytest.mark.parametrize("width", [200, 60])

@@ -32,7 +32,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.validation.response import exact_matrix, learnt_matrix, matrix_figures
+from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
@@ -87,9 +87,9 @@ def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
 
 def test_learnt_matrix_is_the_exact_one(fit: Fit) -> None:
     exact = exact_matrix(recipe_system(LEARNING), fit.surrogate.window)
-    figures = matrix_figures(learnt_matrix(fit.surrogate), exact)
-    assert figures["max_deviation_relative"] < SMALL_ERROR
-    assert figures["max_above_diagonal_relative"] < SMALL_ERROR
+    figures = response_figures(learnt_matrix(fit.surrogate), exact)
+    assert figures.max_deviation_relative < SMALL_ERROR
+    assert figures.max_above_diagonal_relative < SMALL_ERROR
 
 
 def test_torch_module_gives_what_numpy_gives(fit: Fit, folder: Path) -> None:

@@ -76,7 +76,7 @@ def test_window_that_is_too_short_is_refused_with_the_one_that_is_needed(tmp_pat
     text = RECIPE.replace("n_in = 240", "n_in = 100")
     path = write_record(tmp_path / "a.csv", 8000)
     sizing = sized(path, text)
-    recommended = sizing.figures()["recommended_n_in"]
+    recommended = sizing.figures().recommended_n_in
     with pytest.raises(ShortWindowError, match=f"give n_in >= {recommended}"):
         require_window(recipe_of(path, text), sizing)
 
@@ -88,7 +88,7 @@ def test_position_under_force_is_refused_as_an_integral(tmp_path: Path) -> None:
     with pytest.raises(NotForgettingError, match="Learn the rate of the output instead"):
         require_window(recipe_of(path), sized(path))
     figures = sized(path).figures()
-    assert (figures["sufficient"], figures["recommended_n_in"]) == (False, None)
+    assert (figures.sufficient, figures.recommended_n_in) == (False, None)
 
 
 def test_few_windows_are_remarked_with_their_number(tmp_path: Path) -> None:

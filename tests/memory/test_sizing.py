@@ -15,10 +15,11 @@ from typer.testing import CliRunner
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.cli.app import app
+from slide_fmu.core.figures import plain
 from slide_fmu.core.window import Window
 from slide_fmu.memory import motions
 from slide_fmu.memory.decay import Decay
-from slide_fmu.memory.decay_figures import decay_rows
+from slide_fmu.memory.decay_figures import SystemSizing
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import (
     ShortWindowError,
@@ -31,7 +32,9 @@ from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.learning_sections import sizing_section
+from slide_fmu.report.learning_tables import decay_table
 from slide_fmu.systems.base import Linearization, State
+from tests.figures import filled
 from tests.recipes import TINY, tiny_recipe
 
 DECAY = 1.1513
@@ -99,7 +102,7 @@ def test_figures_of_a_linear_oscillator_are_those_of_its_one_mode() -> None:
     found = size_window(recipe, recipe_system(recipe))
     assert len(eigenvalues(found).times) == 10  # motions of 4.25 s, shorter than two windows
     assert len(found.measured.times) == 10
-    figures = json.loads(json.dumps(found.figures()))
+    figures = json.loads(json.dumps(plain(found.figures())))
     assert figures["decay_time_s"] == pytest.approx(
         {"mean": DECAY, "worst": DECAY, "local_worst": DECAY}, rel=1e-3
     )
@@ -136,7 +139,7 @@ def test_too_short_window_is_refused_with_the_numbers() -> None:
     margin = 'n_in = 101 has a margin for motions of any other seed, and n_in = "auto" finds'
     for part in (*parts, margin, "window.allow_short = true"):
         assert part in str(caught.value)
-    assert not found.figures()["sufficient"]
+    assert not found.figures().sufficient
 
 
 REMARK = (
@@ -153,7 +156,7 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
     found = size_window(recipe, recipe_system(recipe))
     shorter = replace(found, measured=replace(found.measured, rates=np.full(10, -5.0)))
     assert shorter.remark is None
-    assert shorter.figures()["remark"] is None
+    assert shorter.figures().remark is None
     assert "Remark" not in sizing_section(shorter).text
     rates = np.array([-2.0, *np.full(9, -4.0)])
     longer = replace(found, measured=replace(found.measured, rates=rates))
@@ -161,13 +164,13 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
     assert longer.problem is None
     assert longer.remark is not None
     assert re.search(REMARK.format(r"2\.303", 53 + 77), longer.remark)
-    assert longer.figures()["remark"] == longer.remark
-    assert longer.figures()["sufficient"]
+    assert longer.figures().remark == longer.remark
+    assert longer.figures().sufficient
     assert sizing_section(longer).text.endswith(f" Remark: {longer.remark}.")
     never = replace(found, measured=replace(found.measured, rates=np.array([0.0, *rates[1:]])))
     assert never.remark is not None
     assert "10 measured pairs of motions never met in a record" in never.remark
-    assert json.dumps(never.figures(), allow_nan=False)
+    assert json.dumps(plain(never.figures()), allow_nan=False)
     short = replace(longer, window=replace(found.window, n_in=80))
     assert short.problem is not None
     assert short.remark is None  # that it is too short is enough
@@ -248,10 +251,11 @@ def test_growth_for_a_moment_is_accepted_and_reported() -> None:
     recipe = oscillator("LinearOscillator", n_in=96)
     found = size_window(recipe, Swaying(damping=8.0, step=0.03))
     figures = found.figures()
-    assert figures["decay_time_s"]["local_worst"] is None
-    assert figures["decay_time_s"]["mean"] == pytest.approx(DECAY, rel=0.3)
-    assert figures["decay_time_s"]["worst"] is not None
-    assert decay_rows(figures)[1][-1] == "without end"
+    assert figures.decay_time_s is not None
+    assert figures.decay_time_s.local_worst is None
+    assert figures.decay_time_s.mean == pytest.approx(DECAY, rel=0.3)
+    assert figures.decay_time_s.worst is not None
+    assert decay_table(figures).rows[0][-1] == "without end"
 
 
 class Pushed(LinearOscillator):
@@ -385,14 +389,12 @@ def test_states_along_a_motion_are_those_after_every_stride_th_sample() -> None:
 
 def test_table_of_decay_times_has_their_numbers_and_says_where_there_is_no_end() -> None:
     decay = {"mean": 1.0, "worst": 2.34567}
-    rows = decay_rows(
-        {
-            "decay_time_s": {**decay, "local_worst": None},
-            "measured_decay_time_s": {"mean": 3.0, "worst": None},
-        }
+    figures = filled(
+        SystemSizing,
+        decay_time_s={**decay, "local_worst": None},
+        measured_decay_time_s={"mean": 3.0, "worst": None},
     )
-    assert rows == [
-        ("decay time", "mean", "worst", "at the worst instant"),
+    assert decay_table(figures).rows == (
         ("linearized", "1 s", "2.346 s", "without end"),
         ("measured", "3 s", "without end", ""),
-    ]
+    )

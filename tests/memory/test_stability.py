@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slide_fmu.core.figures import plain
 from slide_fmu.core.scaling import Affine
 from slide_fmu.data.draws import STABILITY, Stream, draw
 from slide_fmu.features.differences import Differences
@@ -236,7 +237,7 @@ def test_network_that_answers_nothing_forgets_and_does_not_grow(constant: float)
         tests = examine(constant_too(cell, constant))
         assert all(test.problem is None for test in tests)
         assert all(test.growth == 0 and not test.differences.any() for test in tests)
-        json.dumps(stability_figures(tests), allow_nan=False)
+        json.dumps(plain(stability_figures(tests)), allow_nan=False)
         assert_drawn(tests)
 
 
@@ -338,17 +339,17 @@ def test_limits_are_those_of_the_recipe() -> None:
 
 def test_stability_figures_are_plain_numbers() -> None:
     fine, wild = (stability_figures(examine(scalar_cell(pole))) for pole in (0.8, 1e3))
-    json.dumps([fine, wild], allow_nan=False)
-    assert [row["amplitude"] for row in fine] == list(AMPLITUDES)
-    assert all(row["passed"] and row["largest_difference"] >= row["median_difference"] >= 0
+    json.dumps(plain([fine, wild]), allow_nan=False)
+    assert [row.amplitude for row in fine] == list(AMPLITUDES)
+    assert all(row.passed and row.largest_difference >= row.median_difference >= 0
                for row in fine)  # fmt: skip
-    assert all(not row["passed"] and row["growth"] is None for row in wild)
+    assert all(not row.passed and row.growth is None for row in wild)
 
 
 def test_stability_figures_are_those_of_the_median_and_of_the_worst_pair() -> None:
     test = AmplitudeTest(2.0, 1.5, np.array([0.25, 0.0, 4.0]), np.zeros((2, 1, 1)), None)
     (found,) = stability_figures((test,))
-    assert (found["median_difference"], found["largest_difference"]) == (0.25, 4.0)
+    assert (found.median_difference, found.largest_difference) == (0.25, 4.0)
 
 
 def test_stability_check_gives_the_same_twice() -> None:

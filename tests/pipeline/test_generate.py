@@ -23,5 +23,5 @@ def test_data_are_made_beside_another_program_that_makes_some_and_not_beside_one
         generate_recipe(job, 0, None, overwrite=False)
     with job.folder.together(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
         generate_recipe(job, 0, None, overwrite=True)
-    assert generate_recipe(job, 0, None, overwrite=False)["made_now"] == 3
-    assert generate_recipe(job, 0, None, overwrite=True)["made_now"] == 3
+    assert generate_recipe(job, 0, None, overwrite=False).made_now == 3
+    assert generate_recipe(job, 0, None, overwrite=True).made_now == 3

@@ -79,11 +79,11 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
     curve = curve_of(job)
     assert [p.trajectories for p in curve.points] == [FEW, 2 * FEW, 4 * FEW][: train // FEW]
-    assert curve.reason is not None
-    assert ("lower the error by less than" in curve.reason) == (part == 0)
+    assert curve.ended is not None
+    assert ("lower the error by less than" in curve.ended) == (part == 0)
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
     assert job.recipe.automatic == ()
-    assert generate_data(job, Workplace())["learning_curve"] == curve.figures()
+    assert generate_data(job, Workplace()).learning_curve == curve
     assert len(read_split(job.folder.store, "train").inputs) == train
 
 
@@ -195,9 +195,7 @@ def _killing() -> Callable[..., None]:
 def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pays(monkeypatch, 9.0)
     job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), Workplace(), False)
-    assert (
-        curve_of(job).reason == "twice the trajectories would exceed data.budget_minutes = 1e-06"
-    )
+    assert curve_of(job).ended == "twice the trajectories would exceed data.budget_minutes = 1e-06"
     assert job.recipe.count("train") == FEW
 
 

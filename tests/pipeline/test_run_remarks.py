@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
-from slide_fmu.fitting.history import Curve
+from slide_fmu.fitting.history import History, TriedSize
 from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.quality import (
@@ -15,41 +15,33 @@ from slide_fmu.pipeline.quality import (
     remark_on_training,
     require_quality,
 )
-from slide_fmu.pipeline.run import _search_sections
+from slide_fmu.pipeline.run import _with_training
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.figures import run_figures
 from tests.fmu.samples import random_surrogate, sum_surrogate
 from tests.fmu.small_shapes import CELLS
 from tests.recipes import tiny_recipe
 
-
-def size(units: int, error: float) -> dict[str, Any]:
-    """A size that the search has judged."""
-    found = {"order": 2, "units": units, "parameters": 9, "learnable_error": None}
-    return {**found, "validation_error": error}
-
-
-COURSE: dict[str, Any] = {"step": [4, 8, 10], "validation_error": [0.2, 0.1, 0.1]}
+COURSE = History((4, 8, 10), (0.2, 0.1, 0.1), (0.2, 0.1, 0.1))
 """A training whose last steps brought nothing."""
 
 
-def errors_of(relative_rmse: float) -> dict[str, Any]:
+def errors_of(relative_rmse: float) -> RunFigures:
     """Figures of a report with one output."""
     output = {"name": "position", "relative_rmse": relative_rmse}
-    return {"validation": {IN_RANGE: {"outputs": [output]}}}
+    return run_figures(validation={IN_RANGE: {"outputs": [output]}})
 
 
 def remarked(surrogate: Surrogate, linear: float, remark: str | None = None) -> str | None:
     """The remark of a network with an error of 0.1, after a linear one was tried."""
-    sizes = [size(0, linear), size(8, 0.12)]
-    history = {**COURSE, "sizes": sizes, "remark": remark}
-    trained = Trained(surrogate, {"surrogate": history}, {})
-    data = errors_of(0.01)
-    (section,) = _search_sections(trained, tiny_recipe(), Curve(), data)
-    assert data["remark"] is None or data["remark"] in section.text
-    found: str | None = data["remark"]
-    return found
+    sizes = TriedSize(2, 0, 9, linear, None), TriedSize(2, 8, 9, 0.12, None)
+    trained = Trained(surrogate, {"surrogate": replace(COURSE, sizes=sizes, remark=remark)}, {})
+    found = _with_training(errors_of(0.01), trained, tiny_recipe(), ())
+    assert found.sizes_tried == sizes
+    return found.remark
 
 
 @pytest.fixture(scope="module")
@@ -99,33 +91,37 @@ def test_surrogate_that_errs_by_more_than_is_required_is_refused() -> None:
 
 
 def test_surrogate_that_is_far_off_is_remarked_where_nothing_is_required() -> None:
-    remark = remark_on_error(requiring(None), errors_of(0.23))
+    remark = remark_on_error(requiring(None), errors_of(0.23).validation)
     assert remark is not None
     assert "far off on unseen trajectories: output 'position' errs by 23 %; give more" in remark
     assert "validation.require refuses" in remark
-    assert remark_on_error(requiring(None), errors_of(0.01)) is None
-    assert remark_on_error(requiring(0.5), errors_of(0.23)) is None
+    assert remark_on_error(requiring(None), errors_of(0.01).validation) is None
+    assert remark_on_error(requiring(0.5), errors_of(0.23).validation) is None
+
+
+def course(steps: list[int], errors: list[float]) -> History:
+    return History(tuple(steps), tuple(errors), tuple(errors))
 
 
 def test_training_whose_validation_error_still_falls_is_remarked() -> None:
-    falling = {"step": [10, 50, 80, 100], "validation_error": [0.4, 0.2, 0.1, 0.08]}
+    falling = course([10, 50, 80, 100], [0.4, 0.2, 0.1, 0.08])
     remark = remark_on_training(tiny_recipe(), falling)
     assert remark == (
         "the validation error still fell by 20 % in the last fifth of the training: a longer one "
         "would pay (training.steps, now 40)"
     )
     assert remark_on_training(tiny_recipe(), COURSE) is None
-    worse = {"step": [10, 80, 100], "validation_error": [0.4, 0.1, 0.3]}
+    worse = course([10, 80, 100], [0.4, 0.1, 0.3])
     assert remark_on_training(tiny_recipe(), worse) is None
-    assert remark_on_training(tiny_recipe(), {"step": [0], "validation_error": [0.1]}) is None
+    assert remark_on_training(tiny_recipe(), course([0], [0.1])) is None
 
 
 def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> None:
     sizes = [
-        {"order": 2, "units": 0, "validation_error": 0.3},
-        {"order": 4, "units": 0, "validation_error": 0.11},
-        {"order": 4, "units": 8, "validation_error": 0.1},
-        {"order": 9, "units": 0, "validation_error": None},
+        TriedSize(2, 0, 9, 0.3, None),
+        TriedSize(4, 0, 9, 0.11, None),
+        TriedSize(4, 8, 9, 0.1, None),
+        TriedSize(9, 0, 9, None, None),
     ]
     remark = linear_size_remark(sizes, 0.1)
     assert remark is not None

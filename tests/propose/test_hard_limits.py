@@ -231,7 +231,7 @@ def test_trajectories_beyond_the_range_that_fail_are_not_measured(
     found = validate(fmu, surrogate, recipe, task, silent)
     assert found.left_out
     assert len(found.left_out) + len(found.comparisons) == 6
-    assert found.figures()["left_out"] == list(found.left_out)
+    assert found.figures().left_out == found.left_out
     (remark,) = remarks_of_beyond(found)
     assert remark.startswith(f"{len(found.left_out)} of 6 trajectories beyond the range could")
     inside = validate(fmu, surrogate, recipe, Task(3, trajectories=6), silent)

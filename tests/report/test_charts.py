@@ -9,10 +9,18 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import Signal
+from slide_fmu.fitting.history import CurvePoint, History
+from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.frequency_charts import frequency_sections
-from slide_fmu.report.learning_charts import curve_chart, stability_charts, training_charts
+from slide_fmu.report.learning_charts import (
+    curve_chart,
+    decay_chart,
+    response_charts,
+    stability_charts,
+    training_charts,
+)
 from slide_fmu.report.learning_sections import training_section
 from slide_fmu.report.trajectory_charts import (
     MOST_SAMPLES,
@@ -172,33 +180,29 @@ def test_estimates_are_drawn_over_true_errors() -> None:
 
 
 def test_training_of_one_step_is_not_drawn() -> None:
-    long = {"step": [1, 2], "training_error": [2.0, 1.0], "validation_error": [3.0, 2.0]}
-    short = {key: values[:1] for key, values in long.items()}
+    long, short = History((1, 2), (2.0, 1.0), (3.0, 2.0)), History((1,), (2.0,), (3.0,))
     (chart,) = training_charts({"surrogate": long, "estimator": short})
     assert chart.title == "surrogate"
     assert line_of(chart.panels[0].lines, "validation").y.tolist() == [3.0, 2.0]
 
 
 def test_training_is_drawn_as_relative_rmse_without_a_start_far_off() -> None:
-    history = {
-        "step": [1, 2, 3, 4],
-        "training_error": [1e34, 0.5, 0.02, 0.004],
-        "validation_error": [1e30, 0.4, 0.02, 0.00287],
-        "relative": True,
-    }
+    errors = (1e34, 0.5, 0.02, 0.004), (1e30, 0.4, 0.02, 0.00287)
+    history = History((1, 2, 3, 4), *errors, relative=True)
     (chart,) = training_charts({"surrogate": history})
     (panel,) = chart.panels
     assert (panel.title, panel.unit, panel.log) == ("relative RMSE", "%", True)
     training, validation = panel.lines
     np.testing.assert_allclose(training.y, [np.nan, 50.0, 2.0, 0.4])
     np.testing.assert_allclose(validation.y, [np.nan, 40.0, 2.0, 0.287])
-    section = training_section({"surrogate": history, "x": {**history, "relative": False}})
-    assert section.rows[1] == ("surrogate", "4", "0.287 %")
-    assert section.rows[2] == ("x", "4", "0.00287, scaled")
+    section = training_section({"surrogate": history, "x": replace(history, relative=False)})
+    assert section.table is not None
+    assert section.table.rows[0] == ("surrogate", "4", "0.287 %")
+    assert section.table.rows[1] == ("x", "4", "0.00287, scaled")
 
 
 def test_training_whose_loss_may_be_negative_has_an_even_axis() -> None:
-    loss = {"step": [1, 2], "training_error": [3.0, -0.2], "validation_error": [2.0, -0.3]}
+    loss = History((1, 2), (3.0, -0.2), (2.0, -0.3))
     (panel,) = training_charts({"error bound": loss})[0].panels
     assert (panel.title, panel.log) == ("error, scaled", False)
     assert panel.lines[1].y.tolist() == [2.0, -0.3]
@@ -212,11 +216,31 @@ def test_run_that_grows_without_bound_is_drawn_up_to_a_limit() -> None:
     assert [line.y[-1] for line in chart.panels[0].lines] == [1e6, -1e6]
 
 
+def test_decay_times_are_drawn_as_the_part_of_the_motions_that_has_forgotten() -> None:
+    rates = np.array([-2.0, -1.0, 0.0])
+    chart = decay_chart(None, Decay(rates, np.exp(-1.0)), 4.0)
+    line, mean = chart.panels[0].lines
+    assert line.x.tolist() == pytest.approx([0.0, 0.5, 1.0, 4.4])
+    assert line.y.tolist() == pytest.approx([0.0, 0.0, 100 / 3, 200 / 3])  # one never forgets
+    assert mean.x.tolist() == pytest.approx([1.0, 1.0])
+    assert chart.marks == [4.0]
+
+
+def test_response_is_that_of_the_newest_output_to_every_input() -> None:
+    exact = np.array([[1.0, 5.0, 2.0, 6.0], [3.0, 7.0, 4.0, 8.0]])  # two inputs, one output
+    signals = [SimpleNamespace(name=name, unit="N") for name in ("a", "b")]
+    output = SimpleNamespace(name="y", unit="m")
+    surrogate = SimpleNamespace(inputs=signals, outputs=[output])
+    first, second = response_charts(exact + 0.5, exact, surrogate)  # type: ignore[arg-type]
+    assert (first.title, second.title) == ("a to y", "b to y")
+    assert line_of(first.panels[0].lines, "exact").y.tolist() == [3.0, 4.0]
+    assert line_of(second.panels[0].lines, "learnt").y.tolist() == [7.5, 8.5]
+    assert line_of(first.panels[1].lines, "deviation").y.tolist() == [0.5, 0.5]
+
+
 @pytest.mark.parametrize(("name", "key"), [("validation", 0), ("training", 1)])
 def test_learning_curve_has_both_errors(name: str, key: int) -> None:
-    points = [
-        {"trajectories": n, "validation_error": 1 / n, "training_error": 0.5 / n} for n in (4, 8)
-    ]
+    points = [CurvePoint(n, 1 / n, 0.5 / n, 1.0) for n in (4, 8)]
     line = line_of(curve_chart(points).panels[0].lines, name)
     assert line.x.tolist() == [4.0, 8.0]
     assert line.y.tolist() == [[0.25, 0.125], [0.125, 0.0625]][key]

@@ -9,14 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
-from slide_fmu.report import figures
+from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.validation.comparison import Comparison, Task
-from slide_fmu.validation.motions import Motion
+from slide_fmu.validation.error_figures import ValidationFigures
 from tests.validation.handmade import comparison, surrogate_of, validation
 
 NAN = math.nan
+
+
+def dumped(figures: object) -> str:
+    """Return figures as JSON."""
+    return json.dumps(plain(figures), allow_nan=False)
 
 
 ONE = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
@@ -27,32 +31,32 @@ DEVIATION = 3.5
 
 def test_errors_of_an_output_are_those_over_all_samples_of_all_trajectories() -> None:
     figures = validation(ONE, TWO).figures()
-    first, second = figures["outputs"]
-    assert (figures["trajectories"], figures["seed"], figures["amplitude"]) == (2, 5, [1, 2])
-    assert (first["name"], first["unit"]) == ("y0", "m")
-    assert first["rms_reference_about_mean"] == pytest.approx(DEVIATION)
-    assert first["rmse"] == pytest.approx(math.sqrt(52 / 6))
-    assert first["relative_rmse"] == pytest.approx(math.sqrt(52 / 6) / DEVIATION)
-    assert first["max_error"] == 7
-    assert second["rmse"] == pytest.approx(math.sqrt(8 / 6))
-    assert second["max_error"] == 2
-    assert "model_relative_rmse" not in first
-    json.dumps(figures, allow_nan=False)
+    first, second = figures.outputs
+    assert (figures.trajectories, figures.seed, figures.amplitude) == (2, 5, (1, 2))
+    assert (first.name, first.unit) == ("y0", "m")
+    assert first.rms_reference_about_mean == pytest.approx(DEVIATION)
+    assert first.rmse == pytest.approx(math.sqrt(52 / 6))
+    assert first.relative_rmse == pytest.approx(math.sqrt(52 / 6) / DEVIATION)
+    assert first.max_error == 7
+    assert second.rmse == pytest.approx(math.sqrt(8 / 6))
+    assert second.max_error == 2
+    assert first.model_relative_rmse is None
+    assert read_figures(ValidationFigures, json.loads(dumped(figures))) == figures
 
 
 def test_quantiles_are_those_of_the_trajectories() -> None:
     levels = [0.0, 1.0, 2.0, 3.0, 14.0]
     found = validation(*(comparison([[level, 0.0]] * 2) for level in levels)).figures()
-    quantiles = found["outputs"][0]["relative_rmse_of_trajectories"]
+    quantiles = found.outputs[0].relative_rmse_of_trajectories
     expected = {"median": 2.0, "p10": 0.4, "p90": 9.6}
-    assert quantiles == pytest.approx({k: v / DEVIATION for k, v in expected.items()})
+    assert vars(quantiles) == pytest.approx({k: v / DEVIATION for k, v in expected.items()})
 
 
 def test_error_of_the_data_s_model_is_relative_to_the_reference() -> None:
     off = replace(ONE, model=ONE.reference + np.array([[0.5, -1.0]]))
-    first, second = validation(off, TWO).figures()["outputs"]
-    assert first["model_relative_rmse"] == pytest.approx(0.5 / DEVIATION)
-    assert second["model_relative_rmse"] == pytest.approx(1.0 / DEVIATION)
+    first, second = validation(off, TWO).figures().outputs
+    assert first.model_relative_rmse == pytest.approx(0.5 / DEVIATION)
+    assert second.model_relative_rmse == pytest.approx(1.0 / DEVIATION)
 
 
 def test_errors_are_relative_to_what_the_reference_moves_not_to_where_it_lies() -> None:
@@ -62,30 +66,30 @@ def test_errors_are_relative_to_what_the_reference_moves_not_to_where_it_lies() 
         for c in (ONE, TWO)
     ]
     near, lifted = (validation(*pair).figures() for pair in ((ONE, TWO), far))
-    for key in ("rms_reference_about_mean", "relative_rmse"):
-        for one, other in zip(near["outputs"], lifted["outputs"], strict=True):
-            assert other[key] == pytest.approx(one[key])
-    for one, other in zip(near["excitations"], lifted["excitations"], strict=True):
-        assert other["relative_rmse"] == pytest.approx(one["relative_rmse"])
+    for one, other in zip(near.outputs, lifted.outputs, strict=True):
+        assert other.rms_reference_about_mean == pytest.approx(one.rms_reference_about_mean)
+        assert other.relative_rmse == pytest.approx(one.relative_rmse)
+    for one, other in zip(near.excitations, lifted.excitations, strict=True):
+        assert other.relative_rmse == pytest.approx(one.relative_rmse)
 
 
 def test_reference_that_is_zero_throughout_gives_large_numbers_and_no_fault() -> None:
     still = replace(TWO, reference=np.zeros((2, 2)), surrogate=np.full((2, 2), 1e-9))
-    outputs = validation(still).figures()["outputs"]
-    assert all(1e100 < output["relative_rmse"] < math.inf for output in outputs)
+    outputs = validation(still).figures().outputs
+    assert all(1e100 < output.relative_rmse < math.inf for output in outputs)
 
 
 def test_excitations_have_errors_of_their_own_trajectories() -> None:
     third = replace(TWO, surrogate=TWO.reference)
-    rows = validation(ONE, TWO, third).figures()["excitations"]
-    assert [(row["name"], row["kind"], row["trajectories"]) for row in rows] == [
+    rows = validation(ONE, TWO, third).figures().excitations
+    assert [(row.name, row.kind, row.trajectories) for row in rows] == [
         ("held_random", "held_random", 1),
         ("sweep", "sweep", 2),
     ]
-    assert rows[0]["relative_rmse"] == pytest.approx([math.sqrt(13) / DEVIATION, 0])
-    assert rows[1]["relative_rmse"] == pytest.approx([0, math.sqrt(2) / DEVIATION])
-    (alone,) = validation(TWO).figures()["excitations"]  # a kind that was not drawn has no row
-    assert alone["name"] == "sweep"
+    assert rows[0].relative_rmse == pytest.approx([math.sqrt(13) / DEVIATION, 0])
+    assert rows[1].relative_rmse == pytest.approx([0, math.sqrt(2) / DEVIATION])
+    (alone,) = validation(TWO).figures().excitations  # a kind that was not drawn has no row
+    assert alone.name == "sweep"
 
 
 def estimated(estimates: list[list[float]], true: list[list[float]]) -> Comparison:
@@ -99,35 +103,35 @@ def test_deviation_of_estimates_has_no_floor() -> None:
     """Samples whose span is not whole do not count, and errors of zero do not either."""
     one = estimated([[9, 9], [1.5, 0.1], [0.01, 0.5]], [[NAN, NAN], [1.0, 0.0], [0.015, 0.001]])
     two = estimated([[0.3, 0.1]], [[0.1, 0.1]])
-    figures = validation(one, replace(two, estimate=None), two).figures()["error_estimate"]
-    first, second = figures["without_floor"]
-    assert first["mean"] == pytest.approx(np.mean([0.5, 0.005 / 0.015, 2.0]))
-    assert second["mean"] == pytest.approx(np.mean([499.0, 0.0]))
-    assert figures["span_samples"] == 2
+    figures = validation(one, replace(two, estimate=None), two).figures().error_estimate
+    first, second = figures.without_floor
+    assert first.mean == pytest.approx(np.mean([0.5, 0.005 / 0.015, 2.0]))
+    assert second.mean == pytest.approx(np.mean([499.0, 0.0]))
+    assert figures.span_samples == 2
 
 
 def test_norm_of_several_outputs_of_one_unit_is_scored_too() -> None:
     one = estimated([[3.0, 4.0], [1.0, 0.0]], [[0.6, 0.8], [3.0, 4.0]])
-    euclidean = validation(one).figures()["error_estimate"]["euclidean"]
-    assert euclidean["mean"] == pytest.approx((4.0 + 0.8) / 2)
+    euclidean = validation(one).figures().error_estimate.euclidean
+    assert euclidean.mean == pytest.approx((4.0 + 0.8) / 2)
     mixed = validation(one, surrogate=surrogate_of(("m", "rad")))
-    assert "euclidean" not in mixed.figures()["error_estimate"]
+    assert mixed.figures().error_estimate.euclidean is None
     single = estimated([[3.0]], [[1.0]])
     alone = validation(single, surrogate=surrogate_of(("m",)))
-    assert "euclidean" not in alone.figures()["error_estimate"]
+    assert alone.figures().error_estimate.euclidean is None
 
 
 def test_without_an_estimator_there_are_no_figures_of_estimates() -> None:
     plain = replace(surrogate_of(), estimator=None)
-    assert validation(ONE, surrogate=plain).figures()["error_estimate"] is None
+    assert validation(ONE, surrogate=plain).figures().error_estimate is None
 
 
 def test_times_are_medians_over_all_steps() -> None:
     slow = replace(TWO, step_seconds=(np.full(4, 10e-6), np.full(4, 40e-6)))
-    timing = validation(ONE, slow).figures()["timing"]
-    assert timing["fmu_step_us"] == pytest.approx(10.0)
-    assert timing["reference_step_us"] == pytest.approx(40.0)
-    assert timing["speedup"] == pytest.approx(4.0)
+    timing = validation(ONE, slow).figures().timing
+    assert timing.fmu_step_us == pytest.approx(10.0)
+    assert timing.reference_step_us == pytest.approx(40.0)
+    assert timing.speedup == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(
@@ -150,30 +154,3 @@ def test_task_with_impossible_numbers_is_refused(changes: dict[str, Any], messag
 def test_task_at_the_ends_of_what_is_allowed_is_accepted() -> None:
     Task(1, trajectories=1, duration=1e-9, amplitude=(1e-9, 1e-9))
     Task(1, amplitude=(0.5, 0.5))
-
-
-def test_titles_of_the_picture_side_by_side_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[Figure] = []
-    kinds = [Motion(f"point_to_point {number}", "point_to_point") for number in (1, 2)]
-    monkeypatch.setattr(figures, "motions_of", lambda recipe: kinds)
-    monkeypatch.setattr(figures, "_png", drawn.append)
-    figures.side_by_side(validation(ONE, TWO), 0)
-    (figure,) = drawn
-    figure.draw_without_rendering()
-    for axes in figure.axes[:2]:
-        title = axes.title.get_window_extent()
-        assert "point_to_point" in axes.get_title()
-        assert figure.bbox.x0 <= title.x0 < title.x1 <= figure.bbox.x1
-
-
-def test_legend_of_the_picture_names_lines_that_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The span of the first estimate may reach before all that is shown."""
-    drawn: list[Figure] = []
-    monkeypatch.setattr(figures, "_png", drawn.append)
-    unknown = replace(TWO, true_error=np.full(TWO.true_error.shape, NAN))
-    for one in (ONE, unknown):
-        figures.side_by_side(validation(one), 0)
-    named = [
-        {text.get_text() for text in figure.axes[-1].get_legend().get_texts()} for figure in drawn
-    ]
-    assert named == [{"|error|", "RMSE, true", "RMSE, estimated"}, {"|error|"}]

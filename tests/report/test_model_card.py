@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,20 +11,22 @@ from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.error_figures import ValidationFigures
 from tests.recipes import tiny_recipe
 from tests.validation.measured import FINER, PLAIN, figures_of
 
 
 def test_report_and_card_show_the_error_of_the_model(finer: Validation) -> None:
-    percent = f"{100 * finer.figures()['outputs'][0]['model_relative_rmse']:.3g} %"
+    error = finer.figures().outputs[0].model_relative_rmse
+    assert error is not None
+    percent = f"{100 * error:.3g} %"
     section = validation_sections({"in range": finer, "beyond": finer})[0]
     assert "finer model" in section.text
-    assert [row[-1] for row in section.rows] == [
-        "relative RMSE of the data's model",
-        *[percent] * 2,
-    ]
-    assert len({len(row) for row in section.rows}) == 1
+    assert section.table is not None
+    assert section.table.heading[-1] == "relative RMSE of the data's model"
+    assert [row[-1] for row in section.table.rows] == [percent] * 2
     assert table_of(finer, FINER)[-1].endswith(f" | {percent} |")
     assert len({row.count("|") for row in table_of(finer, FINER)}) == 1
     plain = table_of(finer, PLAIN)
@@ -63,11 +66,15 @@ def test_card_says_why_there_is_no_error_estimate(finer: Validation) -> None:
     text = "the FMU has no error estimate, since it would say no more than a constant: on 9 | 8"
     said = "The FMU has no error estimate, since it would say no more than a constant: on 9"
     shown, plain = (
-        model_card(finer.surrogate, PLAIN, {**figures, **more}, "picture.png")
-        for more in ({"no_error_estimate": text}, {})
+        model_card(finer.surrogate, PLAIN, replace(figures, no_error_estimate=why), "picture.png")
+        for why in (text, None)
     )
     assert said in shown.split("## Measured error")[1]
     assert said not in plain
+
+
+def with_validations(found: RunFigures, **validations: ValidationFigures) -> RunFigures:
+    return replace(found, validation=validations)
 
 
 TWO_OF_A_KIND: list[dict[str, Any]] = [
@@ -85,10 +92,11 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
     assert "| held_random 1 | 1.0 | amplitude 0.1 .. 0.2" in text
     assert "| sweep | 1.0 |" in text
     assert "| held_random 3 | 2.0 | " in text
-    row = found["validation"]["in range"]["excitations"][0]
-    names = names_of(recipe.data.excitation)
-    rows = [{**row, "name": names[i], "relative_rmse": [(i + 1) / 100]} for i in range(3)]
-    found["validation"]["in range"]["excitations"] = rows
+    row, names = found.in_range.excitations[0], names_of(recipe.data.excitation)
+    rows = [replace(row, name=names[i], relative_rmse=((i + 1) / 100,)) for i in range(3)]
+    found = with_validations(
+        found, **{"in range": replace(found.in_range, excitations=tuple(rows))}
+    )
     text = model_card(finer.surrogate, recipe, found, "picture.png")
     assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
 
@@ -111,10 +119,9 @@ def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     finer: Validation, error: float, factor: float, warned: int
 ) -> None:
     found = figures_of(finer)
-    main = found["validation"]["in range"]
-    output = {**main["outputs"][0], "relative_rmse": error}
-    beyond = {**main, "outputs": [output], "amplitude": [1.0, float(factor)]}
-    found["validation"]["beyond the range"] = beyond
+    output = replace(found.in_range.outputs[0], relative_rmse=error)
+    beyond = replace(found.in_range, outputs=(output,), amplitude=(1.0, float(factor)))
+    found = with_validations(found, **{"in range": found.in_range, "beyond the range": beyond})
     text = model_card(finer.surrogate, FINER, found, "picture.png")
     sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its"
     assert text.count("Do not use") == warned
@@ -124,13 +131,13 @@ def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
 def test_card_begins_with_the_range_whatever_the_order_of_the_figures(finer: Validation) -> None:
     """An FMU keeps its figures with sorted keys, where "beyond the range" is the first one."""
     found = figures_of(finer)
-    main = found["validation"]["in range"]
-    excitations = [{**row, "relative_rmse": [0.5]} for row in main["excitations"]]
-    beyond = {**main, "excitations": excitations, "amplitude": [1.0, 3.0]}
+    main = found.in_range
+    excitations = tuple(replace(row, relative_rmse=(0.5,)) for row in main.excitations)
+    beyond = replace(main, excitations=excitations, amplitude=(1.0, 3.0))
     cards = []
     for order in ({"in range": main, "beyond the range": beyond}, {"beyond the range": beyond}):
-        found["validation"] = {**order, "in range": main}
-        cards.append(model_card(finer.surrogate, FINER, found, "picture.png"))
+        figures = with_validations(found, **{**order, "in range": main})
+        cards.append(model_card(finer.surrogate, FINER, figures, "picture.png"))
     assert cards[0] == cards[1]
     rows = [line for line in cards[1].splitlines() if line.startswith(("| in r", "| beyond"))]
     assert [row.split(" | ")[0] for row in rows[:2]] == [

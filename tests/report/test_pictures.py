@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from slide_fmu.report.pictures import COLOURS, as_webp, with_palette
+from slide_fmu.report.chart_pictures import COLOURS, with_palette
 
 RARE = "#2ca02c"
 APART = 16
@@ -65,10 +65,3 @@ def test_what_is_transparent_becomes_white() -> None:
     buffer = io.BytesIO()
     Image.new("RGBA", (4, 4), (255, 0, 0, 0)).save(buffer, "PNG")
     assert (pixels(with_palette(buffer.getvalue())) == 255).all()
-
-
-def test_webp_shows_the_same_pixels_as_the_palette_and_takes_less() -> None:
-    once = with_palette(drawing())
-    assert as_webp(once) == as_webp(drawing())
-    assert np.array_equal(pixels(as_webp(once)), pixels(once))
-    assert len(as_webp(once)) < 0.9 * len(once)

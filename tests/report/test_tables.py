@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import pytest
+from rich.console import Console
 
-from slide_fmu.cli.findings import show_search
+from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.fitting.history import Curve, CurvePoint, TriedSize
+from slide_fmu.report.console import print_curve, print_sizes
+from slide_fmu.report.html_report import Report
 from slide_fmu.report.learning_sections import curve_section, sizes_section
-from slide_fmu.report.report import Report
-from slide_fmu.report.tables import curve_rows, size_rows
+from slide_fmu.report.learning_tables import curve_table, size_table
+from slide_fmu.report.table import Table, markdown
 
-SIZES = [asdict(TriedSize(4, 0, 26, 0.0912, 0.08)), asdict(TriedSize(4, 16, 290, None, None))]
+SIZES = (TriedSize(4, 0, 26, 0.0912, 0.08), TriedSize(4, 16, 290, None, None))
 CURVE = Curve(
     (CurvePoint(8, 0.25, 0.125, 3.2), CurvePoint(16, 0.0625, 0.05, 6.0)), "it was enough"
 )
@@ -20,22 +21,22 @@ REMARK = "much could still be learnt"
 
 
 def test_sizes_stand_with_their_errors() -> None:
-    assert size_rows(SIZES)[1:] == [
+    assert size_table(SIZES).rows == (
         ("4", "0", "26", "0.0912", "0.08"),
         ("4", "16", "290", "", ""),
-    ]
+    )
 
 
 def test_curve_stands_with_its_numbers_and_times() -> None:
-    assert curve_rows(CURVE.figures())[1:] == [
+    assert curve_table(CURVE).rows == (
         ("8", "0.25", "0.125", "3"),
         ("16", "0.0625", "0.05", "6"),
-    ]
-    assert Curve.of_figures(CURVE.figures()) == CURVE
+    )
+    assert read_figures(Curve, plain(CURVE)) == CURVE
 
 
 def test_report_shows_sizes_curve_and_remark() -> None:
-    sections = [sizes_section(SIZES, REMARK), curve_section(CURVE.figures())]
+    sections = [sizes_section(SIZES, REMARK), curve_section(CURVE)]
     page = Report("title", "summary", {}, sections).html()
     for text in (
         "0.0912",
@@ -49,9 +50,26 @@ def test_report_shows_sizes_curve_and_remark() -> None:
     assert "Remark" not in Report("title", "", {}, [sizes_section(SIZES, None)]).html()
 
 
-def test_console_shows_sizes_curve_and_remark(capsys: pytest.CaptureFixture[str]) -> None:
-    figures = {"sizes_tried": SIZES, "remark": REMARK, "learning_curve": CURVE.figures()}
-    show_search(figures)
-    told = capsys.readouterr().err
-    for text in ("0.0912", "0.0625", "it ended: it was enough", f"remark: {REMARK}"):
-        assert text in told
+def test_console_shows_sizes_and_curve(capsys: pytest.CaptureFixture[str]) -> None:
+    console = Console(width=200)
+    print_curve(CURVE, console)
+    print_sizes(SIZES, console)
+    shown = capsys.readouterr().out
+    for text in ("0.0912", "0.0625", "it ended: it was enough"):
+        assert text in shown
+
+
+def test_table_is_the_same_without_columns_in_which_nothing_stands() -> None:
+    table = Table.of(("name", "size", "", "error"), [("a", "", "x", "1"), ("b", "", "", "2")])
+    assert table.without_empty_columns().heading == ("name", "", "error")
+    assert table.columns("error", "none", "name").rows == (("1", "a"), ("2", "b"))
+
+
+def test_markdown_of_a_table_has_a_line_below_its_heading() -> None:
+    table = Table.of(("name", ""), [("a", "1"), ("b", "")])
+    assert markdown(table).splitlines() == [
+        "| name | |",
+        "| --- | --- |",
+        "| a | 1 |",
+        "| b |  |",
+    ]

@@ -14,12 +14,14 @@ from slide_fmu.report.model_card import model_card
 from slide_fmu.report.validity import (
     RULE,
     Judgement,
-    judgement_rows,
     judgement_sentences,
+    judgement_table,
     judgements,
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.error_figures import ValidationFigures
+from tests.figures import filled
 from tests.own_records import RECIPE as RECORDS
 from tests.recipes import tiny_state_space_recipe
 from tests.validation.handmade import KINDS, surrogate_of
@@ -58,7 +60,8 @@ def of_kind(name: str, harm: dict[str, Any] | None = None, **more: Any) -> dict[
 
 
 def judged(**validations: dict[str, Any]) -> list[Judgement]:
-    return judgements(surrogate(), recipe(), validations)
+    known = {name: filled(ValidationFigures, **v) for name, v in validations.items()}
+    return judgements(surrogate(), recipe(), known)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +145,7 @@ def test_records_are_named_by_their_files() -> None:
 
 def test_card_and_report_say_where_the_surrogate_is_valid(finer: Validation) -> None:
     measured = figures_of(finer)
-    found = judgements(finer.surrogate, FINER, measured["validation"])
+    found = judgements(finer.surrogate, FINER, measured.validation)
     sentences = judgement_sentences(found)
     assert len(sentences) == len(FINER.data.excitation)
     assert sentences[0].startswith("Trained on: force takes random values of up to ")
@@ -152,5 +155,5 @@ def test_card_and_report_say_where_the_surrogate_is_valid(finer: Validation) -> 
     (section,) = [
         s for s in validation_sections({"in range": finer}) if s.title == "Where it is valid"
     ]
-    assert list(section.rows) == judgement_rows(found)
+    assert section.table == judgement_table(found)
     assert section.text == ""

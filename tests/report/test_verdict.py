@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from slide_fmu.report.verdict import Subject, verdict
+from tests.figures import run_figures
 
 SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 0.02)
 
@@ -28,7 +29,7 @@ PLAIN = {
 
 def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     measured = {"validation": {"in range": in_range()}, "plain_call": PLAIN}
-    lines = verdict(measured, SUBJECT)
+    lines = verdict(run_figures(**measured), SUBJECT)
     assert lines[0] == (
         "Relative RMSE of the plain call, fmpy.simulate_fmu with output_interval = 0.02: up to "
         "1.4 % under smooth inputs, up to 3 % under inputs as in the training."
@@ -37,7 +38,7 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
         "With inputs known to the step's end: up to 0.4 %. An input that jumps acts like a ramp "
         "over one step, half of one late or early."
     )
-    planned = verdict(measured, replace(SUBJECT, planned=True))
+    planned = verdict(run_figures(**measured), replace(SUBJECT, planned=True))
     assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
     assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
     assert "15 s" in lines[-1]
@@ -51,7 +52,7 @@ def test_verdict_names_the_error_of_the_worst_smooth_motion() -> None:
         "validation": {"in range": in_range()},
         "plain_call": {**PLAIN, "outputs": outputs},
     }
-    first = verdict(measured, SUBJECT)[0]
+    first = verdict(run_figures(**measured), SUBJECT)[0]
     assert "up to 1.4 % under smooth inputs (3 % in the worst motion), up to 3 % under" in first
 
 
@@ -59,14 +60,14 @@ def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
     held = {"rough": 0.01, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
-    assert "late by 0.0625 s: 18 %" in verdict(measured, SUBJECT)[1]
+    assert "late by 0.0625 s: 18 %" in verdict(run_figures(**measured), SUBJECT)[1]
 
 
 def test_own_error_that_counts_is_not_told_as_lateness() -> None:
     held = {"rough": 0.1, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
-    assert verdict(measured, SUBJECT)[1] == (
+    assert verdict(run_figures(**measured), SUBJECT)[1] == (
         "Inputs are held over each step. A smooth input is late by 0.0625 s; the FMU errs by 18 % "
         "under it, its own error included."
     )
@@ -81,7 +82,7 @@ def test_bound_says_what_it_covers_where_users_drive() -> None:
         "box": {"corners": {"outputs": [{"relative_rmse": 0.01, "covered": 0.75},
                                         {"relative_rmse": 0.01, "covered": 1.0}]}},
     }  # fmt: skip
-    line = next(line for line in verdict(measured, SUBJECT) if "bound" in line)
+    line = next(line for line in verdict(run_figures(**measured), SUBJECT) if "bound" in line)
     assert line == (
         "Its error bound of 95 % covers 95 % of the samples, 84 % under smooth inputs, 75 % to "
         "100 % at the corners, and is 0.5 times as wide as the best constant one."
@@ -92,7 +93,7 @@ def test_bound_that_says_less_than_a_constant_is_told() -> None:
     outputs = [{"name": "speed", "coverage": 0.95, "width": 0.7, "skill": 0.2},
                {"name": "current", "coverage": 0.95, "width": 1.4, "skill": -0.13}]  # fmt: skip
     bound = {"confidence": 0.95, "outputs": outputs}
-    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
     line = next(line for line in lines if "bound" in line)
     assert line.endswith("best constant one; of current the constant one says more.")
 
@@ -103,14 +104,14 @@ def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
              for name, (h, u) in harms.items()]  # fmt: skip
     bound = {"confidence": 0.95, "excitations": kinds,
              "outputs": [{"name": "y", "coverage": 0.95, "width": 0.7}]}  # fmt: skip
-    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
     valid = next(line for line in lines if line.startswith("Valid"))
     assert "Not for held_random, steps: more of their errors than usual are large." in valid
 
 
 def test_error_of_records_is_that_of_both_calls() -> None:
     outputs = [{"relative_rmse": 0.00544, "plain_relative_rmse": 0.00792}]
-    lines = verdict({"validation": {"in range": in_range(outputs=outputs)}}, SUBJECT)
+    lines = verdict(run_figures(validation={"in range": in_range(outputs=outputs)}), SUBJECT)
     assert lines[0] == (
         "Relative RMSE on inputs that no training saw: 0.792 % in the plain call, "
         "fmpy.simulate_fmu, and 0.544 % with inputs known to the step's end (slide_fmu.simulate)."
@@ -131,7 +132,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
         },
         "box": {"corners": {"points": 4, "outputs": outputs}},
     }
-    lines = verdict(measured, SUBJECT)
+    lines = verdict(run_figures(**measured), SUBJECT)
     text = " ".join(lines)
     assert len(lines) <= 7
     assert lines[0].startswith("Relative RMSE: up to 0.4 %")
@@ -149,10 +150,10 @@ def test_bound_that_covers_less_in_the_plain_call_says_so() -> None:
         "outputs": [{"coverage": 0.96, "width": 0.6}],
         "plain": {"coverage": [0.65]},
     }
-    lines = verdict({"validation": {"in range": in_range(error_bound=bound)}}, SUBJECT)
+    lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
     text = "96 % of the samples where inputs are known to the step's end, 65 % in the plain call"
     assert any(text in line for line in lines)
 
 
 def test_nothing_measured_gives_no_verdict() -> None:
-    assert verdict({}, SUBJECT) == ()
+    assert verdict(None, SUBJECT) == ()

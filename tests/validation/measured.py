@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 from slide_fmu.validation.validate import validate
+from tests.figures import run_figures
 from tests.progress import silent
 from tests.recipes import tiny_recipe
 
@@ -29,9 +31,9 @@ def same(one: Comparison, other: Comparison) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
 
 
-def figures_of(found: Validation) -> dict[str, Any]:
+def figures_of(found: Validation, **more: Any) -> RunFigures:
     """What a card is written from."""
     decay = {"mean": 0.1, "worst": 0.1}
     window = {"decay_time_s": decay, "measured_decay_time_s": decay}
-    figures = {"validation": {"in range": found.figures()}, "window": window}
-    return {**figures, "parameters": 41, "versions": {}}
+    known = {"validation": {"in range": found.figures()}, "window": window, "parameters": 41}
+    return run_figures(**{**known, **more})

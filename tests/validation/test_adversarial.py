@@ -13,12 +13,12 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.report.adversarial_section import adversarial_section
+from slide_fmu.report.trust_sections import search_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
-from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, attack_figures, search
+from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, search, search_figures
 from slide_fmu.validation.attacked import Target
 from tests.bounds import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
@@ -154,16 +154,18 @@ def test_errors_outside_of_the_domain_do_not_count() -> None:
 
 def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
     found = [replace(attacks[0], after=value, after_highest=1.0) for value in (1.5, 2.5, 3.0)]
-    figures = attack_figures(found, 0.99)
-    assert (figures["starts"], figures["changes_tried"]) == (3, CHILDREN)
-    assert (figures["broken"], figures["broken_at_highest"]) == (2, 0)
+    figures = search_figures(found, 0.99)
+    assert (figures.starts, figures.changes_tried) == (3, CHILDREN)
+    assert (figures.broken, figures.broken_at_highest) == (2, 0)
 
 
 def test_section_shows_the_worst(attacks: list[Attack]) -> None:
-    section = adversarial_section(attacks, surrogate_of(RECIPE, 1e9))
+    section = search_section(search_figures(attacks, 0.99), attacks, surrogate_of(RECIPE, 1e9))
     worst = max(found.after for found in attacks)
-    assert f"{worst:.3g}" in section.rows[2]
-    assert section.pictures[0].startswith(b"\x89PNG")
+    assert section.table is not None
+    assert f"{worst:.3g}" in section.table.rows[1]
+    (chart,) = section.charts
+    assert f"{worst:.3g} times its bound" in chart.title
 
 
 def test_search_without_a_bound_is_refused() -> None:

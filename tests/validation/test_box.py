@@ -12,8 +12,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.report.importer_sections import box_rows, with_box
-from slide_fmu.report.report import Report, Section
+from slide_fmu.report.importer_sections import box_sections
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
@@ -58,13 +57,13 @@ def test_error_at_corners_is_that_of_the_rest_under_constant_inputs(
         errors.append(float((answer - rest.outputs[-1])[0]))
     reference = validation.comparisons[0].reference
     size = np.sqrt(np.mean((reference - reference.mean()) ** 2))
-    output = figures["corners"]["outputs"][0]
-    assert figures["corners"]["points"] == 2
-    assert output["largest_error"] == pytest.approx(np.max(np.abs(errors)), rel=1e-3)
+    output = figures.corners.outputs[0]
+    assert figures.corners.points == 2
+    assert output.largest_error == pytest.approx(np.max(np.abs(errors)), rel=1e-3)
     expected = np.sqrt(np.mean(np.square(errors))) / size
-    assert output["relative_rmse"] == pytest.approx(expected, rel=1e-3)
-    assert figures["steady"]["points"] == 8
-    assert figures["steady"]["outputs"][0]["relative_rmse"] < output["relative_rmse"]
+    assert output.relative_rmse == pytest.approx(expected, rel=1e-3)
+    assert figures.steady.points == 8
+    assert figures.steady.outputs[0].relative_rmse < output.relative_rmse
 
 
 def test_report_has_a_row_for_corners_and_one_for_points_inside(
@@ -72,14 +71,12 @@ def test_report_has_a_row_for_corners_and_one_for_points_inside(
 ) -> None:
     figures = box_figures(*found, silent)
     assert figures is not None
-    report = with_box(Report("", "", {}, [Section("first", ""), Section("last", "")]), figures)
-    assert [section.title for section in report.sections] == ["first", "Constant inputs", "last"]
-    rows = box_rows(figures)
-    assert [row[0] for row in rows[1:]] == [
+    (section,) = box_sections(figures)
+    assert section.table is not None
+    assert [row[0] for row in section.table.rows] == [
         "constant, at the corners of the inputs (2 points)",
         "constant, inside of their ranges (8 points)",
     ]
-    assert report.data["box"] == figures
 
 
 def test_planned_motions_and_drives_have_no_such_figures(found: tuple[Path, Validation]) -> None:

@@ -77,8 +77,8 @@ def slow_recipe(folder: Path, kinds: list[dict[str, Any]]) -> Recipe:
 
 def test_model_under_inputs_that_bend_is_timed_by_whole_steps(tmp_path: Path) -> None:
     """It goes by four parts of a step, which are no steps that its user would wait for."""
-    timing = measured(tmp_path, [SINE], 2).figures()["timing"]
-    assert 1e6 * WALL <= timing["reference_step_us"] < 2e6 * WALL
+    timing = measured(tmp_path, [SINE], 2).figures().timing
+    assert 1e6 * WALL <= timing.reference_step_us < 2e6 * WALL
 
 
 def test_straight_inputs_beside_those_that_bend_tell_the_time(
@@ -98,4 +98,4 @@ def test_straight_inputs_beside_those_that_bend_tell_the_time(
     assert drawn == [0, 1, 2, 3, 4, 5]
     for comparison in found.comparisons:
         assert len(comparison.step_seconds[1]) == (0 if comparison.kind == 0 else 40)
-    assert 1e6 * WALL <= found.figures()["timing"]["reference_step_us"] < 2e6 * WALL
+    assert 1e6 * WALL <= found.figures().timing.reference_step_us < 2e6 * WALL

@@ -97,19 +97,20 @@ def test_errors_are_those_of_the_system_with_these_values(found: Validation) -> 
     for comparison in (*found.comparisons, *found.corners):
         single = comparison.error.std() / comparison.reference.std()
         assert single < SMALL
-    (output,) = found.figures()["outputs"]
-    assert output["relative_rmse"] < SMALL
+    (output,) = found.figures().outputs
+    assert output.relative_rmse < SMALL
 
 
 def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None:
-    figures = found.figures()["parameters"]
-    assert figures["names"] == ["mass"]
-    assert [row["mass"] for row in figures["corners"]] == [1.0, 2.0]
-    assert len(figures["unseen"]) == 4
-    assert all(0 < row["relative_rmse"][0] < SMALL for row in figures["unseen"])
+    figures = found.figures().parameters
+    assert figures.names == ("mass",)
+    assert [point.values["mass"] for point in figures.corners] == [1.0, 2.0]
+    assert len(figures.unseen) == 4
+    assert all(0 < row.relative_rmse[0] < SMALL for row in figures.unseen)
     (section,) = [s for s in validation_sections({"in range": found}) if "Physical" in s.title]
-    assert section.rows[0] == ("values", "mass", "relative RMSE")
-    assert [row[0] for row in section.rows[1:]] == ["corner"] * 2 + ["measured, worst"] * 4
+    assert section.table is not None
+    assert section.table.heading == ("values", "mass", "relative RMSE")
+    assert [row[0] for row in section.table.rows] == ["corner"] * 2 + ["measured, worst"] * 4
 
 
 def test_card_tells_the_errors_by_values_and_what_the_estimator_does_not_see(

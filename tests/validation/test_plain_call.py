@@ -6,7 +6,6 @@ import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -27,13 +26,14 @@ from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.systems import reference_at_finer_step, reference_system
-from slide_fmu.report.importer_sections import with_plain_call
+from slide_fmu.report.importer_sections import plain_call_sections
 from slide_fmu.report.model_card import model_card
-from slide_fmu.report.report import Report
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.error_figures import PlainCallFigures
 from slide_fmu.validation.plain_call import (
     TRAJECTORIES,
     band_of,
@@ -60,7 +60,7 @@ def f(x, u, p):
 def g(x, u, p):
     return [x[0]]
 """
-Case = tuple[Path, Validation, dict[str, Any]]
+Case = tuple[Path, Validation, PlainCallFigures]
 
 
 def lag_recipe(folder: Path, hold: Hold) -> Recipe:
@@ -158,51 +158,53 @@ def test_printed_figure_of_smooth_inputs_is_what_a_user_gets(case: Case) -> None
         got = user_call(fmu, surrogate, fine[::32], drive[::32])
         errors.append((got - level)[WINDOW:])
         truths.append(level[WINDOW:])
-    (output,) = found["outputs"]
-    key = "smooth_if_held" if found["hold"] == "zero_order" else "smooth"
-    assert float(relative(errors, truths)[0]) == pytest.approx(output[key], rel=0.2)
+    (output,) = found.outputs
+    key = "smooth_if_held" if found.hold == "zero_order" else "smooth"
+    assert float(relative(errors, truths)[0]) == pytest.approx(getattr(output, key), rel=0.2)
 
 
 def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
     _, _, found = case
-    (output,) = found["outputs"]
-    if found["hold"] == "zero_order":
-        assert found["late_s"] == STEP / 2
-        assert output["smooth"] is output["known_to_step_end"] is None
-        assert output["rough"] < 1e-5  # the surrogate is exact for inputs that are held
-        assert 0.02 < output["smooth_if_held"] < 0.2
-        late = f"{100 * output['smooth_if_held']:.3g} %"
-        assert found["sentence"] == f"a smooth input is late by 0.03125 s: {late} at 0.032 to 1 Hz"
+    (output,) = found.outputs
+    if found.hold == "zero_order":
+        assert found.late_s == STEP / 2
+        assert output.smooth is output.known_to_step_end is None
+        assert output.rough < 1e-5  # the surrogate is exact for inputs that are held
+        assert 0.02 < output.smooth_if_held < 0.2
+        late = f"{100 * output.smooth_if_held:.3g} %"
+        assert found.sentence == f"a smooth input is late by 0.03125 s: {late} at 0.032 to 1 Hz"
     else:
-        assert found["late_s"] is output["smooth_if_held"] is None
-        assert output["known_to_step_end"] < 1e-5 < output["smooth"] < 0.02
-        assert output["smooth"] < output["smooth_worst"] < 0.05
-        assert output["rough"] > output["smooth"]
+        assert found.late_s is output.smooth_if_held is None
+        assert output.known_to_step_end < 1e-5 < output.smooth < 0.02
+        assert output.smooth < output.smooth_worst < 0.05
+        assert output.rough > output.smooth
 
 
 def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None:
     """The exact surrogate errs by the same in its FMU's plain call."""
     _, validation, found = case
     cost = cost_of_holding(validation.recipe)
-    if found["hold"] == "first_order":
+    if found.hold == "first_order":
         assert cost is None
         return
     assert cost is not None
     told = re.search(r"late by 0.03125 s: ([\d.]+) %", cost)
     assert told is not None
-    assert float(told[1]) == pytest.approx(100 * found["outputs"][0]["smooth_if_held"], rel=0.3)
+    assert float(told[1]) == pytest.approx(100 * found.outputs[0].smooth_if_held, rel=0.3)
 
 
 def test_figures_come_first_in_report_and_card(case: Case) -> None:
     _, validation, found = case
-    report = with_plain_call(Report("t", "s", {"a": 1}, []), found)
-    assert report.data == {"a": 1, "plain_call": found}
-    assert report.sections[0].title == "Plain call"
-    figures = {**figures_of(validation), "plain_call": found}
+    (section,) = plain_call_sections(found)
+    assert section.title == "Plain call"
+    figures = figures_of(validation, plain_call=found)
     card = model_card(validation.surrogate, validation.recipe, figures, "picture.png")
     error = card.split("## Measured error")[1]
-    key = "smooth_if_held" if found["late_s"] else "smooth"
-    assert f"{100 * found['outputs'][0][key]:.3g} %" in error.split("Beside the reference FMU")[0]
+    key = "smooth_if_held" if found.late_s else "smooth"
+    assert (
+        f"{100 * getattr(found.outputs[0], key):.3g} %"
+        in error.split("Beside the reference FMU")[0]
+    )
     without = figures_of(validation)
     assert "simulate_fmu(fmu, input=table)" not in model_card(
         validation.surrogate, validation.recipe, without, "picture.png"
@@ -231,10 +233,10 @@ def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
     monkeypatch.setattr("slide_fmu.recipe.systems.load_system", lambda _: coarse)
     found = plain_call_figures(fmu, validation)
     assert found is not None
-    assert found["sentence"].startswith("smooth inputs were not measured: system")
-    (output,) = found["outputs"]
-    assert output["smooth"] is output["smooth_if_held"] is found["smooth_hz"] is None
-    assert output["rough"] == measured["outputs"][0]["rough"]
+    assert found.sentence.startswith("smooth inputs were not measured: system")
+    (output,) = found.outputs
+    assert output.smooth is output.smooth_if_held is found.smooth_hz is None
+    assert output.rough == measured.outputs[0].rough
 
 
 def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training(
@@ -245,9 +247,9 @@ def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training
     monkeypatch.setattr(Surrogate, "planned", True)
     found = plain_call_figures(fmu, validation)
     assert found is not None
-    assert found["smooth_hz"] is None
-    rough = f"{100 * found['outputs'][0]['rough']:.3g} %"
-    assert found["sentence"].startswith(f"the plain call errs by up to {rough}")
+    assert found.smooth_hz is None
+    rough = f"{100 * found.outputs[0].rough:.3g} %"
+    assert found.sentence.startswith(f"the plain call errs by up to {rough}")
 
 
 def test_model_that_names_its_step_runs_as_its_importer_would(
@@ -271,12 +273,12 @@ def test_model_that_holds_its_inputs_over_the_step_makes_nothing_late(
     assert cost_of_holding(validation.recipe) is None
     found = plain_call_figures(fmu, validation)
     assert found is not None
-    (output,) = found["outputs"]
-    assert found["late_s"] is output["smooth_if_held"] is None
-    assert found["sentence"].startswith("the plain call errs by up to")
-    if before["hold"] == "zero_order":
-        assert output["known_to_step_end"] is None
-        assert output["smooth"] < 1e-5  # the surrogate is exact for inputs that are held
+    (output,) = found.outputs
+    assert found.late_s is output.smooth_if_held is None
+    assert found.sentence.startswith("the plain call errs by up to")
+    if before.hold == "zero_order":
+        assert output.known_to_step_end is None
+        assert output.smooth < 1e-5  # the surrogate is exact for inputs that are held
 
 
 @pytest.mark.extended
@@ -286,20 +288,20 @@ def test_released_fmus_err_by_what_is_printed(name: str) -> None:
     fmu = Path(__file__).parents[2] / "fmus" / name / f"{name}.fmu"
     surrogate, provenance = read_fmu(fmu)
     recipe = recipe_of_provenance(provenance, str(fmu))
-    assert provenance is not None
-    printed = provenance["measured"].get("plain_call")
-    if printed is None:
-        pytest.skip("this FMU was measured before its plain call was")
-    assert IN_RANGE in provenance["measured"]["validation"]
+    measured = released_figures(provenance)
+    assert measured is not None
+    printed = measured.plain_call
+    assert printed is not None
+    assert IN_RANGE in measured.validation
     validation = validate(fmu, surrogate, recipe, Task(77, trajectories=6), silent)
     errors, truths = [], []
     for c in validation.comparisons:
         errors.append((c.surrogate if c.plain is None else c.plain) - c.reference)
         truths.append(c.reference)
-    rough = [output["rough"] for output in printed["outputs"]]
+    rough = [output.rough for output in printed.outputs]
     assert relative(errors, truths) == pytest.approx(rough, rel=0.2)
-    if printed["smooth_hz"]:
-        smooth = [output["smooth_if_held"] for output in printed["outputs"]]
+    if printed.smooth_hz:
+        smooth = [output.smooth_if_held for output in printed.outputs]
         assert under_smooth_forces(fmu, surrogate, recipe) == pytest.approx(smooth, rel=0.2)
 
 

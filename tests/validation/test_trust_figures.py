@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.core.figures import plain
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.html_report import Section
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
-from slide_fmu.report.trust_tables import bound_rows, estimate_rows, harm_rows, kind_rows
+from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_table, kind_table
 from slide_fmu.surrogate.input_forecast import InputForecast
-from slide_fmu.validation.comparison import Said
+from slide_fmu.validation.comparison import Said, Validation
+from slide_fmu.validation.error_figures import Covered, SearchFigures
 from tests.validation.handmade import bounded, comparison, told, validation
 
 STILL = [0.5, 0.5, 0.5, 0.5]
@@ -31,29 +34,29 @@ THIRD = replace(SECOND, told=told([[9.0, 9.0]] * 4, STILL))
 
 
 def test_bound_is_measured_for_each_output_over_all_trajectories() -> None:
-    found = bounded(FIRST, SECOND).figures()["error_bound"]
-    first, second = found["outputs"]
-    assert found["confidence"] == 0.95
-    assert (first["name"], second["name"]) == ("y0", "y1")
-    assert (first["coverage"], second["coverage"]) == (7 / 8, 6 / 8)
-    assert first["coverage_of_worst_trajectories"] == 3 / 4
-    assert second["coverage_of_worst_trajectories"] == 2 / 4
-    assert (found["flagged"], found["trajectories_flagged"]) == (2 / 8, 1 / 2)
-    json.dumps(found, allow_nan=False)
+    found = bounded(FIRST, SECOND).figures().error_bound
+    first, second = found.outputs
+    assert found.confidence == 0.95
+    assert (first.name, second.name) == ("y0", "y1")
+    assert (first.coverage, second.coverage) == (7 / 8, 6 / 8)
+    assert first.coverage_of_worst_trajectories == 3 / 4
+    assert second.coverage_of_worst_trajectories == 2 / 4
+    assert (found.flagged, found.trajectories_flagged) == (2 / 8, 1 / 2)
+    json.dumps(plain(found), allow_nan=False)
 
 
 def test_kinds_of_excitation_are_covered_apart() -> None:
-    held, sweep = bounded(FIRST, SECOND, THIRD).figures()["error_bound"]["excitations"]
-    assert (held["name"], held["trajectories"]) == ("held_random", 1)
-    assert held["coverage"] == held["lowest_coverage"] == [3 / 4, 1]
-    assert (sweep["name"], sweep["trajectories"]) == ("sweep", 2)
-    assert sweep["coverage"] == [1, 3 / 4]
-    assert sweep["lowest_coverage"] == [1, 1 / 2]
-    assert (sweep["flagged"], sweep["trajectories_flagged"]) == (2 / 8, 1 / 2)
+    held, sweep = bounded(FIRST, SECOND, THIRD).figures().error_bound.excitations
+    assert (held.name, held.trajectories) == ("held_random", 1)
+    assert held.coverage == held.lowest_coverage == (3 / 4, 1)
+    assert (sweep.name, sweep.trajectories) == ("sweep", 2)
+    assert sweep.coverage == (1, 3 / 4)
+    assert sweep.lowest_coverage == (1, 1 / 2)
+    assert (sweep.flagged, sweep.trajectories_flagged) == (2 / 8, 1 / 2)
 
 
 def test_surrogate_without_a_bound_has_no_figures_of_one() -> None:
-    assert "error_bound" not in validation(FIRST).figures()
+    assert validation(FIRST).figures().error_bound is None
 
 
 def test_estimates_are_compared_without_floor_where_their_span_is_whole() -> None:
@@ -63,24 +66,25 @@ def test_estimates_are_compared_without_floor_where_their_span_is_whole() -> Non
         estimate=np.array([[9.0, 9.0], [1.5, 2.0], [2.0, 2.0]]),
         true_error=np.array([[nan, nan], [1.0, 2.0], [2.0, 1.0]]),
     )
-    first, second = validation(some).figures()["error_estimate"]["without_floor"]
-    assert first["name"] == "y0"
-    assert first["mean"] == pytest.approx(0.25)
-    assert first["constant_mean"] == pytest.approx(0.25)
-    assert first["rank_correlation"] == pytest.approx(1)
-    assert second["mean"] == pytest.approx(0.5)
-    assert second["rank_correlation"] is None
+    first, second = validation(some).figures().error_estimate.without_floor
+    assert first.name == "y0"
+    assert first.mean == pytest.approx(0.25)
+    assert first.constant_mean == pytest.approx(0.25)
+    assert first.rank_correlation == pytest.approx(1)
+    assert second.mean == pytest.approx(0.5)
+    assert second.rank_correlation is None
 
 
 def test_output_without_any_error_has_no_deviation_without_floor() -> None:
     some = comparison([[0.0, 0.0]] * 2, true_error=np.array([[0.0, 1.0], [0.0, 2.0]]))
-    (only,) = validation(some).figures()["error_estimate"]["without_floor"]
-    assert only["name"] == "y1"
+    (only,) = validation(some).figures().error_estimate.without_floor
+    assert only.name == "y1"
 
 
 def test_rows_of_estimates_have_the_constant_next_to_them() -> None:
     figures = validation(FIRST, SECOND).figures()
-    heading, first, second, norm = estimate_rows({"in range": figures})
+    table = estimate_table({"in range": figures})
+    heading, (first, second, norm) = table.heading, table.rows
     assert len(heading) == len(first)
     assert heading[4:6] == ("the best constant: mean", "95 % within")
     assert [row[:2] for row in (first, second, norm)] == [
@@ -92,11 +96,12 @@ def test_rows_of_estimates_have_the_constant_next_to_them() -> None:
 
 def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
     figures = {"in range": bounded(FIRST, SECOND, THIRD).figures()}
-    heading, first, second = bound_rows(figures)
+    table = bound_table(figures)
+    heading, (first, second) = table.heading, table.rows
     assert len(heading) == len(first) == len(second)
     assert first[:4] == ("in range", "y0", "91.7 %", "75 %")
     assert first[-2:] == ("16.7 %", "33.3 %")
-    heading, held, sweep = kind_rows(figures)
+    held, sweep = kind_table(figures).rows
     assert held == ("in range", "held_random", "1", "75 %", "75 %", "0 %")
     assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %")
 
@@ -104,13 +109,14 @@ def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
 def test_harm_stands_by_kind_in_tables_where_usual_errors_are_known() -> None:
     known = replace(bounded(FIRST, SECOND, THIRD), usual=np.array([1.0, 0.2]))
     figures = {"in range": known.figures()}
-    heading, everything, held, sweep = harm_rows(figures)
+    table = harm_table(figures)
+    heading, (everything, held, sweep) = table.heading, table.rows
     assert len(heading) == len(everything)
     # 4.0 of the first; 0.9 twice in each of the others
     assert everything[:4] == ("in range", "all", "41.7 %", "40 %")
     assert held[1:] == ("held_random", "25 %", "0 %", "0 %", "0 %")
     assert sweep[1:] == ("sweep", "50 %", "50 %", "0 %", "0 %")
-    assert harm_rows({"in range": bounded(FIRST, SECOND).figures()}) == [heading]
+    assert harm_table({"in range": bounded(FIRST, SECOND).figures()}).rows == ()
 
 
 def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -> None:
@@ -137,37 +143,41 @@ def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
 
 
 def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
-    figures = {
-        "starts": 3,
-        "confidences": [0.95, 0.99],
-        "before": [0.5, 2.5, 1.9],
-        "after": [2.1, 7.0, 1.95],
-        "after_highest": [1.1, 4.0, 0.9],
-        "broken": 2,
-        "broken_at_highest": 1,
-    }
+    figures = SearchFigures(
+        starts=3,
+        changes_tried=100,
+        confidences=(0.95, 0.99),
+        before=(0.5, 2.5, 1.9),
+        after=(2.1, 7.0, 1.95),
+        after_highest=(1.1, 4.0, 0.9),
+        broken=2,
+        broken_at_highest=1,
+    )
     sentence = search_sentence(figures)
     assert "of 7 times its bound of 95 % (before the search: 2.5)" in sentence
     assert "from 2 of 3 starts (before the search: 1), of 99 % from 1." in sentence
 
 
-def test_report_has_two_sections_on_the_bound_with_charts_and_a_picture() -> None:
+def sections_of(**validations: Validation) -> list[Section]:
+    """Return the sections on the bound of validations."""
+    return bound_sections(validations, {name: v.figures() for name, v in validations.items()})
+
+
+def test_report_has_two_sections_on_the_bound_with_charts() -> None:
     found = bounded(FIRST, SECOND)
-    sections = bound_sections({"in range": found, "beyond": found})
-    assert [len(section.charts) for section in sections] == [4, 0]
-    assert [len(section.pictures) for section in sections] == [0, 1]
-    assert all(p.startswith(b"\x89PNG") for s in sections for p in s.pictures)
-    assert [len(section.rows) for section in sections] == [5, 5]
+    sections = sections_of(in_range=found, beyond=found)
+    assert [len(section.charts) for section in sections] == [4, 2]
+    assert [len(s.table.rows) for s in sections if s.table is not None] == [4, 4]
     assert "calibrated by 150 trajectories" in sections[0].text
 
 
 def test_samples_before_the_bound_counts_are_left_out() -> None:
     late = replace(SECOND, first_told=2)
-    whole, part = (bounded(one).figures()["error_bound"] for one in (SECOND, late))
+    whole, part = (bounded(one).figures().error_bound for one in (SECOND, late))
     cut = late.where_told()
     assert cut is not None
     assert len(cut.time) == len(SECOND.time) - 2
-    assert bounded(cut).figures()["error_bound"] == part != whole
+    assert bounded(cut).figures().error_bound == part != whole
     assert replace(SECOND, first_told=99).where_told() is None
 
 
@@ -182,18 +192,18 @@ def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:
 
 
 def test_card_says_which_errors_bounds_do_not_hold() -> None:
-    plain = bounded(FIRST).recipe
-    system = plain.system.model_copy(update={"reference": {"substeps": 9}})
-    finer = plain.model_copy(update={"system": system})
-    window = plain.window.model_copy(update={"planned": True})
-    planned = plain.model_copy(update={"window": window})
+    own = bounded(FIRST).recipe
+    system = own.system.model_copy(update={"reference": {"substeps": 9}})
+    finer = own.model_copy(update={"system": system})
+    window = own.window.model_copy(update={"planned": True})
+    planned = own.model_copy(update={"window": window})
     known, model = "known to the end of each step", "errs beside the finer reference"
     forecast = "the error of forecasting them to its end is in them"
     assert model in " ".join(bound_sentences(finer, False, None))
-    assert forecast in " ".join(bound_sentences(plain, True, None))
+    assert forecast in " ".join(bound_sentences(own, True, None))
     assert known in " ".join(bound_sentences(planned, True, None))
     for text in (model, forecast, known):
-        assert text not in " ".join(bound_sentences(plain, False, None))
+        assert text not in " ".join(bound_sentences(own, False, None))
 
 
 def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
@@ -204,29 +214,29 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     said = Said(outputs, np.full((2, 2), 1.0), np.array([[3.0, 1.0]] * 2), inside)
     found = bounded(replace(known, plain=outputs, plainly=said))
     figures = found.figures()
-    bound = figures["error_bound"]
-    assert [output["coverage"] for output in bound["outputs"]] == [0.0, 1.0]
-    assert bound["plain"] == {"coverage": [0.0, 1.0]}
-    assert bound["known_to_step_end"] == {"coverage": [1.0, 1.0]}
-    estimated = validation(*found.comparisons).figures()["error_estimate"]
+    bound = figures.error_bound
+    assert [output.coverage for output in bound.outputs] == [0.0, 1.0]
+    assert bound.plain == Covered(coverage=(0.0, 1.0))
+    assert bound.known_to_step_end == Covered(coverage=(1.0, 1.0))
+    estimated = validation(*found.comparisons).figures().error_estimate
     (sentence,) = [s for s in bound_sentences(found.recipe, True, figures) if "Covered" in s]
     assert "what they are now: 0 %, 100 %; where" in sentence
-    first, second = estimated["without_floor"]
-    assert (first["too_small_share"], first["too_small_factor"]) == (1.0, 3.0)
-    assert (second["mean"], second["too_small_share"]) == (0.0, 0.0)
-    assert [output["p95_error"] for output in figures["outputs"]] == [3.0, 1.0]
-    assert figures["outputs"][0]["rmse"] == 1.0  # the accuracy is that of known inputs
+    first, second = estimated.without_floor
+    assert (first.too_small_share, first.too_small_factor) == (1.0, 3.0)
+    assert (second.mean, second.too_small_share) == (0.0, 0.0)
+    assert [output.p95_error for output in figures.outputs] == [3.0, 1.0]
+    assert figures.outputs[0].rmse == 1.0  # the accuracy is that of known inputs
     planned = InputForecast(planned=True)
     moves = replace(found.surrogate.inputs[0], hold="first_order")
     other = replace(found.surrogate, inputs=(moves,), forecast=planned)
     ahead = replace(found, surrogate=other).figures()
-    assert [output["coverage"] for output in ahead["error_bound"]["outputs"]] == [1.0, 1.0]
-    assert ahead["error_bound"]["plain"] == {"coverage": [0.0, 1.0]}
+    assert [output.coverage for output in ahead.error_bound.outputs] == [1.0, 1.0]
+    assert ahead.error_bound.plain == Covered(coverage=(0.0, 1.0))
 
 
 @pytest.mark.parametrize("more", [{"amplitude": (1.0, 3.0)}, {"held_out": True}])
 def test_report_of_other_inputs_calls_no_flag_a_false_alarm(more: dict[str, Any]) -> None:
-    text = bound_sections({"validation": bounded(FIRST, SECOND, **more)})[0].text
+    text = sections_of(validation=bounded(FIRST, SECOND, **more))[0].text
     assert "False alarms were 0.25 % of the samples of the calibration." in text
-    text = bound_sections({"validation": bounded(FIRST, SECOND)})[0].text
+    text = sections_of(validation=bounded(FIRST, SECOND))[0].text
     assert "of the samples in range, in_domain is false for 25 %" in text

@@ -37,22 +37,24 @@ def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:
     difference = np.concatenate(rough) - np.concatenate(true)
     moved = np.concatenate(true) - np.concatenate(true).mean(axis=0)
     relative = np.linalg.norm(difference) / np.linalg.norm(moved)
-    (output,) = finer.figures()["outputs"]
+    (output,) = finer.figures().outputs
     assert 1e-6 < relative < 0.5
-    assert output["model_relative_rmse"] == pytest.approx(relative, rel=1e-9)
+    assert output.model_relative_rmse == pytest.approx(relative, rel=1e-9)
     error = np.concatenate([c.surrogate - c.reference for c in scored])
-    assert output["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)))
+    assert output.rmse == pytest.approx(np.sqrt(np.mean(error**2)))
 
 
 def test_recipe_without_a_reference_of_its_own_has_no_model_error(
     fmu: Path, surrogate: Surrogate, finer: Validation
 ) -> None:
     plain = measured(fmu, surrogate, PLAIN)
-    assert "model_relative_rmse" not in plain.figures()["outputs"][0]
+    assert plain.figures().outputs[0].model_relative_rmse is None
     assert all(comparison.model is None for comparison in plain.comparisons)
     for one, other in zip(plain.comparisons, finer.comparisons, strict=True):
         assert one.reference == pytest.approx(other.model, abs=1e-12)
-    assert len(validation_sections({"in range": plain})[0].rows[0]) == 7
+    table = validation_sections({"in range": plain})[0].table
+    assert table is not None
+    assert len(table.heading) == 7
 
 
 def test_fmus_of_fmi_2_and_fmi_3_give_the_same_comparison(

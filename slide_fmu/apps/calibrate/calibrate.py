@@ -18,6 +18,7 @@ from slide_fmu.apps.calibrate.uncertainty import Uncertainty, uncertainty_of
 from slide_fmu.core.parameters import Parameter, checked_values
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import load, read_fmu
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -85,14 +86,17 @@ def _loaded(surrogate: Surrogate | str | Path) -> tuple[Surrogate, list[float] |
     return found, released_error(read_fmu(Path(surrogate))[1], found)
 
 
-def released_error(provenance: dict[str, Any] | None, surrogate: Surrogate) -> list[float] | None:
+def released_error(
+    provenance: Mapping[str, Any] | None, surrogate: Surrogate
+) -> list[float] | None:
     """Return the relative RMSE of each output that ``slide-fmu run`` wrote into an FMU, if any."""
     names = [signal.name for signal in surrogate.outputs]
     try:
-        rows = (provenance or {})["measured"]["validation"]["in range"]["outputs"]
-        found = {row["name"]: float(row["relative_rmse"]) for row in rows}
+        measured = released_figures(provenance)
+        outputs = [] if measured is None else measured.validation["in range"].outputs
+        found = {output.name: output.relative_rmse for output in outputs}
         return [found[name] for name in names]
-    except (KeyError, TypeError, ValueError):  # of another program, or another version
+    except (KeyError, ValueError):  # of another program, or another version
         return None
 
 

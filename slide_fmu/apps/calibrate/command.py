@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
+from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
-from slide_fmu.cli.tables import table_of
+from slide_fmu.core.figures import plain
+from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
+from slide_fmu.report.table import Table
 
 if TYPE_CHECKING:
     from slide_fmu.apps.calibrate.result import Calibration
@@ -101,31 +104,35 @@ def calibrate(
     for remark in remarks:
         show_remark(remark)
     _show(found)
-    write_json(json_path, {**found.figures(), "seed": seed, "about_records": list(remarks)})
+    write_json(json_path, {**plain(found.figures()), "seed": seed, "about_records": list(remarks)})
     if output is not None:
         console.print(f"SSV     {output}")
 
 
 def _show(found: Calibration) -> None:
     """Print the fitted values, how well they fit, and what should be known about them."""
-    table = table_of("parameter", "value", "95 % interval", "range", "unit")
-    for fitted in found.parameters:
-        parameter = fitted.parameter
-        table.add_row(
-            parameter.name,
-            f"{fitted.value:.6g}",
-            f"{fitted.low:.6g} .. {fitted.high:.6g}",
-            f"{parameter.low:g} .. {parameter.high:g}",
-            behind(parameter.unit).strip(),
+    fitted = (
+        (
+            one.parameter.name,
+            f"{one.value:.6g}",
+            f"{one.low:.6g} .. {one.high:.6g}",
+            f"{one.parameter.low:g} .. {one.parameter.high:g}",
+            behind(one.parameter.unit).strip(),
         )
-    console.print(table)
+        for one in found.parameters
+    )
+    show_table(Table.of(("parameter", "value", "95 % interval", "range", "unit"), fitted))
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
-    table = table_of("output", "RMSE before", "RMSE after", "relative RMSE after")
-    for fit in found.outputs:
-        before, after = (f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after))
-        table.add_row(fit.name, before, after, f"{100 * fit.relative:.3g} %")
-    console.print(table)
+    outputs = (
+        (
+            fit.name,
+            *(f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after)),
+            percent(fit.relative),
+        )
+        for fit in found.outputs
+    )
+    show_table(Table.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs))
     console.print(f"{found.samples} samples count")
     for remark in found.remarks:
         show_remark(remark)

@@ -8,6 +8,7 @@ from slide_fmu.apps.calibrate.measurements import Measurements
 from slide_fmu.apps.calibrate.problem import Problem
 from slide_fmu.apps.calibrate.result import ALIKE, POOR, WIDE, FittedParameter, OutputFit
 from slide_fmu.apps.calibrate.uncertainty import Uncertainty
+from slide_fmu.core.measures import percent
 
 MOST_OUTSIDE = 0.01
 """A record may have this part of its samples outside the ranges of the training."""
@@ -24,7 +25,7 @@ def remarks_about(
     found = [p.remark for p in parameters if p.remark is not None]
     found += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
     found += [
-        f"{fit.name} is met to {100 * fit.relative:.3g} % only: the surrogate does not follow "
+        f"{fit.name} is met to {percent(fit.relative)} only: the surrogate does not follow "
         "this record; check units, columns, signs and the pairing of samples"
         for fit in fits
         if fit.relative > POOR
@@ -38,7 +39,7 @@ def remarks_about(
     outside = _outside(problem)
     if outside > MOST_OUTSIDE:
         found.append(
-            f"{100 * outside:.3g} % of the samples follow inputs outside the ranges of the "
+            f"{percent(outside)} of the samples follow inputs outside the ranges of the "
             "training, where the surrogate may err: the intervals do not count that"
         )
     if not error_known:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.units import behind
@@ -20,6 +20,18 @@ than such a part of its range."""
 
 POOR = 0.3
 """A relative RMSE above this one says that surrogate and record do not belong together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterFit:
+    """This is a fitted parameter with its 95 % interval, as JSON files hold it."""
+
+    name: str
+    unit: str
+    value: float
+    interval: tuple[float, float]
+    range: tuple[float, float]
+    remark: str | None
 
 
 @dataclass(frozen=True)
@@ -59,17 +71,17 @@ class FittedParameter:
             )
         return None
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values."""
+    def figures(self) -> ParameterFit:
+        """Return the figures."""
         parameter = self.parameter
-        return {
-            "name": parameter.name,
-            "unit": parameter.unit,
-            "value": self.value,
-            "interval": [self.low, self.high],
-            "range": [parameter.low, parameter.high],
-            "remark": self.remark,
-        }
+        return ParameterFit(
+            name=parameter.name,
+            unit=parameter.unit,
+            value=self.value,
+            interval=(self.low, self.high),
+            range=(parameter.low, parameter.high),
+            remark=self.remark,
+        )
 
 
 @dataclass(frozen=True)
@@ -93,6 +105,27 @@ class OutputFit:
     def relative(self) -> float:
         """The RMSE at the fitted values over the standard deviation of what was measured."""
         return self.after / self.deviation if self.deviation > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class OutputFigures(OutputFit):
+    """These are the figures of a fit of an output, with its relative RMSE."""
+
+    relative_rmse: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationFigures:
+    """These are the figures of a calibration, as JSON files hold them."""
+
+    fmu: str
+    parameters: tuple[ParameterFit, ...]
+    fixed: Mapping[str, float]
+    outputs: tuple[OutputFigures, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    samples: int
+    correlation_time_s: float
+    remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -124,15 +157,17 @@ class Calibration:
         """Return the values of all parameters by name, as ``Surrogate.predict`` takes them."""
         return {**{found.parameter.name: found.value for found in self.parameters}, **self.fixed}
 
-    def figures(self) -> dict[str, Any]:
-        """Return the figures as plain values, as written to JSON."""
-        return {
-            "fmu": self.name,
-            "parameters": [found.figures() for found in self.parameters],
-            "fixed": self.fixed,
-            "outputs": [{**vars(fit), "relative_rmse": fit.relative} for fit in self.outputs],
-            "correlation": [list(row) for row in self.correlation],
-            "samples": self.samples,
-            "correlation_time_s": self.correlation_time,
-            "remarks": list(self.remarks),
-        }
+    def figures(self) -> CalibrationFigures:
+        """Return the figures."""
+        return CalibrationFigures(
+            fmu=self.name,
+            parameters=tuple(found.figures() for found in self.parameters),
+            fixed=self.fixed,
+            outputs=tuple(
+                OutputFigures(**vars(fit), relative_rmse=fit.relative) for fit in self.outputs
+            ),
+            correlation=self.correlation,
+            samples=self.samples,
+            correlation_time_s=self.correlation_time,
+            remarks=self.remarks,
+        )

@@ -15,6 +15,7 @@ from slide_fmu.cli.console import (
     show_remark,
     write_json,
 )
+from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import (
     DataSeedOption,
     JsonOption,
@@ -24,7 +25,6 @@ from slide_fmu.cli.options import (
     TrajectoriesOption,
     WorkersOption,
 )
-from slide_fmu.cli.tables import table_of
 from slide_fmu.core.extras import require_training
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
@@ -50,7 +50,7 @@ def compare(
     with errors():
         require_training()
     from slide_fmu.apps.compare.compare import Terms, compare_recipe
-    from slide_fmu.apps.compare.sections import baseline_rows
+    from slide_fmu.apps.compare.sections import model_table
     from slide_fmu.pipeline.job import open_job
 
     with progress_bars(GOES_ON) as bar:
@@ -58,15 +58,11 @@ def compare(
         job = open_job(recipe, runs, bar, seed, data_seed)
         with job.folder.alone():
             figures, page = compare_recipe(job, terms)
-    rows = baseline_rows(figures)
-    table = table_of(*rows[0])
-    for row in rows[1:]:
-        table.add_row(*row)
     console.print(
-        f"{figures['trajectories']} trajectories, seed {figures['seed']}; "
-        f"{figures['budget_s']:.3g} s of CPU time for each model"
+        f"{figures.trajectories} trajectories, seed {figures.seed}; "
+        f"{figures.budget_s:.3g} s of CPU time for each model"
     )
-    console.print(table)
-    show_remark(figures["remark"])
+    show_table(model_table(figures))
+    show_remark(figures.remark)
     write_json(json_path, figures)
     console.print(f"report  {page}")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
 from slide_fmu.apps.compare.baselines.scores import UnseenTest
 from slide_fmu.apps.compare.kept_comparison import KeptComparison, content_of_motions, key_of
+from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
 from slide_fmu.core.progress import Stages
@@ -93,19 +93,20 @@ class Bench:
     test: UnseenTest
     times: StepTimes
 
-    def figures(self, baseline: Baseline) -> dict[str, Any]:
-        """Return a model's parameters, errors and time of its steps, as plain values."""
-        return {**self.test.figures(baseline), **self.times.figures(baseline)}
+    def measured(self, model: ModelFigures, baseline: Baseline) -> ModelFigures:
+        """Return the figures of a model with its parameters, errors and time of its steps."""
+        errors, (step_us, ratio) = self.test.errors(baseline), self.times.of(baseline)
+        return replace(model, **vars(errors), step_us=step_us, time_ratio=ratio)
 
 
-def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
+def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     """Train models of other kinds on a recipe's data, and measure all on the same unseen motions.
 
     What is missing of data and surrogate is made first, as ``slide-fmu run`` does. Models that
     were compared before on the same terms are not trained again.
 
     Returns:
-        The figures as plain values, and the page of the report.
+        The figures, and the page of the report.
 
     Raises:
         MissingPackageError: the extra ``compare`` is not installed.
@@ -125,7 +126,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
     )
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
-    own = trained.histories["surrogate"]["cpu_seconds"]
+    own = trained.histories["surrogate"].cpu_seconds
     budget = own if terms.budget is None else terms.budget
     key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
     with fmu_of(surrogate) as fmu:
@@ -134,21 +135,16 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[dict[str, Any], Path]:
         for name, candidate in CANDIDATES.items():
             find = partial(_measured, candidate, lesson, bench, budget, job.bar)
             models.append(kept.figures(name, key, find))
-    figures = _figures(job, terms, models, {"trajectories": len(test.motions), "budget_s": budget})
+    figures = ComparisonFigures(
+        name=recipe.name,
+        trajectories=len(test.motions),
+        budget_s=budget,
+        seed=terms.seed,
+        training_seed=recipe.training.seed,
+        models=tuple(models),
+        remark=linear_remark(models),
+    )
     return figures, baselines_report(figures, recipe.description).write(_folder(job))
-
-
-def _figures(
-    job: Job, terms: Terms, models: list[dict[str, Any]], about: dict[str, Any]
-) -> dict[str, Any]:
-    return {
-        "name": job.recipe.name,
-        **about,
-        "seed": terms.seed,
-        "training_seed": job.recipe.training.seed,
-        "models": models,
-        "remark": linear_remark(models),
-    }
 
 
 def _folder(job: Job) -> Path:
@@ -192,16 +188,16 @@ def _key(test: UnseenTest, splits: tuple[Split, Split], seed: int) -> str:
     return key_of(surrogate, *data, content_of_motions(test.motions), seed)
 
 
-def _about(title: str, linear: bool) -> dict[str, Any]:
-    return {"title": title, "linear": linear, "structure": "", "cut": False, "failed": None}
-
-
-def _own(recipe: Recipe, seconds: float, bench: Bench) -> dict[str, Any]:
+def _own(recipe: Recipe, seconds: float, bench: Bench) -> ModelFigures:
     surrogate = bench.test.surrogate
-    about = _about(f"own: {recipe.network.family.replace('_', ' ')}", surrogate.network.is_affine)
-    about["structure"] = _size(surrogate.network)
+    model = ModelFigures(
+        title=f"own: {recipe.network.family.replace('_', ' ')}",
+        linear=surrogate.network.is_affine,
+        structure=_size(surrogate.network),
+        cpu_seconds=seconds,
+    )
     own = Frozen(surrogate.network, surrogate.window, len(surrogate.outputs))
-    return {**about, "cpu_seconds": seconds, **bench.figures(own)}
+    return bench.measured(model, own)
 
 
 def _size(network: Network) -> str:
@@ -214,12 +210,20 @@ def _size(network: Network) -> str:
 
 def _measured(
     candidate: Candidate, lesson: Lesson, bench: Bench, budget: float, bar: Stages
-) -> dict[str, Any]:
+) -> ModelFigures:
     """Train and measure a model; one that cannot be trained says why."""
-    about, clock = _about(candidate.title, candidate.linear), Budget(budget)
+    clock, title, linear = Budget(budget), candidate.title, candidate.linear
     try:
         learnt = candidate.fit(lesson, clock, bar(candidate.title))
     except (TrainingError, ValueError, np.linalg.LinAlgError) as error:
-        return {**about, "cpu_seconds": clock.spent, "failed": str(error)}
-    about.update(structure=learnt.structure, cut=learnt.cut, cpu_seconds=clock.spent)
-    return {**about, **bench.figures(learnt.baseline)}
+        return ModelFigures(
+            title=title, linear=linear, structure="", failed=str(error), cpu_seconds=clock.spent
+        )
+    model = ModelFigures(
+        title=title,
+        linear=linear,
+        structure=learnt.structure,
+        cut=learnt.cut,
+        cpu_seconds=clock.spent,
+    )
+    return bench.measured(model, learnt.baseline)

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.apps.compare.model_figures import ModelFigures
+from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import Memo, damage_named
 from slide_fmu.data.unseen import UnseenMotion
@@ -23,18 +25,19 @@ class KeptComparison:
 
     path: Path
 
-    def figures(self, name: str, key: str, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    def figures(self, name: str, key: str, find: Callable[[], ModelFigures]) -> ModelFigures:
         """Return the figures of a model; they are found if none of this key are kept.
 
         Raises:
             DamagedFileError: what is kept is damaged.
         """
         memo = Memo(self.path / f"{name}.json", {"key": key})
-        found = memo.found("figures")
-        if found is None:
-            found = find()
-            memo.keep("figures", found)
-        return dict(found)
+        kept = memo.found("figures")
+        if kept is not None:
+            return read_figures(ModelFigures, kept)
+        found = find()
+        memo.keep("figures", plain(found))
+        return found
 
     def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
         """Return unseen motions; they are simulated if none of this key are kept.
@@ -49,7 +52,7 @@ class KeptComparison:
                 if str(kept["key"]) == key:
                     return [_motion(kept, number) for number in range(int(kept["count"]))]
         found = list(find())
-        arrays: dict[str, Any] = {"key": np.array(key), "count": np.array(len(found))}
+        arrays: Any = {"key": np.array(key), "count": np.array(len(found))}
         for number, motion in enumerate(found):
             arrays[f"inputs_{number}"], arrays[f"outputs_{number}"] = motion.inputs, motion.outputs
             arrays[f"about_{number}"] = np.array([motion.burn_in, motion.kind])

@@ -38,7 +38,7 @@ class StepTimes:
     own: UnpackedFmu
     motion: UnseenMotion
 
-    def figures(self, baseline: Baseline) -> dict[str, float]:
+    def of(self, baseline: Baseline) -> tuple[float, float]:
         """Return the time of a model's step in us, and its ratio to that of the own network.
 
         Raises:
@@ -52,7 +52,7 @@ class StepTimes:
                 rounds.append((self._seconds(baseline, fmu), ours))
         theirs, ours = np.array(rounds).T
         ratio = float(np.median(theirs / ours))
-        return {"step_us": float(1e6 * np.median(theirs)), "time_ratio": ratio}
+        return float(1e6 * np.median(theirs)), ratio
 
     @contextmanager
     def _fmu_of(self, baseline: Baseline) -> Iterator[tuple[UnpackedFmu, Surrogate] | None]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
+from slide_fmu.core.measures import percent
 from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.pipeline.apps import Repeated
+from slide_fmu.report.table import Table
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHARE_TOLERANCE = 1e-8
@@ -38,14 +40,19 @@ class Replay:
 
     def repeated(self) -> Repeated:
         """Return the same for ``slide-fmu check``."""
-        rows: list[Sequence[str]] = [
-            ("variable", "largest difference", "allowed", "error against the reference")
-        ]
-        for name, difference in self.differences.items():
-            error = f"{100 * self.errors[name]:.3g} %" if name in self.errors else ""
-            rows.append((name, f"{difference:.3g}", f"{self.allowed[name]:.3g}", error))
+        rows = (
+            (
+                name,
+                f"{difference:.3g}",
+                f"{self.allowed[name]:.3g}",
+                percent(self.errors[name]) if name in self.errors else "",
+            )
+            for name, difference in self.differences.items()
+        )
+        heading = "variable", "largest difference", "allowed", "error against the reference"
         title = f"experiment of {self.steps} steps, repeated here"
-        return Repeated(title, rows, self.problems(), {"replay": asdict(self)})
+        table = Table.of(heading, rows, title)
+        return Repeated(table, self.problems(), {"replay": asdict(self)})
 
     def problems(self) -> list[str]:
         """Name the variables that differ by more than rounding."""

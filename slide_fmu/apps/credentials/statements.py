@@ -10,14 +10,16 @@ from slide_fmu.apps.credentials.trust_entries import trust_entries
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.report.limits import Figures, limits, ordered
+from slide_fmu.report.limits import limits
+from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.validity import judgement_sentences, judgements
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.motions import motions_of
 
 OF_OUTPUTS = (
-    *("name", "unit", "rms_reference_about_mean", "rmse", "relative_rmse"),
-    *("max_error", "plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
+    *("name", "unit", "rms_reference_about_mean", "rmse", "relative_rmse", "max_error"),
+    *("plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
 )
 """Figures of an output that stand in its row, where they are known."""
 
@@ -31,7 +33,7 @@ def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, An
         provenance: what the FMU carries beside it; ``measured`` has the figures of its report, if
             it was measured.
     """
-    measured = provenance.get("measured")
+    measured = released_figures(provenance)
     return [
         Entry("purpose", [_purpose(recipe)]),
         *_validity(surrogate, recipe, measured),
@@ -50,8 +52,8 @@ def _purpose(recipe: Recipe) -> str:
     )
 
 
-def _validity(surrogate: Surrogate, recipe: Recipe, measured: Figures | None) -> list[Entry]:
-    judged = judgements(surrogate, recipe, {} if measured is None else ordered(measured))
+def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
+    judged = judgements(surrogate, recipe, {} if measured is None else measured.ordered)
     found = [
         Entry("validity.in_words", judgement_sentences(judged)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
@@ -98,7 +100,7 @@ def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
     ]
 
 
-def _reference(recipe: Recipe, measured: Figures | None) -> list[Entry]:
+def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
     """Say what the errors are relative to, and what that errs itself, as far as it is known."""
     system = recipe.system
     if system.is_record:
@@ -115,11 +117,11 @@ def _reference(recipe: Recipe, measured: Figures | None) -> list[Entry]:
     errors = [
         {
             "inputs": name,
-            "output": output["name"],
-            "relative_rmse_of_data_model": output["model_relative_rmse"],
+            "output": output.name,
+            "relative_rmse_of_data_model": output.model_relative_rmse,
         }
-        for name, validation in ordered(measured).items()
-        for output in validation["outputs"]
+        for name, validation in measured.ordered.items()
+        for output in validation.outputs
     ]
     return [model, table("reference.error", "Error", errors)]
 
@@ -153,28 +155,24 @@ def _rows(found: Iterable[Row]) -> list[Row]:
     return [dict(sorted(row.items())) for row in found]
 
 
-def _accuracy(measured: Figures) -> list[Entry]:
+def _accuracy(measured: RunFigures) -> list[Entry]:
     """Give the measured errors, and what estimates, bounds and stability tests are worth."""
-    validations = ordered(measured)
+    validations, call = measured.ordered, measured.plain_call
     found = [joined("accuracy", _accuracy_tables(validations))]
-    plain = measured.get("plain_call")
-    if plain is not None:
-        known = [{k: v for k, v in o.items() if v is not None} for o in plain["outputs"]]
-        of_all = {"hold": plain["hold"], "sentence": plain["sentence"]}
-        found.append(table("accuracy.plain_call", "Output", _rows(known), **of_all))
+    if call is not None:
+        rows = _rows(map(vars, call.outputs))
+        of_all = {"hold": call.hold, "sentence": call.sentence}
+        found.append(table("accuracy.plain_call", "Output", rows, **of_all))
     found += trust_entries(validations)
-    if "stability" in measured:
-        found.append(table("stability", "Test", _rows(measured["stability"])))
+    if measured.stability:
+        found.append(table("stability", "Test", _rows(map(vars, measured.stability))))
     return found
 
 
-def _accuracy_tables(validations: Mapping[str, Figures]) -> Iterable[Entry]:
+def _accuracy_tables(validations: Mapping[str, ValidationFigures]) -> Iterable[Entry]:
     for name, validation in validations.items():
-        low, high = validation["amplitude"]
+        low, high = validation.amplitude
         of_inputs = {"amplitude_low": low, "amplitude_high": high}
-        counts = {key: validation[key] for key in ("trajectories", "seed")}
-        rows = [
-            {key: output[key] for key in OF_OUTPUTS if key in output}
-            for output in validation["outputs"]
-        ]
+        counts = {"trajectories": validation.trajectories, "seed": validation.seed}
+        rows = [{key: getattr(o, key) for key in OF_OUTPUTS} for o in validation.outputs]
         yield table("Validation", "Output", rows, inputs=name, **of_inputs, **counts)

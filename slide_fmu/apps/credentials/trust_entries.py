@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from slide_fmu.apps.credentials.metadata import Entry, Row, table
-from slide_fmu.report.trust_tables import OF_ESTIMATES, Figures, estimates_of
-
-OF_BOUNDS = (
-    *("coverage", "coverage_of_worst_trajectories", "width", "skill"),
-    "rank_correlation",
-)
-"""Figures of the bound of an output."""
-
-OF_DOMAINS = "flagged", "trajectories_flagged"
+from slide_fmu.report.trust_tables import Validations, deviations_of, harms_of
+from slide_fmu.validation.error_figures import DomainFigures
 
 
-def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
+def trust_entries(validations: Validations) -> list[Entry]:
     """Return the tables of the figures that validations have."""
     found = [
         table("error_estimate", "Deviation", _estimates(validations)),
@@ -27,48 +20,53 @@ def trust_entries(validations: Mapping[str, Figures]) -> list[Entry]:
     return [entry for entry in found if len(entry.value)]
 
 
-def _estimates(validations: Mapping[str, Figures]) -> Iterator[Row]:
+def _estimates(validations: Validations) -> Iterator[Row]:
     for name, validation in validations.items():
-        for output, figures in estimates_of(validation):
-            span = validation["error_estimate"]["span_samples"]
+        for output, found in deviations_of(validation.error_estimate):
+            assert validation.error_estimate is not None
+            span = validation.error_estimate.span_samples
             of_output = {"inputs": name, "output": output, "span_samples": span}
-            yield {**of_output, **{key: figures[key] for key in OF_ESTIMATES}}
+            yield {**of_output, **{key: v for key, v in vars(found).items() if key != "name"}}
 
 
-def _bounds(validations: Mapping[str, Figures]) -> Iterator[Row]:
+def _bounds(validations: Validations) -> Iterator[Row]:
     for name, validation in validations.items():
-        bound = validation.get("error_bound", {"outputs": []})
-        for output in bound["outputs"]:
-            yield {
-                "inputs": name,
-                "output": output["name"],
-                "confidence": bound["confidence"],
-                **{key: output[key] for key in OF_BOUNDS},
-                **{key: bound[key] for key in OF_DOMAINS},
-            }
+        bound = validation.error_bound
+        for output in () if bound is None else bound.outputs:
+            assert bound is not None
+            worth = {key: value for key, value in vars(output).items() if key != "name"}
+            of_output = {"inputs": name, "output": output.name, "confidence": bound.confidence}
+            yield {**of_output, **worth, **_domain(bound)}
 
 
-def _harm(validations: Mapping[str, Figures]) -> Iterator[Row]:
+def _harm(validations: Validations) -> Iterator[Row]:
     """Give a row for each kind of excitation, and one for all of them."""
     for name, validation in validations.items():
-        bound = validation.get("error_bound", {"excitations": []})
-        for kind in ({"name": "all", **bound}, *bound["excitations"]):
-            if "harm" in kind:
-                yield {"inputs": name, "name": kind["name"], **kind["harm"]}
+        if validation.error_bound is not None:
+            for kind, harm in harms_of(validation.error_bound):
+                yield {"inputs": name, "name": kind, **vars(harm)}
 
 
-def _kinds(validations: Mapping[str, Figures]) -> Iterator[Row]:
+def _kinds(validations: Validations) -> Iterator[Row]:
     """Give a row for each kind and output."""
     for name, validation in validations.items():
-        for kind in validation.get("error_bound", {"excitations": []})["excitations"]:
-            shares = zip(kind["coverage"], kind["lowest_coverage"], strict=True)
-            for output, (mean, lowest) in zip(validation["outputs"], shares, strict=True):
+        bound = validation.error_bound
+        for kind in () if bound is None else bound.excitations:
+            shares = zip(kind.coverage, kind.lowest_coverage, strict=True)
+            for output, (mean, lowest) in zip(validation.outputs, shares, strict=True):
                 yield {
                     "inputs": name,
-                    "name": kind["name"],
-                    "output": output["name"],
-                    "trajectories": kind["trajectories"],
+                    "name": kind.name,
+                    "output": output.name,
+                    "trajectories": kind.trajectories,
                     "coverage": mean,
                     "lowest_coverage": lowest,
-                    **{key: kind[key] for key in OF_DOMAINS},
+                    **_domain(kind),
                 }
+
+
+def _domain(found: DomainFigures) -> Row:
+    return {
+        "flagged": found.flagged,
+        "trajectories_flagged": found.trajectories_flagged,
+    }

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.pipeline.apps import App
 
 
-def _moves(fmu: Path, task: Path) -> dict[str, Any]:
+def _moves(fmu: Path, task: Path) -> JsonObject:
     from slide_fmu.apps.motion.page_moves import solved_moves
 
     return solved_moves(fmu, task)

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
+from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption
-from slide_fmu.cli.tables import table_of
+from slide_fmu.core.figures import plain
 
 
 def motion(
@@ -36,9 +37,9 @@ def motion(
     json_path: JsonOption = None,
 ) -> None:
     """Choose set points that shake a machine little, or correct those of a path."""
-    from slide_fmu.apps.motion.motion_report import motion_report, move_rows, remark_on_moves
+    from slide_fmu.apps.motion.motion_report import motion_report, move_tables, remark_on_moves
     from slide_fmu.apps.motion.path_correction import correct, write_corrected
-    from slide_fmu.apps.motion.path_report import path_report, path_rows
+    from slide_fmu.apps.motion.path_report import path_report, path_table
     from slide_fmu.apps.motion.solve import solve, write_set_points
     from slide_fmu.apps.motion.task import PathTask, read_task
 
@@ -46,11 +47,16 @@ def motion(
         wanted = read_task(task)
         if isinstance(wanted, PathTask):
             corrected = correct(fmu, wanted, verify, bar)
-            report, tables = path_report(corrected), {"errors": path_rows(corrected)}
+            report, tables = path_report(corrected), [path_table(corrected)]
+            surrogate = corrected.surrogate
         else:
             solved = solve(fmu, wanted, seed, verify, bar)
-            report, tables = motion_report(solved), move_rows(solved)
-        folder = output or Path("runs") / str(report.data["fmu"]) / "motion"
+            report, tables, surrogate = (
+                motion_report(solved),
+                move_tables(solved),
+                solved.surrogate,
+            )
+        folder = output or Path("runs") / surrogate.name / "motion"
         folder.mkdir(parents=True, exist_ok=True)
         place = folder / "set_points.csv"
         if isinstance(wanted, PathTask):
@@ -58,13 +64,9 @@ def motion(
         else:
             write_set_points(solved, place)
         page = report.write(folder)
-    write_json(json_path, {**report.data, "seed": seed})
-    for title, rows in tables.items():
-        console.print(title)
-        table = table_of(*rows[0])
-        for row in rows[1:]:
-            table.add_row(*row)
-        console.print(table)
+    write_json(json_path, {**plain(report.figures), "seed": seed})
+    for table in tables:
+        show_table(table)
     if not isinstance(wanted, PathTask):
         show_remark(remark_on_moves(solved))
     console.print(f"set points  {place}")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,25 @@ from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import judge
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.signals import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoveFigures:
+    """This is what a move takes and leaves, as JSON files hold it.
+
+    Times are None of a move that has not settled at the end of its record. Distances from rest,
+    in the outputs' unit, are largest ones: after the move (residual), and at any time.
+    """
+
+    name: str
+    arrives_s: float
+    settled_s: float | None
+    settled_with_margin_s: float | None
+    residual: float
+    residual_with_margin: float
+    largest: float
+    known: float
+    limits_used: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +74,8 @@ class Move:
         """Give a cost with the margin, as ``cost``; infinite for a move that leaves the domain."""
         return self.cost(cost, response, tolerance) if self.known == 1 else np.inf
 
-    def figures(self, response: Response, limits: Limits, tolerance: float) -> dict[str, Any]:
-        """Return what the move takes and leaves as plain values.
+    def figures(self, response: Response, limits: Limits, tolerance: float) -> MoveFigures:
+        """Return what the move takes and leaves.
 
         Args:
             response: the move's.
@@ -67,17 +85,17 @@ class Move:
         used = limits.used(response.start, self.motion, response.step)
         if not response.route.straight:
             used["via_tolerance"] = response.missed(self.motion)
-        return {
-            "name": self.name,
-            "arrives_s": float(response.time[self.end]),
-            "settled_s": _finite(self.cost(settled, response, tolerance, False)),
-            "settled_with_margin_s": _finite(self.cost(settled, response, tolerance)),
-            "residual": self.cost(residual, response, tolerance, False),
-            "residual_with_margin": self.cost(residual, response, tolerance),
-            "largest": self.cost(largest, response, tolerance, False),
-            "known": self.known,
-            "limits_used": used,
-        }
+        return MoveFigures(
+            name=self.name,
+            arrives_s=float(response.time[self.end]),
+            settled_s=_finite(self.cost(settled, response, tolerance, False)),
+            settled_with_margin_s=_finite(self.cost(settled, response, tolerance)),
+            residual=self.cost(residual, response, tolerance, False),
+            residual_with_margin=self.cost(residual, response, tolerance),
+            largest=self.cost(largest, response, tolerance, False),
+            known=self.known,
+            limits_used=used,
+        )
 
 
 def _finite(cost: float) -> float | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from slide_fmu.apps.motion.costs import settled
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.solve import Solved, solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
+from slide_fmu.core.figures import JsonObject
 
 AFTER = 0.3
 """A page shows so many seconds more after the last move has settled, as far as it is known."""
@@ -19,7 +19,7 @@ UNSHAPED = "fastest profile"
 """How a page calls the first baseline, which is not shaped."""
 
 
-def moves_of(solved: Solved) -> dict[str, Any]:
+def moves_of(solved: Solved) -> JsonObject:
     """Return the chosen move and the first baseline as plain values.
 
     Physical parameters are those at which they were chosen, by name. Inputs are columns, whose
@@ -50,7 +50,7 @@ def moves_of(solved: Solved) -> dict[str, Any]:
     }
 
 
-def solved_moves(fmu: Path, task: Path) -> dict[str, Any]:
+def solved_moves(fmu: Path, task: Path) -> JsonObject:
     """Choose the move of a task, a TOML file, with an FMU, and return it for its page.
 
     Raises:

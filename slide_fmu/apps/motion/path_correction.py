@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.apps.motion.solve import reference_at, write_inputs
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
+from slide_fmu.core.figures import JsonObject, optional
 from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
@@ -23,6 +24,44 @@ from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathErrors:
+    """These are errors of a path before and after its correction, in the outputs' unit.
+
+    ``times_less`` is None where the RMS error became zero.
+    """
+
+    rms_before: float
+    rms_after: float
+    largest_before: float
+    largest_after: float
+    times_less: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CorrectedFigures:
+    """These are the figures of a corrected path, as JSON files hold them.
+
+    Attributes:
+        task: as its file says it.
+        unit: that of the outputs, and so of all errors.
+        margin_is: what margins are, in words.
+        reference: errors by the reference model, where somebody asked for them.
+    """
+
+    fmu: str
+    task: JsonObject
+    unit: str
+    margin_is: str
+    predicted: PathErrors
+    largest_margin: float
+    known: float
+    largest_condition: float
+    largest_correction: tuple[float, ...]
+    limits_used: Mapping[str, float]
+    reference: PathErrors | None = optional()
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,38 +90,39 @@ class Corrected:
     def _judged(self) -> Judged:
         return judge(self.surrogate, self.found.records.inputs(self.found.motion)[None])[0]
 
-    def figures(self) -> dict[str, Any]:
-        """Return everything as plain values; errors are distances, in the outputs' unit."""
+    def figures(self) -> CorrectedFigures:
+        """Return the figures."""
         found = self.found
         step = self.surrogate.window.step
-        figures: dict[str, Any] = {
-            "fmu": self.surrogate.name,
-            "task": self.task.model_dump(),
-            "unit": self.surrogate.outputs[0].unit,
-            "margin_is": what_margins_are(self.surrogate),
-            "predicted": _compared(found.before, found.after),
-            "largest_margin": float(self.margin.max()),
-            "known": float(np.mean(self._judged.known[found.records.lead :])),
-            "largest_condition": float(found.condition.max()),
-            "largest_correction": np.abs(found.motion - found.path).max(axis=0).tolist(),
-            "limits_used": self.limits.used(found.motion[0], found.motion, step),
-        }
+        reference = None
         if self.true_before is not None and self.true_after is not None:
-            figures["reference"] = _compared(self.true_before, self.true_after)
-        return figures
+            reference = _compared(self.true_before, self.true_after)
+        return CorrectedFigures(
+            fmu=self.surrogate.name,
+            task=self.task.model_dump(),
+            unit=self.surrogate.outputs[0].unit,
+            margin_is=what_margins_are(self.surrogate),
+            predicted=_compared(found.before, found.after),
+            largest_margin=float(self.margin.max()),
+            known=float(np.mean(self._judged.known[found.records.lead :])),
+            largest_condition=float(found.condition.max()),
+            largest_correction=tuple(np.abs(found.motion - found.path).max(axis=0).tolist()),
+            limits_used=self.limits.used(found.motion[0], found.motion, step),
+            reference=reference,
+        )
 
 
-def _compared(before: FloatArray, after: FloatArray) -> dict[str, float | None]:
-    """Return both errors as distances, and how many times smaller they became; None if to zero."""
+def _compared(before: FloatArray, after: FloatArray) -> PathErrors:
+    """Return both errors as distances."""
     one, other = (np.linalg.norm(error, axis=1) for error in (before, after))
     rms = [float(np.sqrt(np.mean(distance**2))) for distance in (one, other)]
-    return {
-        "rms_before": rms[0],
-        "rms_after": rms[1],
-        "largest_before": float(one.max()),
-        "largest_after": float(other.max()),
-        "times_less": rms[0] / rms[1] if rms[1] > 0 else None,
-    }
+    return PathErrors(
+        rms_before=rms[0],
+        rms_after=rms[1],
+        largest_before=float(one.max()),
+        largest_after=float(other.max()),
+        times_less=rms[0] / rms[1] if rms[1] > 0 else None,
+    )
 
 
 def correct(

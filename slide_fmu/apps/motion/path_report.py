@@ -2,85 +2,80 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from matplotlib.figure import Figure
 
-from slide_fmu.apps.motion.motion_report import Rows, limit_rows
-from slide_fmu.apps.motion.path_correction import Corrected
+from slide_fmu.apps.motion.motion_report import limit_table
+from slide_fmu.apps.motion.path_correction import Corrected, PathErrors
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind, labelled
-from slide_fmu.report.pictures import png
-from slide_fmu.report.report import Report, Section
+from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
+from slide_fmu.report.html_report import Report, Section
+from slide_fmu.report.table import Table
 
 
 def path_report(corrected: Corrected) -> Report:
     """Return the report of a corrected path."""
     figures = corrected.figures()
-    found, unit = figures["predicted"], figures["unit"]
+    found, unit = figures.predicted, behind(figures.unit)
     summary = (
-        f"The path is off by {found['rms_before']:.3g}{behind(unit)} RMS as it is, and by "
-        f"{found['rms_after']:.3g}{behind(unit)} with its corrections, as the surrogate "
-        "predicts. It may "
-        f"be off by {figures['largest_margin']:.3g}{behind(unit)} in that: {figures['margin_is']}."
+        f"The path is off by {found.rms_before:.3g}{unit} RMS as it is, and by "
+        f"{found.rms_after:.3g}{unit} with its corrections, as the surrogate predicts. It may "
+        f"be off by {figures.largest_margin:.3g}{unit} in that: {figures.margin_is}."
     )
     text = (
         "Errors are distances of the outputs from where they are wished to be. For the tool of a "
         "serial chain that is where rigid links would have it."
     )
     sections = [
-        Section("Errors", text, path_rows(corrected), [_errors(corrected)]),
+        Section("Errors", text, path_table(corrected), charts=[_errors(corrected)]),
         Section(
             "Corrections",
             "What the corrections add to each coordinate. Where the coordinates hardly move the "
             "outputs in some direction, the condition number is large, and errors in that "
             "direction stay: the largest one along this path is "
-            f"{figures['largest_condition']:.3g}.",
-            limit_rows(figures),
-            [_corrections(corrected)],
+            f"{figures.largest_condition:.3g}.",
+            limit_table(figures.limits_used),
+            charts=[_corrections(corrected)],
         ),
     ]
     return Report(f"Corrected path with {corrected.surrogate.name}", summary, figures, sections)
 
 
-def path_rows(corrected: Corrected) -> Rows:
-    """Return a table of the errors before and after, its headings first."""
-    figures, unit = corrected.figures(), corrected.surrogate.outputs[0].unit
-    rows: Rows = [("by", "RMS before", "RMS after", "largest before", "largest after", "less")]
-    for name, key in (("surrogate", "predicted"), ("reference model", "reference")):
-        if key in figures:
-            rows.append((name, *_cells(figures[key], unit)))
-    return rows
+def path_table(corrected: Corrected) -> Table:
+    """Return the errors before and after."""
+    figures = corrected.figures()
+    found = ("surrogate", figures.predicted), ("reference model", figures.reference)
+    rows = ((n, *_cells(e, behind(figures.unit))) for n, e in found if e is not None)
+    heading = "by", "RMS before", "RMS after", "largest before", "largest after", "less"
+    return Table.of(heading, rows, "errors")
 
 
-def _cells(found: dict[str, Any], unit: str) -> list[str]:
-    names = "rms_before", "rms_after", "largest_before", "largest_after"
-    less = found["times_less"]
+def _cells(found: PathErrors, unit: str) -> list[str]:
+    errors = found.rms_before, found.rms_after, found.largest_before, found.largest_after
+    less = found.times_less
     return [
-        *(f"{found[name]:.3g}{behind(unit)}" for name in names),
+        *(f"{error:.3g}{unit}" for error in errors),
         "all of it" if less is None else f"{less:.3g} times",
     ]
 
 
-def _errors(corrected: Corrected) -> bytes:
+def _errors(corrected: Corrected) -> Chart:
     """Draw the distance from where the outputs should be over time, before and after."""
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
-    ax, found = figure.subplots(), corrected.found
-    rows = [("before", found.before, "C1"), ("after", found.after, "C0")]
-    for name, error, colour in rows:
-        ax.semilogy(_time(corrected), _distance(error), colour, label=f"{name}, predicted")
-    ax.semilogy(_time(corrected), corrected.margin, "C0:", label="margin of the prediction")
-    true = ("before", corrected.true_before, "C1"), ("after", corrected.true_after, "C0")
-    for name, truth, colour in true:
-        if truth is not None:
-            label = f"{name}, reference model"
-            ax.semilogy(_time(corrected), _distance(truth), f"{colour}--", label=label)
-    ax.set(
-        xlabel="time in s", ylabel=labelled("error", corrected.surrogate.outputs[0].unit, " in ")
-    )
-    ax.legend(fontsize="small")
-    return png(figure)
+    time, found = _time(corrected), corrected.found
+    courses = [
+        ("before, predicted", found.before, "truth", False),
+        ("after, predicted", found.after, "line", False),
+        ("before, reference model", corrected.true_before, "truth", True),
+        ("after, reference model", corrected.true_after, "line", True),
+    ]
+    lines = [
+        Line(name, time, _distance(error), colour, dashed=dashed)
+        for name, error, colour, dashed in courses
+        if error is not None
+    ]
+    lines.append(Line("margin of the prediction", time, corrected.margin, "cursor", width=1.0))
+    panel = Panel("error", corrected.surrogate.outputs[0].unit, lines, log=True)
+    return Chart("Errors before and after", [panel])
 
 
 def _distance(error: FloatArray) -> FloatArray:
@@ -88,15 +83,14 @@ def _distance(error: FloatArray) -> FloatArray:
     return np.asarray(np.where(distance > 0, distance, np.nan))  # zero has no logarithm
 
 
-def _corrections(corrected: Corrected) -> bytes:
-    figure = Figure(figsize=(9, 3.4), layout="constrained")
-    ax, found = figure.subplots(), corrected.found
-    for index, coordinate in enumerate(found.records.coordinates):
-        change = found.motion[:, index] - found.path[:, index]
-        ax.plot(_time(corrected), change, label=labelled(coordinate.name, coordinate.unit, " in "))
-    ax.set(xlabel="time in s", ylabel="correction")
-    ax.legend(fontsize="small", ncols=3)
-    return png(figure)
+def _corrections(corrected: Corrected) -> Chart:
+    time, found = _time(corrected), corrected.found
+    changes = found.motion - found.path
+    lines = [
+        Line(labelled(c.name, c.unit, " in "), time, changes[:, index], colour_of(index))
+        for index, c in enumerate(found.records.coordinates)
+    ]
+    return Chart("Corrections", [Panel("correction", "1", lines)])
 
 
 def _time(corrected: Corrected) -> FloatArray:

@@ -11,6 +11,7 @@ from slide_fmu.apps.motion.moves import shaped_shares
 from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.shape import shape
+from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, quiet
 
 LEAST = 0.01
@@ -59,7 +60,7 @@ def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> F
     if not np.isfinite(left(best)):
         raise MotionError(
             f"all moves of {duration:g} s that were tried leave the domain of the surrogate "
-            f"({100 * (1 - best.known):.3g} % of the samples); outside its error bound says "
+            f"({percent(1 - best.known)} of the samples); outside its error bound says "
             "nothing: give the motion more time, or move start or goal"
         )
     return Found(response, best, tuple(known))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,11 @@ from slide_fmu.apps.motion.costs import COSTS
 from slide_fmu.apps.motion.earliest import Found, earliest
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import what_margins_are
-from slide_fmu.apps.motion.move import Move
+from slide_fmu.apps.motion.move import Move, MoveFigures
 from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.quietest import quietest
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
+from slide_fmu.core.figures import JsonObject, optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.signals import FloatArray
@@ -30,6 +30,32 @@ from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrueMoves:
+    """These are the moves by the reference model, which have no margin."""
+
+    move: MoveFigures
+    baselines: tuple[MoveFigures, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolvedFigures(TrueMoves):
+    """These are the figures of a solved task, as JSON files hold them.
+
+    Attributes:
+        task: as its file says it.
+        margin_is: what margins are, in words.
+        slower: the fastest profile takes so many times what the limits need.
+        reference: the same moves by the reference model, where somebody asked for it.
+    """
+
+    fmu: str
+    task: JsonObject
+    margin_is: str
+    slower: float
+    reference: TrueMoves | None = optional()
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,21 +86,19 @@ class Solved:
             for m, truth in zip(self.moves, self.truths, strict=bool(self.truths))
         ]
 
-    def figures(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+    def figures(self) -> SolvedFigures:
+        """Return the figures."""
         terms = self.found.response, self.limits, self.task.tolerance
-        figures = {
-            "fmu": self.surrogate.name,
-            "task": self.task.model_dump(),
-            "margin_is": what_margins_are(self.surrogate),
-            "slower": self.found.slower,
-            "move": self.found.move.figures(*terms),
-            "baselines": [move.figures(*terms) for move in self.found.baselines],
-        }
-        if self.truths:
-            move, *others = (move.figures(*terms) for move in self.true_moves())
-            figures["reference"] = {"move": move, "baselines": others}
-        return figures
+        true = [move.figures(*terms) for move in self.true_moves()]
+        return SolvedFigures(
+            fmu=self.surrogate.name,
+            task=self.task.model_dump(),
+            margin_is=what_margins_are(self.surrogate),
+            slower=self.found.slower,
+            move=self.found.move.figures(*terms),
+            baselines=tuple(move.figures(*terms) for move in self.found.baselines),
+            reference=TrueMoves(move=true[0], baselines=tuple(true[1:])) if true else None,
+        )
 
 
 def solve(

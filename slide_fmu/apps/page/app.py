@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.pipeline.apps import App
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def _check_table(table: Mapping[str, Any]) -> None:
             )
 
 
-def _origin(recipe: Recipe, surrogate: Surrogate) -> dict[str, Any]:
+def _origin(recipe: Recipe, surrogate: Surrogate) -> JsonObject:
     """Return the drawing that the recipe names, which the FMU carries.
 
     Raises:

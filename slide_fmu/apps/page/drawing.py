@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.systems.user_code import imported
 
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
@@ -61,7 +62,7 @@ class Drawing(BaseModel):
     shapes: list[Shape]
 
 
-def load_drawing(name: str, signals: Collection[str]) -> dict[str, Any]:
+def load_drawing(name: str, signals: Collection[str]) -> JsonObject:
     """Call the function that describes a drawing, and check what it returns.
 
     Args:
@@ -82,7 +83,7 @@ def load_drawing(name: str, signals: Collection[str]) -> dict[str, Any]:
     return checked_drawing(found(), signals, name)
 
 
-def checked_drawing(description: Any, signals: Collection[str], name: str) -> dict[str, Any]:
+def checked_drawing(description: Any, signals: Collection[str], name: str) -> JsonObject:
     """Return a drawing as plain values, all of whose names are known.
 
     Raises:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
@@ -14,7 +14,7 @@ FLAGS = ("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE", "IN_DOMAIN", "NOVELTY",
 """Kinds of variables that say how far the outputs can be trusted."""
 
 
-def facts_of(surrogate: Surrogate) -> dict[str, Any]:
+def facts_of(surrogate: Surrogate) -> JsonObject:
     """Describe a surrogate as plain values, from which the page makes its controls and plots.
 
     References are value references of the FMU; ``estimate`` and ``bound`` of an output are None
@@ -52,7 +52,7 @@ def names_of(surrogate: Surrogate) -> list[str]:
     return [signal.name for group in owners for signal in group]
 
 
-def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[dict[str, Any]]:
+def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[JsonObject]:
     return [
         {
             "name": signal.name,
@@ -68,7 +68,7 @@ def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[dict
     ]
 
 
-def _confidence(surrogate: Surrogate, references: dict[str, int]) -> dict[str, Any] | None:
+def _confidence(surrogate: Surrogate, references: dict[str, int]) -> JsonObject | None:
     if surrogate.bound is None:
         return None
     high = surrogate.bound.confidences[-1]

@@ -11,6 +11,7 @@ import jinja2
 
 from slide_fmu.apps.page.drawing import checked_drawing, load_drawing
 from slide_fmu.apps.page.facts import facts_of, names_of
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.packing import packed, scripts, styles
 from slide_fmu.fmu.export import read_fmu
@@ -97,7 +98,7 @@ def page_of(
 
 def carried_drawing(
     surrogate: Surrogate, provenance: Mapping[str, Any] | None
-) -> dict[str, Any] | None:
+) -> JsonObject | None:
     """Return the drawing that an FMU carries in its provenance; None where there is none.
 
     Raises:
@@ -109,9 +110,7 @@ def carried_drawing(
     return checked_drawing(carried, names_of(surrogate), f"in the provenance of {surrogate.name}")
 
 
-def page_html(
-    surrogate: Surrogate, facts: dict[str, Any], files: dict[str, bytes], look: Look
-) -> str:
+def page_html(surrogate: Surrogate, facts: JsonObject, files: dict[str, bytes], look: Look) -> str:
     """Return the page; the same arguments give the same text.
 
     Args:
@@ -136,7 +135,7 @@ def page_html(
     )
 
 
-def _summary(facts: dict[str, Any]) -> str:
+def _summary(facts: JsonObject) -> str:
     """Say in one line what the surrogate is."""
     inputs, outputs = len(facts["inputs"]), len(facts["outputs"])
     return (

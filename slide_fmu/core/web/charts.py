@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slide_fmu.core.figures import JsonObject
 
 Values = NDArray[np.float64]
 
@@ -16,8 +18,16 @@ Style = Literal["line", "steps", "points"]
 Colour = str
 """The name of a colour in ``modules/colours.css``."""
 
+SERIES = ("line", "truth", "input-0", "input-1", "input-2", "input-3", "input-4", "input-5")
+"""Colours of lines of which none is special, one after the other."""
+
 X_DIGITS, Y_DIGITS = 7, 5
 """Values are drawn with so many digits; places of the x axis with more, since steps are short."""
+
+
+def colour_of(index: int) -> Colour:
+    """Return the colour of a line by its place among others; they come again after the last."""
+    return SERIES[index % len(SERIES)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +146,7 @@ def _rounded(value: float, digits: int) -> float | None:
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
-def described(chart: Chart, columns: Columns) -> dict[str, Any]:
+def described(chart: Chart, columns: Columns) -> JsonObject:
     """Return a chart as values of JSON, in which columns are numbers of ``columns``."""
     return {
         "title": chart.title,
@@ -159,7 +169,7 @@ def described(chart: Chart, columns: Columns) -> dict[str, Any]:
     }
 
 
-def _line(line: Line, columns: Columns) -> dict[str, Any]:
+def _line(line: Line, columns: Columns) -> JsonObject:
     return {
         "name": line.name,
         "x": columns.place(line.x, X_DIGITS),
@@ -171,7 +181,7 @@ def _line(line: Line, columns: Columns) -> dict[str, Any]:
     }
 
 
-def _band(band: Band, columns: Columns) -> dict[str, Any]:
+def _band(band: Band, columns: Columns) -> JsonObject:
     return {
         "name": band.name,
         "x": columns.place(band.x, X_DIGITS),

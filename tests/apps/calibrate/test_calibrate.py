@@ -16,6 +16,7 @@ from slide_fmu.apps.calibrate.result import Calibration
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.calibrate.records import TRUE, measured, surrogate_with
+from tests.figures import run_figures
 from tests.fmu.samples import Shape, random_surrogate
 
 ONE = {"mass": TRUE["mass"]}
@@ -182,7 +183,7 @@ def test_fmu_tells_the_error_that_was_measured(tmp_path: Path) -> None:
     surrogate = surrogate_with(1)
     record = measured(surrogate, ONE, noise=0.01)
     outputs = [{"name": "y0", "relative_rmse": 0.02}]
-    provenance = {"measured": {"validation": {"in range": {"outputs": outputs}}}}
+    provenance = {"measured": run_figures(validation={"in range": {"outputs": outputs}}).dump()}
     fmu = export_fmu(surrogate, tmp_path / "a.fmu", provenance=provenance)
     told = calibrate(surrogate, *record, own_error=[0.02])
     assert slide_fmu.calibrate(fmu, *record) == told

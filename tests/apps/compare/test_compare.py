@@ -13,6 +13,8 @@ import pytest
 from slide_fmu.apps.compare import compare as comparing
 from slide_fmu.apps.compare.baselines.base import Budget
 from slide_fmu.apps.compare.compare import Terms, compare_recipe
+from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
+from slide_fmu.core.figures import plain
 from slide_fmu.core.measures import rms
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import unseen_motions
@@ -74,57 +76,57 @@ def job_of(folder: Path, name: str, model: str) -> Job:
 
 
 @pytest.fixture(scope="module")
-def duffing(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, dict[str, Any], Path]:
+def duffing(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, ComparisonFigures, Path]:
     """A finished comparison of the Duffing oscillator."""
     build_libraries()
     job = job_of(tmp_path_factory.mktemp("duffing"), "duffing", "DuffingOscillator")
     return (job, *compare_recipe(job, TERMS))
 
 
-def by_title(figures: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    return {model["title"]: model for model in figures["models"]}
+def by_title(figures: ComparisonFigures) -> dict[str, ModelFigures]:
+    return {model.title: model for model in figures.models}
 
 
-def error(model: dict[str, Any]) -> float:
-    return float(model["outputs"][0]["rmse_over_deviation"])
+def error(model: ModelFigures) -> float:
+    return float(model.outputs[0].rmse_over_deviation)
 
 
 @pytest.mark.extended
 @needs_sysidentpy
 def test_nonlinear_network_beats_linear_models_of_the_duffing_oscillator(
-    duffing: tuple[Job, dict[str, Any], Path],
+    duffing: tuple[Job, ComparisonFigures, Path],
 ) -> None:
     models = by_title(duffing[1])
     own = models["own: state space"]
-    assert own["structure"] == "4 states, 6 units"
+    assert own.structure == "4 states, 6 units"
     assert error(own) < 0.05
     for title in LINEAR:
         assert error(models[title]) > 3 * error(own), title
-        assert models[title]["linear"]
-    assert duffing[1]["remark"] is None
+        assert models[title].linear
+    assert duffing[1].remark is None
 
 
 @needs_sysidentpy
-def test_every_model_has_its_figures(duffing: tuple[Job, dict[str, Any], Path]) -> None:
+def test_every_model_has_its_figures(duffing: tuple[Job, ComparisonFigures, Path]) -> None:
     _, figures, page = duffing
-    assert len(figures["models"]) == 7
-    for model in figures["models"]:
-        assert model["failed"] is None
-        assert model["parameters"] > 0
-        assert model["step_us"] > 0
-        assert model["time_ratio"] > 0
-        assert model["cpu_seconds"] < 3 * figures["budget_s"] or model["title"].startswith("own")
+    assert len(figures.models) == 7
+    for model in figures.models:
+        assert model.failed is None
+        assert model.parameters > 0
+        assert model.step_us > 0
+        assert model.time_ratio > 0
+        assert model.cpu_seconds < 3 * figures.budget_s or model.title.startswith("own")
     models = by_title(figures)
-    assert models["GRU"]["cut"]
-    assert models["feed-forward network"]["cut"]
-    assert models["own: state space"]["time_ratio"] == pytest.approx(1, rel=0.5)
+    assert models["GRU"].cut
+    assert models["feed-forward network"].cut
+    assert models["own: state space"].time_ratio == pytest.approx(1, rel=0.5)
     assert "own: state space" in page.read_text(encoding="utf-8")
-    assert json.loads(page.with_suffix(".json").read_text(encoding="utf-8")) == figures
+    assert json.loads(page.with_suffix(".json").read_text(encoding="utf-8")) == plain(figures)
 
 
 @needs_sysidentpy
 def test_own_error_is_that_of_the_surrogate_on_the_unseen_motions(
-    duffing: tuple[Job, dict[str, Any], Path],
+    duffing: tuple[Job, ComparisonFigures, Path],
 ) -> None:
     job, figures, _ = duffing
     surrogate = job.folder.load_surrogate(job.recipe).surrogate
@@ -136,19 +138,19 @@ def test_own_error_is_that_of_the_surrogate_on_the_unseen_motions(
         parts.append((surrogate.predict_newest(motion.inputs)[first - 1 :] - truth, truth))
     errors, truth = (np.concatenate(part) for part in zip(*parts, strict=True))
     expected = rms(errors) / truth.std(axis=0)
-    assert error(figures["models"][0]) == pytest.approx(float(expected[0]), rel=1e-6)
+    assert error(figures.models[0]) == pytest.approx(float(expected[0]), rel=1e-6)
 
 
 @pytest.mark.extended
 @needs_sysidentpy
 def test_comparison_that_was_killed_goes_on_with_the_next_model(
-    duffing: tuple[Job, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
+    duffing: tuple[Job, ComparisonFigures, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job, figures, _ = duffing
     (job.folder.path / "compare" / "gru.json").unlink()
     fitted = []
 
-    def fit(candidate: Any, *arguments: Any) -> dict[str, Any]:
+    def fit(candidate: Any, *arguments: Any) -> ModelFigures:
         fitted.append(candidate.title)
         raise KeyboardInterrupt
 
@@ -165,11 +167,11 @@ def test_comparison_that_was_killed_goes_on_with_the_next_model(
 
 @needs_sysidentpy
 def test_other_terms_find_all_models_anew(
-    duffing: tuple[Job, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch
+    duffing: tuple[Job, ComparisonFigures, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fitted = []
 
-    def fit(candidate: Any, *arguments: Any) -> dict[str, Any]:
+    def fit(candidate: Any, *arguments: Any) -> ModelFigures:
         fitted.append((candidate.title, arguments[2]))
         raise KeyboardInterrupt
 
@@ -178,7 +180,7 @@ def test_other_terms_find_all_models_anew(
         with pytest.raises(KeyboardInterrupt):
             compare_recipe(duffing[0], terms)
     assert [title for title, _ in fitted] == ["FIR"] * 4
-    own = duffing[1]["models"][0]["cpu_seconds"]
+    own = duffing[1].models[0].cpu_seconds
     assert [budget for _, budget in fitted] == [3.0, own, 2.0, 2.0]
     assert own > 0
 
@@ -190,12 +192,12 @@ def test_linear_model_of_a_linear_system_is_remarked(tmp_path: Path) -> None:
     figures, page = compare_recipe(job_of(tmp_path, "linear", "LinearOscillator"), TERMS)
     models = by_title(figures)
     assert error(models["ARX"]) < 1e-9
-    assert models["ARX"]["structure"] == "2 lags"
+    assert models["ARX"].structure == "2 lags"
     # NARX may choose the same terms; networks round to single precision
-    others = [model for model in figures["models"] if model["title"] not in ("ARX", "NARX")]
+    others = [model for model in figures.models if model.title not in ("ARX", "NARX")]
     assert all(error(model) > error(models["ARX"]) for model in others)
-    assert "a linear model would do: ARX" in figures["remark"]
-    assert figures["remark"] in page.read_text(encoding="utf-8")
+    assert "a linear model would do: ARX" in figures.remark
+    assert figures.remark in page.read_text(encoding="utf-8")
 
 
 def test_missing_extra_is_refused_before_any_work(
@@ -214,8 +216,8 @@ def test_model_that_cannot_be_trained_says_why() -> None:
 
     candidate = comparing.Candidate("GRU", False, fails)  # type: ignore[arg-type]
     found = comparing._measured(candidate, None, None, 1.0, lambda _: lambda *_: None)  # type: ignore[arg-type]
-    assert found["failed"] == "training diverged"
-    assert found["title"] == "GRU"
+    assert found.failed == "training diverged"
+    assert found.title == "GRU"
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
@@ -243,7 +245,7 @@ def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     path.write_text(text, encoding="utf-8")
     job = open_job(path, tmp_path / "runs", lambda _: lambda *_: None)
     figures, _ = compare_recipe(job, Terms(budget=0.5, seed=77, workers=1))
-    assert figures["trajectories"] == 1  # the block at the end of the record
+    assert figures.trajectories == 1  # the block at the end of the record
     models = by_title(figures)
     assert error(models["own: state space"]) < 0.1 < error(models["ARX"])
-    assert {model["failed"] for model in figures["models"]} == {None}
+    assert {model.failed for model in figures.models} == {None}

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from slide_fmu.apps.compare.kept_comparison import KeptComparison
+from slide_fmu.apps.compare.model_figures import ModelFigures
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.data.unseen import UnseenMotion
 
+MODEL = ModelFigures(title="FIR", linear=True, structure="9 lags", cpu_seconds=1.0)
 MOTION = UnseenMotion(np.ones((3, 1)), np.zeros((4, 1)), 1, 0)
 
 
@@ -21,9 +23,9 @@ def never() -> None:
 
 def test_what_was_found_is_not_looked_for_again(tmp_path: Path) -> None:
     kept = KeptComparison(tmp_path)
-    kept.figures("fir", "key", lambda: {"error": 1.0})
+    kept.figures("fir", "key", lambda: MODEL)
     kept.motions("key", lambda: [MOTION])
-    assert kept.figures("fir", "key", never) == {"error": 1.0}  # type: ignore[arg-type]
+    assert kept.figures("fir", "key", never) == MODEL  # type: ignore[arg-type]
     (again,) = kept.motions("key", never)  # type: ignore[arg-type]
     assert np.array_equal(again.inputs, MOTION.inputs)
 
@@ -31,12 +33,12 @@ def test_what_was_found_is_not_looked_for_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", [0.0, 0.5, 0.95])
 def test_damaged_files_of_a_comparison_are_named(tmp_path: Path, part: float) -> None:
     kept = KeptComparison(tmp_path)
-    kept.figures("fir", "key", lambda: {"error": 1.0})
+    kept.figures("fir", "key", lambda: MODEL)
     kept.motions("key", lambda: [MOTION])
     for name in ("fir.json", "unseen.npz"):
         whole = (tmp_path / name).read_bytes()
         (tmp_path / name).write_bytes(whole[: int(part * len(whole))])
     with pytest.raises(DamagedFileError, match=r"fir\.json is damaged.*remove it"):
-        kept.figures("fir", "key", lambda: {"error": 1.0})
+        kept.figures("fir", "key", lambda: MODEL)
     with pytest.raises(DamagedFileError, match=r"unseen\.npz is damaged.*remove it"):
         kept.motions("key", lambda: [MOTION])

@@ -1,69 +1,62 @@
-"""The table, the remarks and the picture of a comparison of models."""
+"""The table, the remarks and the charts of a comparison of models."""
 
 from __future__ import annotations
 
-import io
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
-from PIL import Image
 
+from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures, ModelOutput
 from slide_fmu.apps.compare.sections import (
-    baseline_rows,
     baselines_report,
-    error_and_cost,
-    error_of,
+    error_charts,
     linear_remark,
+    model_table,
     remark_on,
 )
 
 
-def model(title: str, error: float | None, linear: bool = False, **others: Any) -> dict[str, Any]:
+def model(title: str, error: float | None, linear: bool = False, **others: Any) -> ModelFigures:
     """The figures of a model of one output."""
-    output = {
-        "name": "position",
-        "unit": "m",
-        "rmse_over_deviation": error,
-        "bounded_rmse_over_deviation": 0.031 if error is None else error,
-    }
-    return {
-        "title": title,
-        "linear": linear,
-        "structure": "4 lags",
-        "cut": False,
-        "failed": None,
-        "cpu_seconds": 2.0,
-        "parameters": 9,
-        "step_us": 3.0,
-        "time_ratio": 2.0,
-        "diverged": 0 if error is not None else 2,
-        "outputs": [output],
-        **others,
-    }
+    output = ModelOutput(
+        name="position",
+        unit="m",
+        rmse_over_deviation=error,
+        bounded_rmse_over_deviation=0.031 if error is None else error,
+    )
+    found = ModelFigures(
+        title=title,
+        linear=linear,
+        structure="4 lags",
+        cpu_seconds=2.0,
+        parameters=9,
+        diverged=0 if error is not None else 2,
+        outputs=(output,),
+        step_us=3.0,
+        time_ratio=2.0,
+    )
+    return replace(found, **others)
 
 
-FAILED = {
-    "title": "GRU",
-    "linear": False,
-    "structure": "",
-    "cut": False,
-    "failed": "training diverged",
-    "cpu_seconds": 1.0,
-}
+FAILED = ModelFigures(
+    title="GRU", linear=False, structure="", failed="training diverged", cpu_seconds=1.0
+)
 """A model that could not be trained has no further figures."""
 
 
-def figures(*models: dict[str, Any]) -> dict[str, Any]:
+def figures(*models: ModelFigures) -> ComparisonFigures:
     """The figures of a comparison."""
-    return {
-        "name": "car",
-        "trajectories": 7,
-        "seed": 5,
-        "training_seed": 0,
-        "budget_s": 3.0,
-        "models": list(models),
-        "remark": linear_remark(models),
-    }
+    return ComparisonFigures(
+        name="car",
+        trajectories=7,
+        budget_s=3.0,
+        seed=5,
+        training_seed=0,
+        models=models,
+        remark=linear_remark(models),
+    )
 
 
 OWN = model("own: state space", 0.02)
@@ -97,25 +90,26 @@ def test_best_of_the_other_models_counts_not_the_own_one_alone() -> None:
 
 
 def test_error_of_several_outputs_is_the_largest_and_without_one_infinite() -> None:
-    several = model("own", 0.02)
-    several["outputs"] = [*model("", 0.3)["outputs"], *several["outputs"]]
-    assert error_of(several) == 0.3
-    assert error_of(model("NARX", None)) == error_of(FAILED) == float("inf")
+    single = model("own", 0.02)
+    assert replace(single, outputs=model("", 0.3).outputs + single.outputs).error == 0.3
+    assert model("NARX", None).error == FAILED.error == float("inf")
 
 
 def test_divergence_is_told_with_what_is_left() -> None:
     assert remark_on(model("NARX", None, cut=True), 7) == (
         "diverged on 2 of 7 trajectories, 3.1 % off on the others; cut by the budget"
     )
-    everywhere = model("NARX", None, diverged=7)
-    everywhere["outputs"][0]["bounded_rmse_over_deviation"] = None
+    (output,) = model("NARX", None).outputs
+    unknown = replace(output, bounded_rmse_over_deviation=None)
+    everywhere = model("NARX", None, diverged=7, outputs=(unknown,))
     assert remark_on(everywhere, 7) == "diverged on 7 of 7 trajectories"
     assert remark_on(OWN, 7) == ""
 
 
 def test_table_has_a_row_for_every_model_also_for_one_that_failed() -> None:
     untimed = model("own: state space", 0.02, cpu_seconds=None)
-    heading, own, narx, failed = baseline_rows(figures(untimed, model("NARX", None), FAILED))
+    table = model_table(figures(untimed, model("NARX", None), FAILED))
+    heading, (own, narx, failed) = table.heading, table.rows
     assert heading[2] == "relative RMSE of position"
     assert own == ("own: state space", "4 lags", "2 %", "9", "", "3", "2", "")
     assert narx[2] == "diverged"
@@ -123,10 +117,10 @@ def test_table_has_a_row_for_every_model_also_for_one_that_failed() -> None:
     assert len(heading) == len(own) == len(failed)
 
 
-def test_report_shows_table_picture_and_remark() -> None:
+def test_report_shows_table_charts_and_remark() -> None:
     data = figures(OWN, model("ARX", 0.02, linear=True), model("NARX", None))
     page = baselines_report(data, "a car").html()
-    assert page.count("data:image/webp;base64,") == 1
+    assert page.count("data-chart=") == 2
     for words in (
         "car: comparison",
         "a linear model would do: ARX",
@@ -137,6 +131,10 @@ def test_report_shows_table_picture_and_remark() -> None:
 
 
 @pytest.mark.parametrize("models", [[OWN, model("NARX", None), FAILED], [model("own", None)]])
-def test_picture_is_drawn_whatever_diverges(models: list[dict[str, Any]]) -> None:
-    with Image.open(io.BytesIO(error_and_cost(models))) as image:
-        assert image.size[0] > 900
+def test_charts_are_drawn_whatever_diverges(models: list[ModelFigures]) -> None:
+    size, time = error_charts(models)
+    for chart in (size, time):
+        lines = chart.panels[0].lines
+        assert len(lines) == sum(one.failed is None for one in models)
+        assert all(np.isfinite(line.y).all() for line in lines)
+        assert all(("(diverged)" in line.name) == (line.y[0] > 2.5) for line in lines)

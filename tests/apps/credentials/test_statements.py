@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -23,21 +24,20 @@ def told(found: Validation, provenance: dict[str, Any]) -> dict[str, Any]:
 
 def test_statements_have_the_measured_error_of_every_output(finer: Validation) -> None:
     figures = figures_of(finer)
-    accuracy = told(finer, {"measured": figures})["accuracy"]
+    accuracy = told(finer, {"measured": figures.dump()})["accuracy"]
     (output,) = accuracy.iter(f"{{{OWN}}}Output")
-    expected = figures["validation"]["in range"]["outputs"][0]
-    for key in ("name", "unit"):
-        assert output.get(key) == expected[key]
+    expected = figures.in_range.outputs[0]
+    assert (output.get("name"), output.get("unit")) == (expected.name, expected.unit)
     for key in ("rmse", "relative_rmse", "max_error"):
-        assert float(output.get(key)) == expected[key]
+        assert float(output.get(key)) == getattr(expected, key)
 
 
 def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
     finer: Validation,
 ) -> None:
     figures = figures_of(finer)
-    (error,) = told(finer, {"measured": figures})["reference.error"]
-    known = figures["validation"]["in range"]["outputs"][0]["model_relative_rmse"]
+    (error,) = told(finer, {"measured": figures.dump()})["reference.error"]
+    known = figures.in_range.outputs[0].model_relative_rmse
     assert float(error.get("relative_rmse_of_data_model")) == known
     unknown = {e.keyword: e.value for e in statements(finer.surrogate, PLAIN, {})}
     assert unknown["reference.error"] == [
@@ -90,7 +90,8 @@ def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation
 def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) -> None:
     found = figures_of(finer)
     assert limits(finer.surrogate, FINER, found)[0].endswith("trained on is not known.")
-    found["validation"]["others"] = {**found["validation"]["in range"], "held_out": True}
+    others = replace(found.in_range, held_out=True)
+    found = replace(found, validation={**found.validation, "others": others})
     first = limits(finer.surrogate, FINER, found)[0]
     assert first.endswith("is known of those alone that were held out and measured.")
 
@@ -100,9 +101,9 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
     finer: Validation, error: float, warned: bool
 ) -> None:
     found = figures_of(finer)
-    main = found["validation"]["in range"]
-    output = {**main["outputs"][0], "relative_rmse": error}
-    found["validation"]["beyond"] = {**main, "outputs": [output], "amplitude": [1.0, 2.0]}
+    output = replace(found.in_range.outputs[0], relative_rmse=error)
+    beyond = replace(found.in_range, outputs=(output,), amplitude=(1.0, 2.0))
+    found = replace(found, validation={**found.validation, "beyond": beyond})
     sentence = (
         "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its relative RMSE is "
         "up to 30 %."
@@ -111,24 +112,25 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
 
 
 def test_statements_have_the_error_of_the_plain_call(finer: Validation) -> None:
-    output = {"name": "y", "unit": "m", "smooth": None, "rough": 0.25, "smooth_if_held": 0.5}
+    output = {"name": "y", "unit": "m", "rough": 0.25, "rough_rmse": 1.0, "smooth_if_held": 0.5}
     plain = {"hold": "zero_order", "outputs": [output], "sentence": "late: 50 % at 1 Hz"}
-    figures = {**figures_of(finer), "plain_call": plain}
-    found = told(finer, {"measured": figures})["accuracy.plain_call"]
+    figures = figures_of(finer, plain_call=plain)
+    found = told(finer, {"measured": figures.dump()})["accuracy.plain_call"]
     assert found.get("sentence") == "late: 50 % at 1 Hz"
     (row,) = found.iter(f"{{{OWN}}}Output")
-    assert row.attrib == {"name": "y", "unit": "m", "rough": "0.25", "smooth_if_held": "0.5"}
+    rough = {"rough": "0.25", "rough_rmse": "1.0"}
+    assert row.attrib == {"name": "y", "unit": "m", **rough, "smooth_if_held": "0.5"}
 
 
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
     finer: Validation,
 ) -> None:
-    found = {
-        **figures_of(finer),
-        "stability": [{"amplitude": 1.0}, {"amplitude": 1.5}],
-        "record_remarks": ["few records"],
-        "remark": "more units may help",
-    }
+    found = figures_of(
+        finer,
+        stability=[{"amplitude": 1.0}, {"amplitude": 1.5}],
+        record_remarks=["few records"],
+        remark="more units may help",
+    )
     sentences = limits(finer.surrogate, FINER, found)
     assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
     assert sentences[-2:] == ["Few records.", "More units may help."]

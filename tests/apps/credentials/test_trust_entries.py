@@ -13,6 +13,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sentences import bound_sentences
 from tests.validation.handmade import bounded, comparison, told
+from tests.validation.measured import figures_of
 
 STILL = [0.5, 0.5, 0.5, 0.5]
 FIRST = comparison(
@@ -29,7 +30,7 @@ THIRD = replace(SECOND, told=told([[9.0, 9.0]] * 4, STILL))
 
 def test_harm_stands_by_kind_where_usual_errors_are_known() -> None:
     known = replace(bounded(FIRST, SECOND, THIRD), usual=np.array([1.0, 0.2]))
-    provenance = {"measured": {"validation": {"in range": known.figures()}}}
+    provenance = {"measured": figures_of(known).dump()}
     entries = {e.keyword: e.value for e in statements(known.surrogate, known.recipe, provenance)}
     rows = list(entries["error_bound.harm"])
     assert [row.get("name") for row in rows] == ["all", "held_random", "sweep"]
@@ -51,7 +52,7 @@ def test_kinds_that_the_bound_alone_has_learnt_from_have_a_table() -> None:
 
 def credentials_of(*comparisons: Any) -> dict[str, Any]:
     found = bounded(*comparisons)
-    provenance = {"measured": {"validation": {"in range": found.figures()}}}
+    provenance = {"measured": figures_of(found).dump()}
     entries = statements(found.surrogate, found.recipe, provenance)
     return {entry.keyword: entry.value for entry in entries}
 
@@ -68,8 +69,8 @@ def test_credentials_have_bound_domain_and_where_they_count() -> None:
         *(("sweep", "y0"), ("sweep", "y1")),
     ]
     assert float(rows[3].get("lowest_coverage")) == 1 / 2
-    measured = {"validation": {"in range": bounded(FIRST, SECOND, THIRD).figures()}}
+    measured = figures_of(bounded(FIRST, SECOND, THIRD))
     own = bounded(FIRST)
-    sentences = bound_sentences(own.recipe, False, measured["validation"]["in range"])
+    sentences = bound_sentences(own.recipe, False, measured.in_range)
     assert set(sentences) < set(found["limits"])
     assert limits(own.surrogate, own.recipe, measured) == found["limits"]

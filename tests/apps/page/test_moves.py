@@ -42,7 +42,7 @@ def page(solved: Solved, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _settled(solved: Solved) -> list[float]:
     figures = solved.figures()
-    return [row["settled_s"] for row in (figures["move"], figures["baselines"][0])]
+    return [row.settled_s for row in (figures.move, figures.baselines[0])]
 
 
 def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: Solved) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
-from slide_fmu.report.report import Report, Section
+from slide_fmu.report.html_report import Report, Section
 from tests.browser import Browser
 
 CANVAS = "document.querySelectorAll('canvas.chart')[{}]"

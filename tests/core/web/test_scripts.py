@@ -10,7 +10,7 @@ import pytest
 
 from slide_fmu.core.web.packing import MODULES
 from slide_fmu.core.web.scripts import ScriptError, joined_modules
-from slide_fmu.report import report
+from slide_fmu.report import html_report
 from tests.marks import APPS
 from tests.node import node
 
@@ -72,7 +72,7 @@ def test_modules_of_another_folder_are_found_by_their_path(tmp_path: Path) -> No
 PAGE = APPS / "page" / "web"
 ENTRIES = {
     "loader": MODULES / "loader.js",
-    "report": report.WEB / "report.js",
+    "report": html_report.WEB / "report.js",
     **({"page": PAGE / "main.js"} if PAGE.exists() else {}),
 }
 
@@ -86,7 +86,7 @@ def test_script_of_every_page_is_one_that_node_can_read(tmp_path: Path, name: st
 
 def test_modules_are_all_joined_into_some_page_and_small() -> None:
     script = "".join(joined_modules(entry) for entry in ENTRIES.values())
-    for path in (*MODULES.glob("*.js"), *PAGE.glob("*.js"), *report.WEB.glob("*.js")):
+    for path in (*MODULES.glob("*.js"), *PAGE.glob("*.js"), *html_report.WEB.glob("*.js")):
         text = path.read_text(encoding="utf-8")
         names = re.findall(
             r"^export (?:async )?(?:function|class|const) (\w+)", text, re.MULTILINE

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from slide_fmu.apps.compare.baselines.base import Baseline
 from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
+from slide_fmu.apps.compare.model_figures import ModelOutput
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class ModelErrors:
+    """These are a model's numbers of parameters and of diverged motions, and its errors."""
+
+    parameters: int
+    diverged: int
+    outputs: tuple[ModelOutput, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +37,10 @@ class UnseenTest:
     surrogate: Surrogate
     motions: Sequence[UnseenMotion]
 
-    def figures(self, baseline: Baseline) -> dict[str, Any]:
-        """Return a model's number of parameters, and its error on every output.
+    def errors(self, baseline: Baseline) -> ModelErrors:
+        """Return the errors of a model on every output, all motions together.
 
-        Errors are the RMSE over the standard deviation of the truth, all motions together; None
-        of a model that has diverged on a motion: its RMSE says nothing. The error on the motions
-        on which it has not stands beside.
+        The RMSE of a model that has diverged on a motion says nothing.
         """
         runs = [self._run(baseline, motion) for motion in self.motions]
         truth = np.concatenate([motion.outputs for motion in self.motions])
@@ -41,19 +48,16 @@ class UnseenTest:
         kept = [run for run, gone in zip(runs, lost, strict=True) if not gone]
         everything = None if any(lost) else self._errors(runs)
         bounded = self._errors(kept) if kept else None
-        return {
-            "parameters": baseline.parameters,
-            "diverged": sum(lost),
-            "outputs": [
-                {
-                    "name": signal.name,
-                    "unit": signal.unit,
-                    "rmse_over_deviation": None if everything is None else everything[i],
-                    "bounded_rmse_over_deviation": None if bounded is None else bounded[i],
-                }
-                for i, signal in enumerate(self.surrogate.outputs)
-            ],
-        }
+        outputs = tuple(
+            ModelOutput(
+                name=signal.name,
+                unit=signal.unit,
+                rmse_over_deviation=None if everything is None else everything[i],
+                bounded_rmse_over_deviation=None if bounded is None else bounded[i],
+            )
+            for i, signal in enumerate(self.surrogate.outputs)
+        )
+        return ModelErrors(baseline.parameters, sum(lost), outputs)
 
     def _run(self, baseline: Baseline, motion: UnseenMotion) -> tuple[FloatArray, FloatArray]:
         """Return simulated and true outputs of the scored samples, in their units."""

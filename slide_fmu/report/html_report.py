@@ -6,14 +6,15 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import jinja2
 
+from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.charts import Bar, Chart, Columns, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
-from slide_fmu.report.pictures import in_page
+from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.table import Table
 
 WEB = Path(__file__).parent / "web"
 
@@ -28,16 +29,14 @@ class Section:
     Attributes:
         title: heading.
         text: what is seen here and how to read it.
-        rows: table, whose first row is the heading; it may be empty.
-        pictures: PNG bytes.
+        table: figures in words.
         charts: what the page draws itself.
         bars: sizes beside each other.
     """
 
     title: str
     text: str
-    rows: Sequence[Sequence[str]] = ()
-    pictures: Sequence[bytes] = ()
+    table: Table | None = None
     charts: Sequence[Chart] = ()
     bars: Sequence[Bar] = ()
 
@@ -48,7 +47,7 @@ class Report:
 
     Attributes:
         title, summary: heading, and what stands below it.
-        data: the figures, as written to JSON.
+        figures: a dataclass or plain values; JSON has their dump.
         sections: what is shown, in this order.
         inside: a whole page of HTML, shown behind the sections; none if None.
         verdict: what a reader must know, in a few sentences; it stands above all else.
@@ -56,7 +55,7 @@ class Report:
 
     title: str
     summary: str
-    data: dict[str, Any]
+    figures: object
     sections: list[Section] = field(default_factory=list)
     inside: str | None = None
     verdict: tuple[str, ...] = ()
@@ -67,7 +66,7 @@ class Report:
             loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
         )
         columns, sections = Columns(), []
-        charts: list[dict[str, Any]] = []
+        charts: list[object] = []
         for section in self.sections:
             first = len(charts)
             charts += [described(chart, columns) for chart in section.charts]
@@ -86,19 +85,20 @@ class Report:
 
         The folder is made where there is none.
         """
-        text = json.dumps(self.data, indent=2)
+        figures = self.figures
+        values = figures.dump() if isinstance(figures, RunFigures) else plain(figures)
+        text = json.dumps(values, indent=2)
         write_whole(folder / "report.json", (text + "\n").encode("utf-8"))
         path = folder / "report.html"
         write_whole(path, self.html().encode("utf-8"))
         return path
 
 
-def _shown(section: Section) -> dict[str, Any]:
+def _shown(section: Section) -> dict[str, object]:
     """Return what the template shows of a section; the longest bar is as long as it may be."""
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
         **vars(section),
-        "pictures": [in_page(picture) for picture in section.pictures],
         "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
     }
 

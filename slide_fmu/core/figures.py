@@ -1,0 +1,64 @@
+"""Figures are frozen dataclasses; JSON files hold their dump, from which they are read again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field, fields, is_dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:  # slow to import, and the console writes figures that it does not read
+    from pydantic import TypeAdapter
+
+Kind = TypeVar("Kind")
+
+JsonObject = dict[str, Any]
+"""What an object of JSON is in Python, where nothing is known of its keys yet."""
+
+LEFT_OUT, SPREAD = "left out", "spread"
+"""Marks of fields: left out of a dump where it has its default; a mapping whose items stand
+beside the other fields."""
+
+
+def optional(default: Any = None) -> Any:
+    """Make a field that a dump leaves out where it has its default."""
+    return field(default=default, metadata={LEFT_OUT: True})
+
+
+def spread() -> Any:
+    """Make a field of a mapping whose items stand in a dump beside the other fields."""
+    return field(metadata={SPREAD: True})
+
+
+def plain(figures: object) -> Any:
+    """Return figures as plain values: dictionaries, lists, numbers, texts and None."""
+    if is_dataclass(figures) and not isinstance(figures, type):
+        found: dict[str, object] = {}
+        for one in fields(figures):
+            value = getattr(figures, one.name)
+            if one.metadata.get(LEFT_OUT) and value == one.default:
+                continue
+            found |= plain(value) if one.metadata.get(SPREAD) else {one.name: plain(value)}
+        return found
+    if isinstance(figures, Mapping):
+        return {key: plain(value) for key, value in figures.items()}
+    if isinstance(figures, tuple | list):
+        return [plain(value) for value in figures]
+    return figures
+
+
+def read_figures(kind: type[Kind], values: object) -> Kind:
+    """Return the figures that have this dump; keys that the kind does not know are left out.
+
+    Raises:
+        ValueError: a key is missing, or a value has another type than the kind says.
+    """
+    adapter: TypeAdapter[Kind] = _adapter(kind)  # type: ignore[arg-type]
+    return adapter.validate_python(values)
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(kind)

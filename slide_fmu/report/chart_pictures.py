@@ -1,0 +1,138 @@
+"""Charts as PNG pictures, for places that run no scripts, such as a model card.
+
+Pictures are made small: line drawings have few colours, so they take a fifth of the bytes.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from slide_fmu.core.units import labelled
+from slide_fmu.core.web.charts import Band, Chart, Line, Panel
+
+INKS = {
+    "line": "#1f77b4",
+    "truth": "#222222",
+    "bad": "#d62728",
+    "estimate": "#ff7f0e",
+    "cursor": "#222222",
+    "band": "#1f77b433",
+    "shade": "#5c687522",
+    "input-0": "#1f77b4",
+    "input-1": "#ff7f0e",
+    "input-2": "#2ca02c",
+    "input-3": "#9467bd",
+    "input-4": "#8c564b",
+    "input-5": "#e377c2",
+}
+"""Colours on white paper, by their names in charts."""
+
+WIDTH = 5.5
+"""A column is so many inches wide."""
+
+HEIGHTS = {"tall": 2.8, "short": 1.8, "square": 4.5}
+"""Panels are so many inches high."""
+
+
+COLOURS = 24
+"""Colours of a picture: about ten lines and inks, with steps between them and white."""
+
+DPI = 96
+"""Pixels per inch."""
+
+
+def chart_picture(charts: Sequence[Chart]) -> bytes:
+    """Draw charts beside each other, all of which have panels of the same heights."""
+    return png(chart_figure(charts))
+
+
+def chart_figure(charts: Sequence[Chart]) -> Figure:
+    """Return the figure of charts beside each other."""
+    heights = [HEIGHTS[panel.height] for panel in charts[0].panels]
+    figure = Figure(figsize=(WIDTH * len(charts), sum(heights)), layout="constrained")
+    axes = figure.subplots(
+        len(heights), len(charts), sharex="col", squeeze=False, height_ratios=heights
+    )
+    for column, chart in enumerate(charts):
+        for ax, panel in zip(axes[:, column], chart.panels, strict=True):
+            _draw_panel(ax, panel, chart)
+        text = f"\n{chart.text}" if chart.text else ""
+        axes[0, column].set_title(f"{chart.title}{text}", fontsize=11)
+        axes[-1, column].set_xlabel(labelled(chart.axis.label, chart.axis.unit))
+    return figure
+
+
+def _draw_panel(ax: Axes, panel: Panel, chart: Chart) -> None:
+    for band in panel.bands:
+        _draw_band(ax, band)
+    for line in panel.lines:
+        _draw_line(ax, line)
+    for part in chart.parts:
+        ax.axvspan(*part, color=INKS["shade"], lw=0)
+    for mark in chart.marks:
+        ax.axvline(mark, color=INKS["cursor"], lw=0.8, ls=":")
+    if chart.axis.log:
+        ax.set_xscale("log")
+    if panel.log:
+        ax.set_yscale("log")
+    ax.set_ylabel(labelled(panel.title, panel.unit))
+    if any(line.name for line in panel.lines):
+        ax.legend(loc="upper right", fontsize=8)
+
+
+def _draw_band(ax: Axes, band: Band) -> None:
+    ax.fill_between(band.x, band.low, band.high, color=INKS[band.colour], label=band.name, lw=0)
+
+
+def _draw_line(ax: Axes, line: Line) -> None:
+    """Draw a line; one of which nothing is known is not named either."""
+    if not np.isfinite(line.y).any():
+        return
+    colour, points = INKS[line.colour], line.style == "points"
+    look = "." if points else "--" if line.dashed else "-"
+    (drawn,) = ax.plot(line.x, line.y, look, color=colour, label=line.name or None)
+    if points:
+        drawn.set_markersize(2 * line.width)
+    else:
+        drawn.set_linewidth(0.75 * line.width)
+        drawn.set_drawstyle("steps-pre" if line.style == "steps" else "default")
+
+
+def png(figure: Figure) -> bytes:
+    """Store a figure as a PNG with a palette of a few colours."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    return with_palette(buffer.getvalue())
+
+
+def with_palette(picture: bytes) -> bytes:
+    """Store a PNG with a palette of a few colours, on white; one with a palette stays as it is.
+
+    The size in pixels stays.
+    """
+    with Image.open(io.BytesIO(picture)) as image:
+        if image.mode == "P":
+            return picture
+        few = _few_colours(image)
+    buffer = io.BytesIO()
+    few.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def _few_colours(image: Image.Image) -> Image.Image:
+    """Return the picture with a palette, on white.
+
+    The colours are chosen by maximum coverage and refined by k-means, so that a rare one, such as
+    that of a single thin line, is not lost; pixels are not dithered.
+    """
+    opaque = Image.new("RGBA", image.size, "white")
+    opaque.alpha_composite(image.convert("RGBA"))
+    return opaque.convert("RGB").quantize(
+        COLOURS, method=Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE
+    )

@@ -1,0 +1,154 @@
+"""Tables of measured errors: by output, in the plain call, at rest, and by parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from slide_fmu.core.measures import percent
+from slide_fmu.core.units import behind
+from slide_fmu.report.table import Table
+from slide_fmu.validation.box import TITLES
+from slide_fmu.validation.error_figures import (
+    BoxFigures,
+    OutputFigures,
+    ParameterFigures,
+    ParameterPoint,
+    PlainCallFigures,
+    Timing,
+    ValidationFigures,
+)
+
+SIZE = "RMS of the reference about its mean"
+PLAIN = "relative RMSE, inputs set to what they are now"
+"""Columns of tables of errors."""
+
+WORST = 5
+"""So many of the values of physical parameters with the largest errors are shown."""
+
+
+def percent_or_nothing(value: float | None) -> str:
+    """Return a fraction as per cent; an empty text for None."""
+    return "" if value is None else percent(value)
+
+
+def accuracy_table(validations: Mapping[str, ValidationFigures]) -> Table:
+    """Return the errors of every output in each validation."""
+    heading = (
+        "inputs",
+        "output",
+        SIZE,
+        "RMSE",
+        "relative RMSE",
+        "median of trajectories (10 % .. 90 %)",
+        "largest error",
+        PLAIN,
+        "relative RMSE of the data's model",
+        "noise of what was measured",
+        "run freely",
+    )
+    rows = ((n, *_accuracy_cells(o)) for n, v in validations.items() for o in v.outputs)
+    return Table.of(heading, rows).without_empty_columns()
+
+
+def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
+    unit, single = behind(output.unit), output.relative_rmse_of_trajectories
+    others = (
+        output.plain_relative_rmse,
+        output.model_relative_rmse,
+        output.relative_noise_floor,
+        output.free_relative_rmse,
+    )
+    return (
+        output.name,
+        f"{output.rms_reference_about_mean:.4g}{unit}",
+        f"{output.rmse:.4g}{unit}",
+        percent(output.relative_rmse),
+        f"{percent(single.median)} ({percent(single.p10)} .. {percent(single.p90)})",
+        f"{output.max_error:.4g}{unit}",
+        *map(percent_or_nothing, others),
+    )
+
+
+def short_accuracy_table(validation: ValidationFigures) -> Table:
+    """Return the errors of every output of one validation, as a console shows them."""
+    return accuracy_table({"": validation}).columns(
+        "output", SIZE, "RMSE", "relative RMSE", "largest error", PLAIN
+    )
+
+
+def timing_table(timing: Timing) -> Table:
+    """Return what a step takes, next to one of the reference."""
+    rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
+    if timing.speedup is not None:
+        rows.append(("reference FMU", f"{timing.reference_step_us:.3g} µs"))
+        rows.append(("ratio", f"{timing.speedup:.3g}"))
+    return Table.of(("set, doStep and get through fmpy, median", "per step"), rows)
+
+
+def plain_call_table(found: PlainCallFigures) -> Table:
+    """Return the errors of the plain call; columns of what was not measured are left out."""
+    heading = (
+        "output",
+        "smooth inputs",
+        "worst smooth motion",
+        "inputs as in the training",
+        "inputs known to the step's end",
+        "covered by the bound under smooth inputs",
+        "smooth inputs, which are held for a step",
+    )
+    rows = (
+        (
+            output.name,
+            *map(
+                percent_or_nothing,
+                (
+                    output.smooth,
+                    output.smooth_worst,
+                    output.rough,
+                    output.known_to_step_end,
+                    output.smooth_covered,
+                    output.smooth_if_held,
+                ),
+            ),
+        )
+        for output in found.outputs
+    )
+    title = "plain call, fmpy.simulate_fmu(fmu, input=table): relative RMSE"
+    return Table.of(heading, rows, title).without_empty_columns()
+
+
+def box_table(found: BoxFigures) -> Table:
+    """Return the errors at constant inputs."""
+    heading = "inputs", "output", "relative RMSE", "largest error", "covered by the bound"
+    rows = (
+        (
+            f"{TITLES[name]} ({group.points} points)",
+            output.name,
+            percent(output.relative_rmse),
+            f"{output.largest_error:.3g}{behind(output.unit)}",
+            percent_or_nothing(output.covered),
+        )
+        for name, group in found.groups.items()
+        for output in group.outputs
+    )
+    return Table.of(heading, rows).without_empty_columns()
+
+
+def parameter_table(found: ParameterFigures) -> Table:
+    """Return the errors by physical parameters.
+
+    Of the other values the worst ``WORST`` are shown; all corners are.
+    """
+
+    def rows() -> Iterator[tuple[str, ...]]:
+        parts = ("corner", found.corners, None), ("measured, worst", found.unseen, WORST)
+        for what, points, most in parts:
+            for point in sorted(points, key=_error_at, reverse=True)[:most]:
+                values = (f"{point.values[name]:.4g}" for name in found.names)
+                yield what, *values, percent(_error_at(point))
+
+    return Table.of(("values", *found.names, "relative RMSE"), rows())
+
+
+def _error_at(point: ParameterPoint) -> float:
+    return max(point.relative_rmse)

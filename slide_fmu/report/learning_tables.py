@@ -1,0 +1,111 @@
+"""Tables of how a surrogate was learnt: window, training, sizes, learning curve, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from slide_fmu.core.measures import percent
+from slide_fmu.fitting.history import Curve, History, TriedSize
+from slide_fmu.memory.decay_figures import RecordSizingFigures, SizingFigures, seconds
+from slide_fmu.memory.stability import AmplitudeTest, stability_figures
+from slide_fmu.report.table import Table
+from slide_fmu.validation.error_figures import ResponseFigures
+
+
+def decay_table(figures: SizingFigures) -> Table:
+    """Return the decay times of a system, or of a linear fit of records.
+
+    Measured times are those of whole motions, so their last column is empty. Linearized ones are
+    not there where the system does not offer them, which the row says.
+    """
+    if isinstance(figures, RecordSizingFigures):
+        fitted = figures.fitted_decay_time_s
+        row = "fitted", seconds(fitted.value), seconds(fitted.low), seconds(fitted.high)
+        return Table.of(("decay time", "slowest pole", "95 % interval from", "to"), [row])
+    linearized, measured = figures.decay_time_s, figures.measured_decay_time_s
+    times = ["not offered", "", ""]
+    if linearized is not None:
+        worst = linearized.worst, linearized.local_worst
+        times = [seconds(linearized.mean), *map(seconds, worst)]
+    rows = [
+        ("linearized", *times),
+        ("measured", seconds(measured.mean), seconds(measured.worst), ""),
+    ]
+    return Table.of(("decay time", "mean", "worst", "at the worst instant"), rows)
+
+
+def stability_table(tests: tuple[AmplitudeTest, ...]) -> Table:
+    """Return what the tests of fading memory and boundedness found."""
+    heading = "amplitude", "median difference", "largest difference", "growth", "test"
+    rows = (
+        (
+            f"{found.amplitude:g} x",
+            _scientific(found.median_difference),
+            _scientific(found.largest_difference),
+            "inf" if found.growth is None else f"{found.growth:.3g}",
+            "passed" if test.problem is None else test.problem,
+        )
+        for test, found in zip(tests, stability_figures(tests), strict=True)
+    )
+    return Table.of(heading, rows)
+
+
+def training_table(histories: Mapping[str, History]) -> Table:
+    """Return how the trainings went."""
+
+    def rows() -> Iterator[Sequence[str]]:
+        for stage, history in histories.items():
+            best = min(history.validation_error)
+            error = percent(best) if history.relative else f"{best:.4g}, scaled"
+            yield stage, str(history.step[-1]), error
+
+    return Table.of(("stage", "steps or iterations", "best validation error"), rows())
+
+
+def size_table(sizes: Sequence[TriedSize]) -> Table:
+    """Return the sizes that a search has tried."""
+    heading = "order", "units", "parameters", "validation error", "of which learnable"
+    rows = (
+        (
+            str(size.order),
+            str(size.units),
+            str(size.parameters),
+            *(
+                "" if error is None else f"{error:.3g}"
+                for error in (size.validation_error, size.learnable_error)
+            ),
+        )
+        for size in sizes
+    )
+    return Table.of(heading, rows, "sizes tried")
+
+
+def curve_table(curve: Curve) -> Table:
+    """Return a learning curve."""
+    rows = (
+        (
+            str(point.trajectories),
+            f"{point.validation_error:.3g}",
+            f"{point.training_error:.3g}",
+            f"{point.seconds:.0f}",
+        )
+        for point in curve.points
+    )
+    heading = "trajectories", "validation error", "training error", "time / s"
+    return Table.of(heading, rows, "learning curve")
+
+
+def response_table(found: ResponseFigures) -> Table:
+    """Return how far the learnt response matrix is from the exact one."""
+    rows = [
+        ("largest deviation, relative to the largest entry", found.max_deviation_relative),
+        ("largest entry above the diagonal, absolute", found.max_above_diagonal),
+        ("the same, relative to the largest entry", found.max_above_diagonal_relative),
+    ]
+    cells = ((what, _scientific(value)) for what, value in rows)
+    return Table.of(("figure", "value"), cells)
+
+
+def _scientific(value: float | None) -> str:
+    """Return a small number with three digits; None is infinite."""
+    return "inf" if value is None else f"{value:.2e}"

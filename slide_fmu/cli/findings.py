@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from slide_fmu.cli.console import console, show_remark
-from slide_fmu.core.measures import percent
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.report.table import Table
 

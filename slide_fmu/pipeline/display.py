@@ -12,7 +12,6 @@ from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
 from rich.text import Text
 
-from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.report.table import ENDLESS
 
@@ -158,7 +157,7 @@ def _duration(seconds: float) -> str:
 def _percent(error: float | None) -> str:
     """Write a relative RMSE; one that is not known is not written."""
     known = error is not None and math.isfinite(error)
-    return percent(error) if known and error is not None else ""
+    return f"{100 * error:.3g} %" if known and error is not None else ""
 
 
 def _remark(error: float | None) -> str:

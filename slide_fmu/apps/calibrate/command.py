@@ -11,7 +11,6 @@ from slide_fmu.cli.console import console, progress_bars, show_remark, write_jso
 from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
 from slide_fmu.core.figures import plain
-from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
 from slide_fmu.report.table import Table
 
@@ -111,6 +110,8 @@ def calibrate(
 
 def _show(found: Calibration) -> None:
     """Print the fitted values, how well they fit, and what should be known about them."""
+    from slide_fmu.core.measures import percent
+
     fitted = (
         (
             one.parameter.name,

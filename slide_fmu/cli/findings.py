@@ -107,5 +107,3 @@ def _show_costs(data: Costs, seconds: float) -> None:
         f"to lead in; {1.0 / seconds:.3g} simulated seconds per second and "
         f"process: {least or 'about '}{data.expected_wall_time_s / 60:.2g} minutes"
     )
-
-

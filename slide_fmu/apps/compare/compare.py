@@ -127,6 +127,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
     own = trained.histories["surrogate"].cpu_seconds
+    assert own is not None  # every training is timed
     budget = own if terms.budget is None else terms.budget
     key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
     with fmu_of(surrogate) as fmu:

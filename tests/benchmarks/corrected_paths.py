@@ -19,7 +19,7 @@ from figures_out import measure_and_write
 from seeds import CORRECTED_PATHS
 
 from slide_fmu.apps.motion import MotionError, PathTask, coordinates_of
-from slide_fmu.apps.motion.compensate import chain_of_surrogate, condition_along
+from slide_fmu.apps.motion.compensation import chain_of_surrogate, condition_along
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.apps.motion.path_correction import correct
 from slide_fmu.core.figures import plain

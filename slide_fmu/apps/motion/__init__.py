@@ -10,25 +10,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from slide_fmu.apps.motion.choose import Family, choose
-    from slide_fmu.apps.motion.compensate import Compensated, compensate
+    from slide_fmu.apps.motion.choice import Family, choose
+    from slide_fmu.apps.motion.compensation import Compensated, compensate
     from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
     from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
-    from slide_fmu.apps.motion.earliest import Found, earliest
+    from slide_fmu.apps.motion.earliest_move import Found, earliest
     from slide_fmu.apps.motion.limits import Limits
     from slide_fmu.apps.motion.move import Move
     from slide_fmu.apps.motion.problem import Past, Problem
-    from slide_fmu.apps.motion.quietest import quietest
+    from slide_fmu.apps.motion.quietest_move import quietest
     from slide_fmu.apps.motion.records import MotionError, Records
     from slide_fmu.apps.motion.response import Response
     from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
 
 _HOMES = {
-    "choose": (
+    "choice": (
         "Family",
         "choose",
     ),
-    "compensate": (
+    "compensation": (
         "Compensated",
         "compensate",
     ),
@@ -43,7 +43,7 @@ _HOMES = {
         "residual",
         "settled",
     ),
-    "earliest": (
+    "earliest_move": (
         "Found",
         "earliest",
     ),
@@ -53,7 +53,7 @@ _HOMES = {
         "Past",
         "Problem",
     ),
-    "quietest": ("quietest",),
+    "quietest_move": ("quietest",),
     "records": (
         "MotionError",
         "Records",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.compensate import Compensated, compensate
+from slide_fmu.apps.motion.compensation import Compensated, compensate
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.choose import Family, choose
+from slide_fmu.apps.motion.choice import Family, choose
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.costs import COSTS
-from slide_fmu.apps.motion.earliest import Found, earliest
+from slide_fmu.apps.motion.earliest_move import Found, earliest
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import what_margins_are
 from slide_fmu.apps.motion.move import Move, MoveFigures
 from slide_fmu.apps.motion.problem import Problem
-from slide_fmu.apps.motion.quietest import quietest
+from slide_fmu.apps.motion.quietest_move import quietest
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import JsonObject, optional
 from slide_fmu.core.files import write_whole

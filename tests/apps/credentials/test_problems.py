@@ -10,6 +10,7 @@ from slide_fmu.apps.credentials import members
 from slide_fmu.apps.credentials.problems import credential_problems
 from slide_fmu.cosim.ssv import parameters_of
 from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu, read_member
+from slide_fmu.pipeline.documents import CARD, PAGE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.credentials.conftest import LINEAR, Changed
 
@@ -37,11 +38,10 @@ def test_credentials_of_another_surrogate_are_found_out(
     assert "describes another resources/surrogate.slide: its SHA3-256 checksum is" in problem
 
 
-@pytest.mark.parametrize("name", ["CARD", "PAGE", "RESULTS"])
+@pytest.mark.parametrize("place", [CARD, PAGE, members.RESULTS])
 def test_missing_file_that_the_manifest_names_is_a_problem(
-    released: Surrogate, changed: Changed, name: str
+    released: Surrogate, changed: Changed, place: str
 ) -> None:
-    place = getattr(members, name)
     problems = credential_problems(changed(place, None), released)
     assert any(f"fmi-ls-manifest.xml names {place} (" in problem for problem in problems)
 

@@ -23,7 +23,7 @@ from slide_fmu.apps.motion import (
     quietest,
     settled,
 )
-from slide_fmu.apps.motion.earliest import baselines
+from slide_fmu.apps.motion.earliest_move import baselines
 from slide_fmu.apps.motion.motion_report import motion_report, remark_on_moves
 from slide_fmu.apps.motion.move import Move
 from slide_fmu.apps.motion.solve import solve

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.apps.motion.costs import residual
-from slide_fmu.apps.motion.earliest import Found, ringing_shapers, shaped_moves
+from slide_fmu.apps.motion.earliest_move import Found, ringing_shapers, shaped_moves
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import shaped_shares
 from slide_fmu.apps.motion.problem import Problem

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from slide_fmu.apps.motion.costs import Answers, Cost
-from slide_fmu.apps.motion.earliest import Found, baselines
+from slide_fmu.apps.motion.earliest_move import Found, baselines
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import arrivals, shares
 from slide_fmu.apps.motion.problem import Problem

@@ -36,9 +36,9 @@ from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -77,12 +77,13 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
         )
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
-    surrogate = _learnt_anew(surrogate, recipe)
+    case = case_of(recipe)
+    surrogate = _learnt_anew(surrogate, case)
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     text = model_card(surrogate, recipe, measured, PICTURE, drawn)
     seed = measured.validation[IN_RANGE].seed
-    release = Release(surrogate, recipe, provenance, documents(page, text), seed=seed)
+    release = Release(surrogate, case, provenance, documents(page, text), seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         run = export_fmu(surrogate, Path(folder) / fmu.name)
         former = None if new_experiment else fmu
@@ -113,7 +114,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     with tempfile.TemporaryDirectory() as runs:
         job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
         job.folder.path.mkdir()
-        surrogate = _learnt_anew(surrogate, job.recipe)
+        surrogate = _learnt_anew(surrogate, job.case)
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
             shutil.copy(drawn, job.folder.path)
@@ -130,13 +131,13 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     return fmu
 
 
-def _learnt_anew(surrogate: Surrogate, recipe: Recipe) -> Surrogate:
+def _learnt_anew(surrogate: Surrogate, case: Case) -> Surrogate:
     """Return the surrogate with what follows from the inputs of its training found again.
 
     These are the forecast of its inputs and the ranges of its outputs, which are those of the
     surrogate itself, since nothing is simulated. The network stays as it is.
     """
-    system = recipe_system(recipe)
+    recipe, system = case.recipe, case.system
     draws = [
         draw(recipe, system, split_stream(recipe, "train", index), index)
         for index in range(recipe.data.train)

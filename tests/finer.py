@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Validation
 from tests.fmu.samples import sum_surrogate
@@ -20,7 +20,7 @@ from tests.validation.measured import FINER, PLAIN, measured
 @pytest.fixture(scope="session")
 def surrogate() -> Surrogate:
     """The sum of eight inputs: what it says does not matter here."""
-    system = recipe_system(PLAIN)
+    system = case_of(PLAIN).system
     return replace(
         sum_surrogate(8),
         name="tiny",

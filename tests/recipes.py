@@ -6,7 +6,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.base import System
 
 LINEAR_NETWORK = """[[data.excitation]]
 kind = "held_random"
@@ -61,6 +63,14 @@ ESTIMATOR: dict[str, Any] = {
 def tiny_recipe(**changes: Any) -> Recipe:
     """The tiny recipe; tables given as keyword arguments are merged into it."""
     return Recipe.model_validate(merged(tomllib.loads(TINY), changes))
+
+
+def case_of_object(system: System) -> Case:
+    """The tiny recipe of a system that a session gives, with that system."""
+    tables = tomllib.loads(TINY)
+    tables["system"] = {"model": "given", "kind": "object"}
+    step = {"window": {"step": system.step}, "data": {"duration": 128 * system.step}}
+    return case_of(Recipe.model_validate(merged(tables, step)), system)
 
 
 def recipe_of_model(model: Path, **changes: Any) -> Recipe:

@@ -129,7 +129,12 @@ def validate(
 ) -> None:
     """Measure an FMU beside its reference system on unseen inputs; runs the model's code."""
     from slide_fmu.pipeline.apps import last_section
-    from slide_fmu.pipeline.measurement import report_folder, validate_fmu_file, validation_report
+    from slide_fmu.pipeline.measurement import (
+        released_case,
+        report_folder,
+        validate_fmu_file,
+        validation_report,
+    )
     from slide_fmu.report.console import print_box, print_plain_call, print_validation
     from slide_fmu.validation.comparison import Task
 
@@ -137,8 +142,9 @@ def validate(
         if report is not None:
             report.mkdir(parents=True, exist_ok=True)
         task = Task(seed, trajectories, amplitude, duration, held_out)
-        result = validate_fmu_file(fmu, task, bar)
-        made, figures = validation_report(result, fmu)
+        case = released_case(fmu)
+        result = validate_fmu_file(fmu, case, task, bar)
+        made, figures = validation_report(result, fmu, case)
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
         page = replace(made, inside=last_section(fmu)).write(folder)
     write_json(json_path, figures)

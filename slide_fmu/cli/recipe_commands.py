@@ -269,7 +269,7 @@ def window(
         job = open_job(recipe, runs, bar)
         show_found(job.resolved)
         sizing = size_recipe(job, seed)
-        coarse_or_wasted = remark_on_step(job.recipe)
+        coarse_or_wasted = remark_on_step(job.case)
     figures = sizing.figures()
     show_sizing(figures)
     show_remark(sizing.remark)
@@ -339,9 +339,10 @@ def reference(
     """Write the model of a recipe itself as an FMU; it needs this Python to run."""
     from slide_fmu.pipeline.importable import make_importable
     from slide_fmu.pipeline.side_by_side import write_reference
+    from slide_fmu.recipe.case import case_of
     from slide_fmu.recipe.reading import load_recipe
 
     with errors():
         make_importable(recipe.parent)
-        path = write_reference(load_recipe(recipe), output)
+        path = write_reference(case_of(load_recipe(recipe)), output)
     console.print(f"FMU     {path}")

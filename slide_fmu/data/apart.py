@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.systems import given
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 
@@ -28,15 +27,14 @@ class EndedError(RuntimeError):
 def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     """Call a function of a module in a program of its own, and return what it returns.
 
-    Function, arguments and result cross as pickles; systems that were given as objects are given
-    there too. It is no worker process, which would run the user's script again. It ends with this
-    process, however that ends.
+    Function, arguments and result cross as pickles. It is no worker process, which would run the
+    user's script again. It ends with this process, however that ends.
 
     Raises:
         EndedError: the program ended by itself.
         Exception: what the function raises.
     """
-    task = pickle.dumps((given.crossing(), function, arguments))
+    task = pickle.dumps((function, arguments))
     places = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     code = f"import sys; from {__name__} import work; work(sys.argv[1])"
     with tempfile.TemporaryDirectory() as folder:
@@ -97,9 +95,8 @@ def ended_process(model: str, kind: str) -> str:
 
 def work(result: str) -> None:
     """Do the work that is read from standard input, and write its result to a file."""
-    crossed, function, arguments = pickle.load(sys.stdin.buffer)
+    function, arguments = pickle.load(sys.stdin.buffer)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    given.take(crossed)
     try:
         done = True, function(*arguments)
     except Exception as error:  # it is raised again where the work was asked for

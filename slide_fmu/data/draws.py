@@ -16,9 +16,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
 from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import Bending, RandomStates, State, System
+from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate, simulate_bending
+from slide_fmu.systems.simulation import simulate, simulate_between
 
 STREAMS = {
     "train": 0,
@@ -280,14 +280,7 @@ def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
     if drawn.between is None:
         return simulate(system, drawn.inputs, drawn.initial).outputs
     parts = len(drawn.between) // len(drawn.inputs)
-    if isinstance(system, Bending):
-        return simulate_bending(system, drawn.between, parts, drawn.initial)
-    if system.finer is None or system.finer.parts != parts:
-        raise ValueError(
-            f"inputs in {parts} parts of a sample step for a system that is not made for them; "
-            "expected that of the recipe by which they were drawn"
-        )
-    return simulate(system.finer.system, drawn.between, drawn.initial).outputs[::parts]
+    return simulate_between(system, drawn.between, parts, drawn.initial)
 
 
 def shortened(drawn: Draw, count: int | None) -> Draw:

@@ -14,8 +14,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.systems.base import Source, System
+from slide_fmu.records.either import either
+from slide_fmu.systems.base import Source
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
@@ -78,10 +78,7 @@ def identity(recipe: Recipe, source: Source) -> FloatArray:
     Raises:
         SimulationError: the model could not be simulated.
     """
-    if isinstance(source, System):
-        return probe(recipe, source)
-    assert isinstance(source, MeasuredRecords)
-    return source.identity
+    return either(source, lambda system: probe(recipe, system), lambda records: records.identity)
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

@@ -5,11 +5,12 @@ A generation may be killed at any moment: the next one makes what is missing.
 
 from __future__ import annotations
 
-import json
+import pickle
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
@@ -22,10 +23,11 @@ from slide_fmu.data.pool import as_done
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.store import open_store
 from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
-from slide_fmu.data.worker import Order, make_trajectories
+from slide_fmu.data.worker import Order, Tally, make_ordered, make_trajectories
 from slide_fmu.data.zarr_group import Shapes
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.errors import SimulationError
@@ -36,7 +38,7 @@ millisecond of one process. It has few, so that the last workers end at about th
 
 
 def generate(
-    recipe: Recipe,
+    case: Case,
     path: Path,
     executor: Executor | None,
     progress: Progress,
@@ -52,7 +54,7 @@ def generate(
     whose files are lost or damaged is made again.
 
     Args:
-        recipe: what is made; all its numbers are known.
+        case: the recipe whose trajectories are made, all of whose numbers are known.
         path: place of the store.
         executor: does the work; None for this process.
         progress: shows how many trajectories are there.
@@ -68,17 +70,27 @@ def generate(
         SimulationError: too many trajectories could not be simulated, or the model ended the
             process that simulated it; trajectories in the store stay there.
     """
+    recipe, source = case.recipe, case.source
     recipe.require_resolved()
     path = path.absolute()
-    source = recipe_source(recipe)
     open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
     forget_damaged(recipe, path)
-    if isinstance(source, MeasuredRecords):
-        return _keep_stretches(recipe, source, path, progress)
-    wanted = _missing(recipe, path)
-    order = Order(
-        recipe_json(recipe), str(path), None if beside is None else str(beside.absolute())
+    return either(
+        source,
+        lambda _: _simulate_all(case, path, executor, progress, beside),
+        lambda records: _keep_stretches(recipe, records, path, progress),
     )
+
+
+def _simulate_all(
+    case: Case, path: Path, executor: Executor | None, progress: Progress, beside: Path | None
+) -> int:
+    """Simulate the trajectories that the store does not hold yet; return their number.
+
+    Arguments and errors are those of ``generate``.
+    """
+    recipe = case.recipe
+    wanted, make = _missing(recipe, path), _maker(case, path, executor, beside)
     total = sum(recipe.count(split) for split in SPLITS)
     before, made = total - len(wanted), 0
     progress(before, total)
@@ -86,7 +98,7 @@ def generate(
     try:
         while wanted:
             busy: list[tuple[str, int]] = []
-            with closing(as_done(executor, make_trajectories, _jobs(order, wanted))) as tallies:
+            with closing(as_done(executor, make, _jobs(wanted))) as tallies:
                 for _, tally in tallies:
                     problem = too_many_failures(path, recipe)
                     if problem is not None:
@@ -124,13 +136,21 @@ def _missing(recipe: Recipe, path: Path) -> list[tuple[str, int]]:
     ]
 
 
-def _jobs(
-    order: Order, wanted: list[tuple[str, int]]
-) -> Iterator[tuple[Order, tuple[tuple[str, int], ...]]]:
+def _maker(
+    case: Case, path: Path, executor: Executor | None, beside: Path | None
+) -> Callable[[tuple[tuple[str, int], ...]], Tally]:
+    """Return what makes the trajectories of a job: here, or from an order where it crosses."""
+    if executor is None:
+        return partial(make_trajectories, case, path)
+    folder = None if beside is None else str(beside.absolute())
+    return partial(make_ordered, Order(pickle.dumps(case), str(path), folder))
+
+
+def _jobs(wanted: list[tuple[str, int]]) -> Iterator[tuple[tuple[tuple[str, int], ...]]]:
     """Divide what is wanted into jobs."""
     size = min(max(len(wanted) // JOBS, 1), MOST_IN_A_JOB)
     for first in range(0, len(wanted), size):
-        yield order, tuple(wanted[first : first + size])
+        yield (tuple(wanted[first : first + size]),)
 
 
 def _pauses() -> Iterator[float]:
@@ -158,11 +178,3 @@ def _keep_stretches(
             made += 1
             progress(done + made, total)
     return made
-
-
-def recipe_json(recipe: Recipe) -> str:
-    """Write a recipe as plain JSON, which crosses to every executor and is cheap to compare.
-
-    The tables of signals keep their order, which is that of the columns in the data.
-    """
-    return json.dumps(recipe.model_dump(mode="json"))

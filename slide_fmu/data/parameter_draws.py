@@ -11,9 +11,8 @@ from scipy.stats import qmc
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import BEYOND_ATTEMPTS, STREAMS, Stream
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 
 PARAMETERS = 8
@@ -44,18 +43,18 @@ def leaves_ranges(recipe: Recipe, stream: Stream, index: int, attempt: int = 0) 
     return _leave(recipe, drawn_parameters(recipe, stream, index, attempt))
 
 
-def system_at(recipe: Recipe, system: System, values: dict[str, float]) -> System:
-    """Return the system of a recipe with values of its parameters; itself where there are none.
+def case_at(case: Case, values: dict[str, float]) -> Case:
+    """Return a case with values of its parameters, whose system can be made.
 
     Raises:
         SimulationError: the system cannot be made with them.
     """
-    if not values:
-        return system
+    found = case.at(values)
     try:
-        return recipe_system(recipe.at(values))
+        _ = found.system
     except LoadError as error:  # it could be made with the start values
         raise SimulationError(str(error)) from error
+    return found
 
 
 def with_values(words: str, values: dict[str, float]) -> str:

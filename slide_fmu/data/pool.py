@@ -16,27 +16,17 @@ from contextlib import closing, contextmanager
 from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
-from slide_fmu.systems import given
-
 Result = TypeVar("Result")
 
 
 @contextmanager
-def process_pool(
-    workers: int | None = None,
-    set_up: Callable[..., object] | None = None,
-    arguments: tuple[Any, ...] = (),
-) -> Iterator[Executor | None]:
+def process_pool(workers: int | None = None) -> Iterator[Executor | None]:
     """Open a pool of processes, one per core if None, that end with their parent, however it ends.
 
-    ``set_up`` is called once in every worker with the arguments, which must be picklable; systems
-    that were given as objects are given there too. The pool is shut down at the end of the
-    ``with`` block, after the jobs that have begun; at once where the user interrupts the block.
-    No workers, 0, are no pool: then this process is set up.
+    The pool is shut down at the end of the ``with`` block, after the jobs that have begun; at once
+    where the user interrupts the block. No workers, 0, are no pool.
     """
     if workers == 0:
-        if set_up is not None:
-            set_up(*arguments)
         yield None
         return
     # "spawn": a forked worker would inherit threads and solver states in an undefined condition
@@ -50,7 +40,7 @@ def process_pool(
             count,
             mp_context=context,
             initializer=_start,
-            initargs=(open_while_wanted, given.crossing(), set_up, arguments),
+            initargs=(open_while_wanted,),
         ) as pool,
     ):
         try:
@@ -146,17 +136,9 @@ def as_done(
             future.cancel()
 
 
-def _start(
-    open_while_wanted: Connection[Any, Any],
-    crossed: bytes,
-    set_up: Callable[..., object] | None,
-    arguments: tuple[Any, ...],
-) -> None:
+def _start(open_while_wanted: Connection[Any, Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent(open_while_wanted)
-    given.take(crossed)
-    if set_up is not None:
-        set_up(*arguments)
 
 
 def _end_with_parent(open_while_wanted: Connection[Any, Any]) -> None:

@@ -13,7 +13,6 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import System
 
@@ -45,15 +44,13 @@ class UnseenMotion:
 
 
 def unseen_motions(
-    recipe: Recipe, stream: Stream, count: int, advance: Progress
+    recipe: Recipe, system: System, stream: Stream, count: int, advance: Progress
 ) -> Iterator[UnseenMotion]:
     """Draw motions one by one and simulate the reference system in this process.
 
     Raises:
-        LoadError: the reference system is not installed here.
         SimulationError: it could not be simulated, nor on other draws.
     """
-    system = reference_system(recipe)
     advance(0, count)
     for index in range(count):
         yield _motion(recipe, system, stream, index)

@@ -7,12 +7,15 @@ finished is never repeated.
 
 from __future__ import annotations
 
+import pickle
 import socket
 import sys
 import threading
 import time
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from slide_fmu.data.claims import claimed
@@ -30,19 +33,19 @@ from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_motion
 from slide_fmu.data.parameter_draws import (
     as_row,
+    case_at,
     drawn_parameters,
     leaves_ranges,
-    system_at,
     with_values,
 )
 from slide_fmu.data.trajectories import is_done, write_trajectory
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
-from slide_fmu.systems.base import System
+from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 
 APPEARS = 10.0
 """A store that another machine has just made appears on a shared disk within this time, in s."""
+KEPT = 64
+"""A process keeps the cases of at most this many orders and threads."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +53,14 @@ class Order:
     """An order is what all jobs of a generation have in common.
 
     Attributes:
-        recipe: the recipe as JSON (``slide_fmu.data.generation.recipe_json``).
+        case: the pickle of a ``Case``, of which each worker makes its own systems.
         store: absolute path of the store.
         beside: absolute path of the recipe's folder, in which workers elsewhere look for its own
             files; None for workers that this process started.
         number: tells the orders of generations apart: the same model may be another one by then.
     """
 
-    recipe: str
+    case: bytes
     store: str
     beside: str | None = None
     number: str = field(default_factory=lambda: uuid.uuid4().hex)
@@ -78,28 +81,46 @@ class Tally:
     busy: tuple[tuple[str, int], ...]
 
 
-class _Worker(threading.local):
-    """A worker keeps the recipe and the system that it made last, one for each thread.
-
-    Systems are costly to build and hold a state: two threads must not step the same one.
-    """
-
-    made: tuple[Order, Recipe, System] | None = None
-
-
-_worker = _Worker()
-
-
-def make_trajectories(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
-    """Make the trajectories that are wanted, by split and index, unless they are done or claimed.
+def make_ordered(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
+    """Make the trajectories of an order that are wanted, as ``make_trajectories`` does.
 
     Raises:
         LoadError: the system cannot be made here.
         StoreError: this machine does not see the store, or the model is another one here.
+        OSError: as of ``make_trajectories``.
+    """
+    return make_trajectories(_case_of(order, threading.get_ident()), Path(order.store), wanted)
+
+
+@lru_cache(maxsize=KEPT)
+def _case_of(order: Order, thread: int) -> Case:
+    """Return the case of an order; a model that is another one here is refused.
+
+    Systems hold a state, so two threads (``threading.get_ident``) must not step the same one.
+    """
+    if order.beside is not None:
+        _require_disk(Path(order.store))
+        if order.beside not in sys.path:
+            sys.path.insert(0, order.beside)
+    case: Case = pickle.loads(order.case)
+    if order.beside is not None:  # the packages and files there may be others than those here
+        where = f"the worker on {socket.gethostname()}"
+        require_motion(Path(order.store), identity(case.recipe, case.source), where)
+    return case
+
+
+def make_trajectories(case: Case, path: Path, wanted: Sequence[tuple[str, int]]) -> Tally:
+    """Make the trajectories that are wanted, by split and index, unless they are done or claimed.
+
+    Args:
+        case: the recipe, whose system is simulated.
+        path: place of the store.
+        wanted: split and index of each.
+
+    Raises:
         OSError: a trajectory cannot be written, or the disk has no locks.
     """
-    path, made, found, busy = Path(order.store), 0, 0, []
-    recipe, system = _prepared(order)
+    made, found, busy = 0, 0, []
     for split, index in wanted:
         if is_done(path, split, index):
             found += 1
@@ -110,25 +131,9 @@ def make_trajectories(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tall
             elif is_done(path, split, index):  # since another process had the claim
                 found += 1
             else:
-                _make(recipe, system, path, split, index)
+                _make(case, path, split, index)
                 made += 1
     return Tally(made, found, tuple(busy))
-
-
-def _prepared(order: Order) -> tuple[Recipe, System]:
-    """Return recipe and system of an order; they are made at its first job."""
-    if _worker.made is None or _worker.made[0] != order:
-        if order.beside is not None:
-            _require_disk(Path(order.store))
-            if order.beside not in sys.path:
-                sys.path.insert(0, order.beside)
-        recipe = Recipe.model_validate_json(order.recipe)
-        system = recipe_system(recipe)
-        if order.beside is not None:  # the packages and files there may be others than those here
-            where = f"the worker on {socket.gethostname()}"
-            require_motion(Path(order.store), identity(recipe, system), where)
-        _worker.made = order, recipe, system
-    return _worker.made[1:]
 
 
 def _require_disk(store: Path) -> None:
@@ -144,22 +149,23 @@ def _require_disk(store: Path) -> None:
         time.sleep(0.5)
 
 
-def _make(recipe: Recipe, system: System, path: Path, split: str, index: int) -> None:
+def _make(case: Case, path: Path, split: str, index: int) -> None:
     """Simulate a trajectory and write it; further draws take the place of one that fails."""
+    recipe = case.recipe
     stream, kinds = split_stream(recipe, split, index), recipe.drawn_for(split)
     beyond = BEYOND_ATTEMPTS if stream.beyond or leaves_ranges(recipe, stream, index) else 0
     for attempt in range(beyond + allowed_failures(recipe) + 1):
         at = attempted(stream, attempt)
         parameters = drawn_parameters(recipe, stream, index, attempt)
         try:
-            driven = system_at(recipe, system, parameters)
+            driven = case_at(case, parameters).system
             drawn = draw(kinds, driven, at, index, attempt)
             trajectory = simulate_draw(driven, drawn)
         except SimulationError as error:
             words = with_values(str(error), parameters)
             failure = Failure(split, index, attempt, error.time, words)
-            inputs = draw_inputs(kinds, system, at, index, attempt).inputs
-            keep_failure(path, failure, system, inputs)
+            inputs = draw_inputs(kinds, case.system, at, index, attempt).inputs
+            keep_failure(path, failure, case.system, inputs)
         else:
             values = as_row(parameters) if parameters else None
             write_trajectory(path, split, index, trajectory, drawn.kind, values)

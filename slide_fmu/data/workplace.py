@@ -12,7 +12,9 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.data import pool
 from slide_fmu.data.cluster import cluster, scheduler_of
 from slide_fmu.data.generation import generate
-from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.records.either import either
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,11 @@ class Workplace:
             with cluster(self.executor) as executor:
                 yield executor
 
-    def make(self, recipe: Recipe, beside: Path | None, store: Path, progress: Progress) -> int:
+    def make(self, case: Case, beside: Path | None, store: Path, progress: Progress) -> int:
         """Make a recipe's trajectories in a store, and return how many were made here.
 
         Args:
-            recipe: what is made.
+            case: the recipe whose trajectories are made.
             beside: folder of the recipe; None where it lies in none.
             store: place of the store.
             progress: shows how many are there.
@@ -66,11 +68,11 @@ class Workplace:
             StoreError, SimulationError: as of ``generate``.
         """
         elsewhere = self.executor is not None
-        if recipe.system.is_record and elsewhere:
+        if elsewhere and either(case.source, lambda _: False, lambda _: True):
             raise RecipeError(
-                f"recipe {recipe.name!r} is of records, which are cut and not simulated; expected "
-                f"no --executor {self.executor}: leave it out"
+                f"recipe {case.recipe.name!r} is of records, which are cut and not simulated; "
+                f"expected no --executor {self.executor}: leave it out"
             )
         with self.open() as executor:
             folder = (beside or Path()) if elsewhere else None
-            return generate(recipe, store, executor, progress, folder)
+            return generate(case, store, executor, progress, folder)

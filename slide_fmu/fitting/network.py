@@ -21,6 +21,7 @@ from slide_fmu.fitting.state_space.cubes import with_enough_room
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FITS: dict[type, Callable[[Problem, Any, Any, Progress], FittedNetwork]] = {
@@ -93,8 +94,9 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     found = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
     history = replace(found.history, cpu_seconds=spent.keep(), relative=relative)
     forecast = fit_forecast(source.inputs, splits[0].inputs, recipe.window.planned)
-    if forecast is not None and (recipe.system.is_record or recipe.data.substeps > 1):
-        forecast = replace(forecast, sampled=True)
+    if forecast is not None:
+        sampled = either(source, lambda _: recipe.data.substeps > 1, lambda _: True)
+        forecast = replace(forecast, sampled=sampled)
     surrogate = Surrogate(
         recipe.name,
         window_of(recipe),

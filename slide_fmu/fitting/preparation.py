@@ -31,13 +31,13 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Physical, Problem, Records, seen_records
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.either import either, no_answer
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Linearizable, Source, System
+from slide_fmu.systems.base import Linearizable, Source
 
 LEARNT_BY = {"window", "network", "training", "parameters"}
 """Tables of a recipe by which its network is learnt."""
@@ -273,10 +273,12 @@ def _eigenvalues_at_corners(recipe: Recipe, source: Source) -> list[Eigenvalues 
 
     There are none where the recipe has no parameters, or the source cannot be set, as records.
     """
-    if not (recipe.parameters and isinstance(source, System)):
-        return []
-    corners = corners_of(recipe.physical())
-    return [eigenvalues_at_rest(recipe_source(recipe.at(corner))) for corner in corners]
+    corners = corners_of(recipe.physical()) if recipe.parameters else []
+    return either(
+        source,
+        lambda _: [eigenvalues_at_rest(case_of(recipe.at(corner)).source) for corner in corners],
+        lambda _: [],
+    )
 
 
 def _physical(
@@ -298,9 +300,10 @@ def _physical(
 
 def _noise_of(source: Source, scaling: Affine) -> tuple[FloatArray, ...] | None:
     """Return the noise of outputs in the units of their scaling; None where it is not known."""
-    if not isinstance(source, MeasuredRecords) or source.noise is None:
+    noise = either(source, no_answer, lambda records: records.noise)
+    if noise is None:
         return None
-    return tuple(stretch / scaling.scale for stretch in source.noise.stretches)
+    return tuple(stretch / scaling.scale for stretch in noise.stretches)
 
 
 def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:

@@ -23,6 +23,7 @@ from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.base import Source, System
 
@@ -65,12 +66,17 @@ def find_lengths(recipe: Recipe, system: Source, patience: Patience | None = Non
         RecipeError: what the recipe gives does not fit the window that its system needs.
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
-    if isinstance(system, MeasuredRecords):
-        return _of_records(recipe, system)
-    assert isinstance(system, System)
+    return either(
+        system,
+        lambda one: _of_system(recipe, one, patience or Patience()),
+        lambda records: _of_records(recipe, records),
+    )
+
+
+def _of_system(recipe: Recipe, system: System, patience: Patience) -> Lengths:
+    """Find the lengths of a recipe whose system is simulated."""
     if "window.n_in" not in recipe.automatic:
         return _with_window(recipe, recipe.window.n_in, None)
-    patience = patience or Patience()
     # a first look, which is cheap
     sizing = size_window(recipe, system, most=LEAST_MEASURED, patience=patience)
     truncated, shortened = _truncated(recipe, sizing), False

@@ -21,7 +21,7 @@ from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import specimens
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
 
@@ -96,7 +96,13 @@ def check_stability(
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
     return tuple(
-        _test(network, excited_features(surrogate, recipe, system, factor), (factor, unit), recipe)
+        _test(
+            network,
+            excited_features(surrogate, recipe, system, factor),
+            (factor, unit),
+            recipe,
+            either(system, lambda _: "", lambda _: HYSTERESIS),
+        )
         for factor in recipe.stability.amplitudes
     )
 
@@ -110,8 +116,10 @@ def _worst_of_corners(
     tested where they reach: at their specimens.
     """
     found = []
-    simulated = isinstance(system, System)
-    for corner in corners_of(surrogate.parameters) if simulated else specimens(recipe):
+    corners = either(
+        system, lambda _: corners_of(surrogate.parameters), lambda _: specimens(recipe)
+    )
+    for corner in corners:
         tests = check_stability(surrogate.at(corner), recipe, system)
         where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
         found.append([_told_where(test, where) for test in tests])
@@ -138,7 +146,7 @@ def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture:
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
         # nothing is known of what lies beyond records
-        more = "" if recipe.system.is_record else "trajectories beyond the range (data.beyond) "
+        more = "trajectories beyond the range (data.beyond) " if recipe.data.excitation else ""
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
             "Train with another training.seed, fewer units, tanh units (network.units), "
@@ -165,11 +173,13 @@ def _test(
     features: Float32Array,
     reference: tuple[float, Float32Array],
     recipe: Recipe,
+    lasting: str,
 ) -> AmplitudeTest:
     """Test boundedness along whole records, and fading memory in their second window.
 
     Features have the shape (R, WINDOWS n_in, n_features); the reference is the factor on the
-    amplitude, and the outputs at amplitude 1.
+    amplitude, and the outputs at amplitude 1. What may be the cause of a memory that lasts ends
+    the problem.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -188,7 +198,7 @@ def _test(
         growth = np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf).max()
     worst = int(np.argmax(differences))
     pair = np.stack([own[worst], other[worst]]).astype(np.float64)
-    problem = _problem(factor, float(growth), differences, recipe)
+    problem = _problem(factor, float(growth), differences, recipe, lasting)
     return AmplitudeTest(factor, float(growth), differences, pair, problem)
 
 
@@ -197,7 +207,9 @@ def _at_least_tiny(values: FloatArray) -> FloatArray:
     return np.maximum(values, np.finfo(np.float32).tiny)
 
 
-def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> str | None:
+def _problem(
+    factor: float, growth: float, gaps: FloatArray, recipe: Recipe, lasting: str
+) -> str | None:
     """Say which limit of the recipe a test exceeds; None if it passes."""
     limits = recipe.stability
     if not growth <= limits.growth:
@@ -214,8 +226,7 @@ def _problem(factor: float, growth: float, gaps: FloatArray, recipe: Recipe) -> 
         return (
             f"at {factor:g} times the trained amplitude two runs from different states still "
             f"differ by {gap:.3g} of the output's standard deviation after one window ({which}); "
-            f"expected at most {limit:g}"
-            + (HYSTERESIS if recipe.system.is_record and not beyond else "")
+            f"expected at most {limit:g}{'' if beyond else lasting}"
         )
     return None
 
@@ -235,10 +246,15 @@ def excited_features(
 
 def _inputs(recipe: Recipe, source: Source, count: int, factor: float) -> FloatArray:
     """Draw inputs, or cut them out of measured records, shape (RECORDS, count, n_inputs)."""
-    if isinstance(source, MeasuredRecords):
-        return inputs_beyond(recipe, source, count, RECORDS, factor)
-    assert isinstance(source, System)
+    return either(
+        source,
+        lambda system: _drawn(recipe, system, count, factor),
+        lambda records: inputs_beyond(recipe, records, count, RECORDS, factor),
+    )
+
+
+def _drawn(recipe: Recipe, system: System, count: int, factor: float) -> FloatArray:
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
     return np.array(
-        [draw_inputs(recipe, source, stream, i).inputs[-count:] for i in range(RECORDS)]
+        [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
     )

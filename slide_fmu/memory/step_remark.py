@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import data_specification
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 
 FINER, FINE_SAMPLES = 4, 256
@@ -26,7 +23,7 @@ STILL = 1e-6
 """An output that moves by less than this part of its range says nothing about the step."""
 
 
-def step_remark(recipe: Recipe) -> str | None:
+def step_remark(case: Case) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
     The system is simulated more finely along a motion of the recipe. One that cannot be made with
@@ -35,9 +32,9 @@ def step_remark(recipe: Recipe) -> str | None:
     Raises:
         SimulationError: the system could not be simulated.
     """
-    step = recipe.window.step
+    recipe, step = case.recipe, case.recipe.window.step
     try:
-        system = load_system(replace(data_specification(recipe), step=step / FINER))
+        system = case.system_with_step(step / FINER)
     except LoadError:
         return None
     outputs = _finer_outputs(recipe, system)

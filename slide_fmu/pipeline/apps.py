@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the console script reads this file before it knows what is asked
     from slide_fmu.core.figures import JsonObject
+    from slide_fmu.recipe.case import Case
     from slide_fmu.recipe.recipe import Recipe
     from slide_fmu.report.table import Table
     from slide_fmu.surrogate.surrogate import Surrogate
@@ -29,7 +30,7 @@ class Release:
 
     Attributes:
         surrogate: what the FMU carries.
-        recipe: what it was made from, with all values resolved.
+        case: what it was made from, with all values resolved.
         provenance: what it says about its origin, with measured figures if it was measured.
         members: documents of the FMU by their names in it; empty if it was not measured.
         fmu: the FMU without documents, whose library may be run; None if nothing may be run.
@@ -38,7 +39,7 @@ class Release:
     """
 
     surrogate: Surrogate
-    recipe: Recipe
+    case: Case
     provenance: Mapping[str, Any]
     members: Mapping[str, bytes] = field(default_factory=dict)
     fmu: Path | None = None

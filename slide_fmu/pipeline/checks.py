@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Concatenate, ParamSpec, TypeVar
 
 from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
@@ -11,23 +11,19 @@ from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.apps import check_app_tables
 from slide_fmu.pipeline.known_start import known_start
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import (
-    recipe_source,
-    recipe_system,
-    reference_system,
-    require_all_kinds,
-    require_features,
-)
+from slide_fmu.recipe.systems import require_all_kinds, require_features
 from slide_fmu.systems import given
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.contract import check_system
 from slide_fmu.systems.errors import SimulationError
 
 Result = TypeVar("Result")
+Arguments = ParamSpec("Arguments")
 
 
-def check_recipe(recipe: Recipe) -> None:
+def check_case(case: Case) -> None:
     """Refuse what can be found wrong without data, before any are made.
 
     Raises:
@@ -37,19 +33,16 @@ def check_recipe(recipe: Recipe) -> None:
         ContractError: the system that makes the data does not keep its word.
         SimulationError: it could not be simulated on a short record, or its library crashes.
     """
+    recipe, source = case.recipe, case.source
     check_app_tables(recipe)
-    system = recipe_source(recipe)
-    require_all_kinds(recipe, system)
-    known_start(recipe, system)
-    require_names_in_fmu(recipe, system)
-    if not isinstance(system, System):
-        return require_features(recipe, system)
-    reference_system(recipe)
-    require_features(recipe, system)
-    if system.may_crash and recipe in _survived:
-        return
-    guarded_recipe(recipe, system, _keep_their_word)
-    _survived[:] = [recipe]
+    require_all_kinds(recipe, source)
+    known_start(recipe, source)
+    require_names_in_fmu(recipe, source)
+    if not isinstance(source, System):
+        return require_features(recipe, source)
+    _ = case.reference
+    require_features(recipe, source)
+    guarded_case(case, _keep_their_word)
 
 
 def require_names_in_fmu(recipe: Recipe, source: Source) -> None:
@@ -65,33 +58,33 @@ def require_names_in_fmu(recipe: Recipe, source: Source) -> None:
         raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
 
 
-def guarded_recipe(
-    recipe: Recipe, system: System, function: Callable[..., Result], *arguments: Any
+def guarded_case(
+    case: Case,
+    function: Callable[Concatenate[Case, Arguments], Result],
+    *arguments: Arguments.args,
+    **named: Arguments.kwargs,
 ) -> Result:
-    """Call a function with a recipe and arguments: apart where its system may crash, else here.
+    """Call a function with a case and arguments: apart where its system may crash, else here.
 
     Raises:
         SimulationError: the system ended the program that simulated it.
         Exception: what the function raises; what knows no recipe is told with its name.
     """
-    named = recipe.system.model, recipe.system.kind
+    recipe, system = case.recipe, case.system
+    model = recipe.system.model, recipe.system.kind
     try:
         if recipe.system.kind == "object" and not given.crosses(system):
-            return function(recipe, *arguments)
-        return guarded(system, named, function, recipe, *arguments)
+            return function(case, *arguments, **named)
+        return guarded(system, model, function, case, *arguments, **named)
     except ValueError as error:
         if type(error) not in (ValueError, UnstableModeError):
             raise
         raise type(error)(f"recipe {recipe.name!r}: {error}") from error
 
 
-_survived: list[Recipe] = []
-"""The recipe whose system was last simulated without a crash."""
-
-
-def _keep_their_word(recipe: Recipe) -> None:
+def _keep_their_word(case: Case) -> None:
     """Check the system of a recipe on short records, the first on which it does not fail."""
-    system = recipe_system(recipe)
+    recipe, system = case.recipe, case.system
     failure = SimulationError("no motion was drawn")
     for drawn in probe_draws(recipe, system):
         try:

@@ -121,7 +121,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
-    found = write_release(Release(surrogate, job.recipe, origin), path, **options)
+    found = write_release(Release(surrogate, job.case, origin), path, **options)
     return Exported(found, remark)
 
 

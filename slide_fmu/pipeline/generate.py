@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import nullcontext
 
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.job import Job, checked
 from slide_fmu.pipeline.stages import DataFigures, check_window, choose_numbers, generate_data
 
 
@@ -32,8 +32,9 @@ def generate_recipe(
         ValueError: workers and executor do not go together, or the address is of another form.
     """
     place = Workplace(workers, executor)
+    job = checked(job)
     check_window(job)
-    is_open = "data.train" in job.recipe.automatic and not job.recipe.system.is_record
+    is_open = "data.train" in job.recipe.automatic
     with job.folder.alone() if is_open or overwrite else nullcontext():
         job = choose_numbers(job, place, overwrite)
     with job.folder.together(job.bar):

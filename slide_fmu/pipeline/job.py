@@ -12,14 +12,18 @@ from shlex import quote
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.known_start import start_origin
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.record_origin import record_origin
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.automatic import LENGTHS
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.reading import parse_recipe, read_recipe_text, with_resolved
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.base import System
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 
@@ -37,7 +41,7 @@ class Job:
 
     Attributes:
         text: the recipe file as it was read.
-        recipe: what it says, seeds of the command line included.
+        case: what it says, seeds of the command line included, with the systems made of it.
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
@@ -45,10 +49,11 @@ class Job:
         beside: folder of the recipe file; None of a text that lies in none.
         command: what was typed to make the surrogate, for people; paths are left out.
         tell: says a sentence to people while the job is done.
+        is_checked: whether the recipe was held against its systems (``checked``).
     """
 
     text: str = field(repr=False)
-    recipe: Recipe
+    case: Case
     folder: RunFolder
     bar: Stages = field(repr=False)
     resolved: Resolved = field(default_factory=dict)
@@ -56,6 +61,12 @@ class Job:
     beside: Path | None = None
     command: str = "slide-fmu run RECIPE"
     tell: Tell = field(default=silent, repr=False)
+    is_checked: bool = False
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe of the case."""
+        return self.case.recipe
 
 
 def open_job(
@@ -101,10 +112,12 @@ def job_of_text(
     bar: Stages,
     seeds: tuple[int | None, int | None] = (None, None),
     patience: float = math.inf,
+    given: System | None = None,
 ) -> Job:
     """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
 
-    The seeds are those of the training and of the data; the recipe's where they are None.
+    The seeds are those of the training and of the data; the recipe's where they are None. A recipe
+    about an object of this session is about the system that is given.
 
     Raises:
         DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
@@ -115,17 +128,22 @@ def job_of_text(
     recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
     folder = RunFolder(runs / recipe.name)
     folder.require_folder()
-    # found for the recipe as it is written: other seeds keep the window
-    resolved, sizing = resolved_lengths(recipe, folder.resolved, patience)
-    recipe = with_resolved(recipe, resolved, str(source))
+    case, sizing = case_of(recipe, given), None
+    resolved: Resolved = {}
+    is_open = any(key in LENGTHS for key in recipe.automatic)
+    if is_open:  # found for the recipe as it is written: other seeds keep the window
+        check_case(case)
+        resolved, sizing = resolved_lengths(case, folder.resolved, patience)
+        recipe = with_resolved(recipe, resolved, str(source))
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
-    job = Job(text, recipe, folder, bar, resolved, sizing)
+    case = case.with_recipe(recipe)
+    job = Job(text, case, folder, bar, resolved, sizing, is_checked=is_open)
     begun(1, 1)
-    numbers = known_numbers(recipe, folder)
+    numbers = known_numbers(case, folder)
     return job if numbers is None else with_values(job, numbers)
 
 
@@ -138,7 +156,19 @@ def with_values(job: Job, values: Resolved) -> Job:
     recipe = with_resolved(job.recipe, values, f"recipe {job.recipe.name!r}")
     tables = {**job.resolved, **values}
     resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
-    return replace(job, recipe=recipe, resolved=resolved)
+    return replace(job, case=job.case.with_recipe(recipe), resolved=resolved)
+
+
+def checked(job: Job) -> Job:
+    """Return a job whose recipe was held against its systems, which is done once.
+
+    Raises:
+        LoadError, RecipeError, ContractError, SimulationError: as of ``check_case``.
+    """
+    if job.is_checked:
+        return job
+    check_case(job.case)
+    return replace(job, is_checked=True)
 
 
 def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
@@ -161,7 +191,7 @@ def provenance(job: Job, versions: Mapping[str, str]) -> dict[str, object]:
     return {
         "recipe": job.text,
         **({"resolved": job.resolved} if job.resolved else {}),
-        **(record_origin(recipe) if recipe.system.is_record else {}),
+        **record_origin(job.case.source),
         **start_origin(recipe),
         "seeds": {
             "data": recipe.data.seed,

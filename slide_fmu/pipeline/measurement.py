@@ -19,6 +19,7 @@ from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report
@@ -38,40 +39,52 @@ IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were he
 
 
 def validate_fmu_file(
-    fmu: Path, task: Task, bar: Stages, workers: int | None = None
+    fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
 ) -> Validation:
-    """Run an FMU of a user beside the reference system, which is looked for near the FMU.
+    """Run an FMU of a user beside its reference system (``released_case``).
 
-    Arguments and errors are those of ``measured``; and a ValueError where the FMU carries for
-    some app what that cannot use.
+    Arguments and errors are those of ``measured``; and a ValueError where the FMU carries for some
+    app what that cannot use.
+    """
+    check_origins(*read_fmu(fmu))  # the report shows it: a mistake is said before any work
+    return measured(fmu, case, task, bar, workers)
+
+
+def released_case(fmu: Path) -> Case:
+    """Return the case of the recipe that an FMU of a user carries.
+
+    Its models are looked for near the FMU.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        StageError: it carries no recipe.
     """
     make_models_importable(fmu)
-    check_origins(*read_fmu(fmu))  # the report shows it: a mistake is said before any work
-    return measured(fmu, task, bar, workers)
+    return case_of(recipe_of_provenance(read_fmu(fmu)[1], str(fmu)))
 
 
-def measured(fmu: Path, task: Task, bar: Stages, workers: int | None = None) -> Validation:
-    """Run an FMU beside the reference system that its provenance names.
+def measured(
+    fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
+) -> Validation:
+    """Run an FMU beside the reference system of the case that it was made from.
 
     Errors are harmful, or not, beside those in range that the FMU carries, if it carries some.
     Worker processes are one per core if None, none if 0.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
-        StageError: it carries no recipe, its records have changed since, or it is found under the
-            name of its own reference.
+        StageError: its records have changed since, or it is found under the name of its own
+            reference.
         CoSimulationError: an FMU reports an error.
         SimulationError: the reference cannot be simulated on what is drawn; the message begins
             with what was being measured.
     """
     surrogate, found = read_fmu(fmu)
-    recipe = recipe_of_provenance(found, str(fmu))
-    _require_another(fmu, recipe)
-    if found is not None and recipe.system.is_record:
-        require_same_records(found, recipe, str(fmu))
+    _require_another(fmu, case.recipe)
+    require_same_records(found or {}, case.source, str(fmu))
     progress = bar(_title(task))
     try:
-        validation = validate(fmu, surrogate, recipe, task, progress, workers)
+        validation = validate(fmu, surrogate, case, task, progress, workers)
     except SimulationError as error:
         raise SimulationError(f"{_title(task)}: {error}", error.time) from error
     return replace(validation, usual=_usual_error(found))
@@ -96,18 +109,22 @@ def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
     return np.array([output.p95_error for output in measured.validation[IN_RANGE].outputs])
 
 
-def validation_report(validation: Validation, fmu: Path) -> tuple[Report, ValidationFigures]:
+def validation_report(
+    validation: Validation, fmu: Path, case: Case
+) -> tuple[Report, ValidationFigures]:
     """Return the report of one validation, and its figures.
 
     In range, the plain call and constant inputs are measured too.
+
+    The case is that by which the FMU was validated.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
     figures = validation.figures()
     if figures.in_range:
-        call = plain_call_figures(fmu, validation)
-        figures = replace(figures, plain_call=call, box=box_figures(fmu, validation, quiet))
+        call = plain_call_figures(fmu, validation, case)
+        figures = replace(figures, plain_call=call, box=box_figures(fmu, validation, case, quiet))
     sections = [
         *plain_call_sections(figures.plain_call),
         *box_sections(figures.box),
@@ -128,7 +145,8 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     """
     found = {IN_RANGE: Task(seed, trajectories)}
     tells = recipe.estimator is not None or recipe.bound is not None
-    if recipe.estimator is not None and recipe.estimator.beyond and not recipe.system.is_record:
+    driven = bool(recipe.data.excitation)  # records are not
+    if driven and recipe.estimator is not None and recipe.estimator.beyond:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
     elif tells and recipe.data.beyond:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)

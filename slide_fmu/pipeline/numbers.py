@@ -21,14 +21,16 @@ from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.recorded import stretches
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
-from slide_fmu.pipeline.checks import guarded_recipe
+from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.pipeline.resolved import Resolved, memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.pipeline.simulation_time import simulation_time
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source, recipe_system
+from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.base import Source
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
@@ -60,7 +62,7 @@ by. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 
 
 
 def find_numbers(
-    recipe: Recipe,
+    case: Case,
     folder: RunFolder,
     bar: Stages,
     place: Workplace,
@@ -75,16 +77,19 @@ def find_numbers(
         StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
-    if "data.train" in recipe.automatic and not recipe.system.is_record:
-        _extend_curve(recipe, folder, _Staged(recipe, folder, bar, place, beside))
-    if _needs_cost(recipe) and kept_cost(recipe, folder) is None:
-        _measure_cost(recipe, folder, bar)
-    found = known_numbers(recipe, folder)
+    found = known_numbers(case, folder)
+    if found is not None:
+        return found
+    if "data.train" in case.recipe.automatic:
+        _extend_curve(case, folder, _Staged(case, folder, bar, place, beside))
+    if _needs_cost(case.recipe) and kept_cost(case, folder) is None:
+        _measure_cost(case, folder, bar)
+    found = known_numbers(case, folder)
     assert found is not None
     return found
 
 
-def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
+def known_numbers(case: Case, folder: RunFolder) -> Resolved | None:
     """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
 
     Those of records follow from their samples.
@@ -92,15 +97,25 @@ def known_numbers(recipe: Recipe, folder: RunFolder) -> Resolved | None:
     Raises:
         RecipeError: a part of records has no stretch.
     """
-    if recipe.system.is_record:
-        return _numbers_of_records(recipe)
-    train = recipe.data.train
+    recipe = case.recipe
+    if not any(key in recipe.automatic for key in (*NUMBERS, *BOUND_NUMBERS)):
+        return {}
+    return either(
+        case.source,
+        lambda _: _found_numbers(case, folder),
+        lambda records: _numbers_of_records(recipe, records),
+    )
+
+
+def _found_numbers(case: Case, folder: RunFolder) -> Resolved | None:
+    """Return the numbers that a recipe of a model leaves open; None if its curve goes on."""
+    recipe, train = case.recipe, case.recipe.data.train
     if "data.train" in recipe.automatic:
-        curve = kept_curve(recipe, folder)
+        curve = kept_curve(case, folder)
         if curve.ended is None:
             return None
         train = _learnt_from(curve.points)
-    cost = kept_cost(recipe, folder)
+    cost = kept_cost(case, folder)
     if cost is None and _needs_cost(recipe):
         return None
     return _numbers_with(recipe, train, cost or 0.0)
@@ -119,15 +134,17 @@ def _pays(points: Sequence[CurvePoint]) -> bool:
     return points[-1].validation_error < PAYS * points[-2].validation_error
 
 
-def least_numbers(recipe: Recipe, cost: float) -> Resolved:
+def least_numbers(recipe: Recipe, source: Source, cost: float) -> Resolved:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
 
     The cost is the time in s in which one process simulates a trajectory.
     """
-    if recipe.system.is_record:
-        return _numbers_of_records(recipe)
-    open_curve = "data.train" in recipe.automatic
-    return _numbers_with(recipe, FIRST if open_curve else recipe.data.train, cost)
+    train = FIRST if "data.train" in recipe.automatic else recipe.data.train
+    return either(
+        source,
+        lambda _: _numbers_with(recipe, train, cost),
+        lambda records: _numbers_of_records(recipe, records),
+    )
 
 
 def _numbers_with(recipe: Recipe, train: int, cost: float) -> Resolved:
@@ -171,32 +188,30 @@ def _needs_cost(recipe: Recipe) -> bool:
     return any(key in recipe.automatic for key in BOUND_NUMBERS)
 
 
-def kept_cost(recipe: Recipe, folder: RunFolder) -> float | None:
+def kept_cost(case: Case, folder: RunFolder) -> float | None:
     """Return the time in s that a trajectory of a recipe takes, if it was measured.
 
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.cost.exists() or not _needs_cost(recipe):
+    if not folder.cost.exists() or not _needs_cost(case.recipe):
         return None
-    found: float | None = _memo(recipe, folder.cost).found("seconds")
+    found: float | None = _memo(case, folder.cost).found("seconds")
     return found
 
 
-def _measure_cost(recipe: Recipe, folder: RunFolder, bar: Stages) -> None:
+def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
     """Measure the time that a trajectory takes, and keep it: numbers must not change any more."""
     progress = bar("time of a simulation")
     progress(0, 1)
-    seconds, _, _ = guarded_recipe(recipe, recipe_system(recipe), simulation_time)
-    cost = seconds * (recipe.data.duration + recipe.data.burn_in)
+    seconds, _, _ = guarded_case(case, simulation_time)
+    cost = seconds * (case.recipe.data.duration + case.recipe.data.burn_in)
     folder.path.mkdir(parents=True, exist_ok=True)
-    _memo(recipe, folder.cost).keep("seconds", cost)
+    _memo(case, folder.cost).keep("seconds", cost)
     progress(1, 1)
 
 
-def _numbers_of_records(recipe: Recipe) -> Resolved:
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
+def _numbers_of_records(recipe: Recipe, source: MeasuredRecords) -> Resolved:
     wanted = [key for key in NUMBERS if key in recipe.automatic]
     counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
     empty = [key for key, count in counts.items() if not count]
@@ -208,20 +223,21 @@ def _numbers_of_records(recipe: Recipe) -> Resolved:
     return nested(counts)
 
 
-def kept_curve(recipe: Recipe, folder: RunFolder) -> Curve:
+def kept_curve(case: Case, folder: RunFolder) -> Curve:
     """Return the learning curve of a recipe and its model, as far as it was found.
 
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.numbers.exists() or recipe.system.is_record:
+    if not folder.numbers.exists():  # there is none of records
         return Curve()
-    found = _memo(recipe, folder.numbers).found("curve")
+    found = _memo(case, folder.numbers).found("curve")
     return Curve() if found is None else read_figures(Curve, found)
 
 
-def _memo(recipe: Recipe, place: Path) -> Memo:
+def _memo(case: Case, place: Path) -> Memo:
     """Return the memo of what follows from the recipe but for numbers and seeds, and the model."""
+    recipe = case.recipe
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed", "budget_minutes"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
     if recipe.parameters:
@@ -229,10 +245,10 @@ def _memo(recipe: Recipe, place: Path) -> Memo:
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))
-    return memo_of(place, about, identity(of_seed_0, recipe_source(recipe)))
+    return memo_of(place, about, identity(of_seed_0, case.source))
 
 
-def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
+def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
     """Go on with the curve that the folder keeps, until it has ended.
 
     It is found with one thread, so that every machine sums in the same order, and finds the same.
@@ -242,9 +258,10 @@ def _extend_curve(recipe: Recipe, folder: RunFolder, staged: _Staged) -> None:
     from slide_fmu.fitting.learning_curve import LearningCurve
 
     torch.set_num_threads(1)
-    curve, memo = kept_curve(recipe, folder), _memo(recipe, folder.numbers)
+    recipe, curve = case.recipe, kept_curve(case, folder)
+    memo = _memo(case, folder.numbers)
     known = {point.trajectories: point.seconds for point in curve.points}
-    learning = LearningCurve(recipe, recipe_source(recipe), folder.store, folder.checkpoints)
+    learning = LearningCurve(recipe, case.source, folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
     while curve.ended is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
@@ -277,7 +294,7 @@ def _end(points: list[CurvePoint], budget: float | None) -> str | None:
 class _Staged:
     """Makes the trajectories of a curve, stage by stage."""
 
-    recipe: Recipe
+    case: Case
     folder: RunFolder
     bar: Stages
     place: Workplace
@@ -286,12 +303,13 @@ class _Staged:
     def make(self, train: int, stage: str) -> None:
         """Make so many trajectories to learn from, and those that judge; the stage has a name."""
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
-        data = self.recipe.data.model_copy(update=numbers)
+        recipe = self.case.recipe
+        data = recipe.data.model_copy(update=numbers)
         # those of error estimator and bound come when all numbers are known
-        validation = self.recipe.validation.model_copy(update={"adversarial": 0})
+        validation = recipe.validation.model_copy(update={"adversarial": 0})
         without = {"automatic": (), "estimator": None, "bound": None, "validation": validation}
         changes = {"data": data, **without}
-        staged = self.recipe.model_copy(update=changes)
+        staged = self.case.with_recipe(recipe.model_copy(update=changes))
         self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(stage)
         self.place.make(staged, self.beside, self.folder.store, progress)

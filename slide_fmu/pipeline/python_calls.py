@@ -199,13 +199,14 @@ def validate(
         CoSimulationError: an FMU reports an error.
         ValueError: a number makes no sense.
     """
-    from slide_fmu.pipeline.measurement import validate_fmu_file
+    from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
     from slide_fmu.validation.comparison import Task
 
     processes, _ = simulating_processes({}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)
-    figures = plain(validate_fmu_file(Path(fmu), task, quiet_stages, processes).figures())
-    return dict(figures)
+    case = released_case(Path(fmu))
+    found = validate_fmu_file(Path(fmu), case, task, quiet_stages, processes)
+    return dict(plain(found.figures()))
 
 
 def simulating_processes(

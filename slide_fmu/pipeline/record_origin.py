@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from slide_fmu.core.figures import JsonObject
 from slide_fmu.pipeline.run_folder import StageError
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
+from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.base import Source
 
 KEY = "records"
 """In the provenance: a list of the names and SHA-256 hashes of the files."""
@@ -14,15 +14,12 @@ OF_NOISE = "noise_record"
 """In the provenance: name and SHA-256 hash of the file that tells the outputs' noise, if any."""
 
 
-def record_origin(recipe: Recipe) -> JsonObject:
-    """Return the part of a provenance that names the records of a recipe; nothing of models.
+def record_origin(source: Source) -> JsonObject:
+    """Return the part of a provenance that names records; nothing of models."""
+    return either(source, lambda _: {}, _names_and_digests)
 
-    Raises:
-        LoadError, RecipeError: the records cannot be used.
-    """
-    source = recipe_source(recipe)
-    if not isinstance(source, MeasuredRecords):
-        return {}
+
+def _names_and_digests(source: MeasuredRecords) -> JsonObject:
     files = zip(source.files, source.digests, strict=True)
     found: JsonObject = {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
     if source.noise is not None:
@@ -30,17 +27,16 @@ def record_origin(recipe: Recipe) -> JsonObject:
     return found
 
 
-def require_same_records(provenance: JsonObject, recipe: Recipe, fmu: str) -> None:
+def require_same_records(provenance: JsonObject, source: Source, fmu: str) -> None:
     """Refuse records that have changed since an FMU was learnt from them.
 
     They would be divided elsewhere, and what is called unseen might have been learnt from. Another
     noise record would put another noise beside the error.
 
     Raises:
-        LoadError, RecipeError: the records cannot be used.
         StageError: a file is another one, or the FMU does not say which ones there were.
     """
-    origin = record_origin(recipe)
+    origin = record_origin(source)
     wanted, found = provenance.get(KEY, []), origin.get(KEY, [])
     for one, other in zip(found, wanted, strict=False):
         if one["sha256"] != other["sha256"]:

@@ -9,17 +9,14 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.kept import Memo
-from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing
-from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
-from slide_fmu.recipe.automatic import LENGTHS
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source, source_at
-from slide_fmu.systems.base import System
+from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.recipe.case import Case
+from slide_fmu.records.either import either
 
 Resolved = dict[str, dict[str, Any]]
 """Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
@@ -29,52 +26,45 @@ DECIDES = {"system", "window", "data", "estimator", "parameters", "automatic"}
 
 
 def resolved_lengths(
-    recipe: Recipe, place: Path, patience: float = math.inf
+    case: Case, place: Path, patience: float = math.inf
 ) -> tuple[Resolved, AnySizing | None]:
     """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
 
-    There are none if it leaves none open. They are those that the file at ``place`` keeps, if it
-    is about the same recipe and model; else they are found from the system's motions, and kept
-    there. Those that are found in a limited time, the patience in s, are not kept if anything was
-    left out for it.
+    They are those that the file at ``place`` keeps, if it is about the same recipe and model; else
+    they are found from the system's motions, and kept there. Those that are found in a limited
+    time, the patience in s, are not kept if anything was left out for it.
 
     Raises:
         DamagedFileError: the file is there, and damaged.
-        LoadError, RecipeError: as of ``check_recipe``.
+        LoadError: the source of the recipe cannot be made.
         ShortWindowError: no window can hold the system.
         RecipeError: what the recipe gives does not fit the window that its system needs.
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
-    if not any(key in LENGTHS for key in recipe.automatic):
-        return {}, None
-    check_recipe(recipe)
-    system = recipe_source(recipe)
-    asked, motion = recipe.model_dump(mode="json", include=DECIDES), identity(recipe, system)
+    recipe, source = case.recipe, case.source
+    asked, motion = recipe.model_dump(mode="json", include=DECIDES), identity(recipe, source)
     memo = memo_of(place, asked, motion)
     kept: Resolved | None = memo.found("values")
     if kept is not None:
         return kept, None
-    if isinstance(system, System):
-        found = guarded_recipe(recipe, system, _lengths, patience)
-    else:
-        found = find_lengths(recipe, system, Patience(patience))
+    found = either(
+        source,
+        lambda _: guarded_case(case, _lengths, patience),
+        lambda records: find_lengths(recipe, records, Patience(patience)),
+    )
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
     memo.keep("values", found.values)
     return found.values, found.sizing
 
 
-def _lengths(recipe: Recipe, patience: float) -> Lengths:
+def _lengths(case: Case, patience: float) -> Lengths:
     """Find lengths; of a recipe with physical parameters those of the corner that asks for most.
 
     There the memory is longest, and the eigenvalues alone do not tell it.
     """
-    if not recipe.parameters:
-        return find_lengths(recipe, recipe_source(recipe), Patience(patience))
-    found = [
-        find_lengths(recipe.at(corner), source_at(recipe, corner), Patience(patience))
-        for corner in corners_of(recipe.physical())
-    ]
+    cases = [case.at_ends(corner) for corner in case.corners()]
+    found = [find_lengths(one.recipe, one.source, Patience(patience)) for one in cases]
     return max(found, key=lambda lengths: lengths.recipe.window.n_in)
 
 

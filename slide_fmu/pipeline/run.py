@@ -17,7 +17,7 @@ from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
-from slide_fmu.pipeline.job import Job, provenance
+from slide_fmu.pipeline.job import Job, checked, provenance
 from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, measured, remarks_on_range, tasks
 from slide_fmu.pipeline.numbers import kept_curve
 from slide_fmu.pipeline.quality import linear_size_remark, remark_on_error, remark_on_training
@@ -30,8 +30,7 @@ from slide_fmu.pipeline.stages import (
     train_surrogate,
 )
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source, recipe_system, reference_system
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.either import either, no_answer
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
 from slide_fmu.report.chart_pictures import chart_picture
@@ -44,6 +43,7 @@ from slide_fmu.report.trajectory_charts import charts_side_by_side
 from slide_fmu.report.trust_sections import search_section
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation.adversarial import Attack, attack, search_figures
@@ -98,6 +98,7 @@ def run_recipe(
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     job.folder.require_free()  # sizing may take a minute
+    job = checked(job)
     sizing = check_window(job)  # before anything is made
     with job.folder.alone():
         job = choose_numbers(job, Workplace(workers), overwrite)
@@ -164,7 +165,7 @@ def measure_trained(
     lost: list[str] = []
     for name, task in wanted.items():
         try:
-            validation = measured(fmu, task, job.bar, workers)
+            validation = measured(fmu, job.case, task, job.bar, workers)
         except SimulationError as error:
             if name != BEYOND:
                 raise
@@ -177,8 +178,8 @@ def measure_trained(
         validations,
         tests,
         sizing,
-        plain_call_figures(fmu, in_range),
-        box_figures(fmu, in_range, job.bar("constant inputs")),
+        plain_call_figures(fmu, in_range, job.case),
+        box_figures(fmu, in_range, job.case, job.bar("constant inputs")),
         *_searched(job, surrogate, wanted[IN_RANGE].seed, search),
         tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
     )
@@ -196,7 +197,7 @@ def measure_trained(
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
     released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
     members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
-    write_release(Release(surrogate, recipe, released, members, fmu, seed=seed), fmu)
+    write_release(Release(surrogate, job.case, released, members, fmu, seed=seed), fmu)
     replace(report, inside=last_section(fmu)).write(job.folder.path)
     return Finished(fmu, page, figures, report.verdict)
 
@@ -246,7 +247,7 @@ def _searched(
     starts = job.recipe.validation.adversarial
     if not starts or known is not None:
         return known if starts else None, []
-    attacks = attack(surrogate, job.recipe, seed, starts, job.bar("search for unnoticed errors"))
+    attacks = attack(surrogate, job.case, seed, starts, job.bar("search for unnoticed errors"))
     assert surrogate.bound is not None
     return search_figures(attacks, surrogate.bound.confidences[-1]), attacks
 
@@ -263,18 +264,19 @@ def draw_mechanism(job: Job) -> str | None:
     """
     place, name = job.folder.path / MECHANISM_PICTURE, job.recipe.system.picture
     if name is not None:
-        write_whole(place, load_picture(name)(reference_system(job.recipe)))
+        write_whole(place, load_picture(name)(job.case.reference))
     return MECHANISM_PICTURE if place.exists() else None
 
 
 def _figures(trained: Trained, job: Job, found: _Found) -> tuple[RunFigures, list[Section]]:
     """Return the figures of a run, and the section on the response matrix, if it has one."""
     surrogate, recipe, response, sections = trained.surrogate, job.recipe, None, list[Section]()
-    if is_affine(surrogate) and not recipe.system.is_record:  # records have no exact response
-        section, response = response_section(surrogate, recipe_system(recipe))
+    source = job.case.source
+    if is_affine(surrogate) and isinstance(source, System):  # records have no exact response
+        section, response = response_section(surrogate, source)
         sections.append(section)
     useless = (h.remark for name, h in trained.histories.items() if name != "surrogate")
-    curve = kept_curve(recipe, job.folder)
+    curve = kept_curve(job.case, job.folder)
     figures = RunFigures(
         name=recipe.name,
         command=job.command,
@@ -290,11 +292,10 @@ def _figures(trained: Trained, job: Job, found: _Found) -> tuple[RunFigures, lis
         box=found.box,
         adversarial=found.search,
     )
-    if recipe.system.is_record:
-        source = recipe_source(recipe)
-        assert isinstance(source, MeasuredRecords)
-        remarks = tuple(remarks_on_records(source, found.validations[IN_RANGE]))
-        figures = replace(figures, record_remarks=remarks)
+    in_range = found.validations[IN_RANGE]
+    remarks = either(source, no_answer, lambda records: remarks_on_records(records, in_range))
+    if remarks is not None:
+        figures = replace(figures, record_remarks=tuple(remarks))
     return _with_training(figures, trained, recipe, found.remarks), sections
 
 

@@ -20,10 +20,9 @@ from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.python_fmu.input_source import write_input_source
 from slide_fmu.python_fmu.reference_slave import write_reference_fmu
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_specification, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.fmu.model import FmuSystem
 from slide_fmu.validation.comparison import Task
 
 FMI_3 = (
@@ -39,7 +38,7 @@ OWN_FMU = (
 """What is said about a system whose reference has other start values than the surrogate."""
 
 
-def write_reference(recipe: Recipe, path: Path) -> Path:
+def write_reference(case: Case, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
 
     Physical parameters of the recipe are parameters of the FMU. An FMU of the user is copied.
@@ -49,12 +48,13 @@ def write_reference(recipe: Recipe, path: Path) -> Path:
         RecipeError: it does not fit the system that makes the data.
         ValueError: the path does not end in ``.fmu``.
     """
-    system = reference_system(recipe)
-    if not isinstance(system, FmuSystem):
-        return write_reference_fmu(reference_specification(recipe), path, recipe.physical())
+    own = case.reference.own_fmu(case.recipe.parameters)
+    if own is None:
+        made = case.systems.reference_specification
+        return write_reference_fmu(made, path, case.recipe.physical())
     if path.suffix != ".fmu":
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
-    write_whole(path, system.slave(recipe.parameters).read_bytes())
+    write_whole(path, own.read_bytes())
     return path
 
 
@@ -88,11 +88,12 @@ def write_side_by_side(
     values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     make_models_importable(fmu)
     recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)
+    case = case_of(recipe)
     fmi = read_description(fmu).fmiVersion
     stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
-    inputs = led_in(surrogate, draw(recipe, reference_system(recipe), stream, 0))
+    inputs = led_in(surrogate, draw(recipe, case.reference, stream, 0))
     with tempfile.TemporaryDirectory() as folder:
-        reference = write_reference(recipe, Path(folder) / "reference.fmu")
+        reference = write_reference(case, Path(folder) / "reference.fmu")
         source = Path(folder) / "inputs.fmu"
         write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
         # the system has no connectors of its own: there are importers that reject them
@@ -105,7 +106,7 @@ def write_side_by_side(
         components = {"inputs": source, "reference": reference, "surrogate": alike}
         given = {"reference": values, "surrogate": values} if values else {}
         write_ssp(path, surrogate.name, components, connections, given)
-    own = bool(values) and isinstance(reference_system(recipe), FmuSystem)
+    own = bool(values) and case.reference.own_fmu(values) is not None
     said = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
     return path, "; ".join(said) or None
 

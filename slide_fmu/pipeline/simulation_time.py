@@ -6,8 +6,7 @@ import time
 
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.memory.failing import Tolerance
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 
 TIMED, TIMED_SAMPLES = 2.0, 100
@@ -15,13 +14,14 @@ TIMED, TIMED_SAMPLES = 2.0, 100
 first of them has so many samples, beside its lead-in, and is enough where it takes that long."""
 
 
-def simulation_time(recipe: Recipe) -> tuple[float, str | None, tuple[str, ...]]:
+def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
     """Return the wall time in s of a simulated second, of motions as the data have them.
 
     The text says that some of them failed; it is None if none did. What the system remarks on
     itself after these motions follows.
     """
-    system, tolerance = recipe_system(recipe), Tolerance(recipe.data.most_failures)
+    recipe, system = case.recipe, case.system
+    tolerance = Tolerance(recipe.data.most_failures)
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
     begin, simulated = time.perf_counter(), 0.0
     while simulated == 0.0 or time.perf_counter() - begin < TIMED:

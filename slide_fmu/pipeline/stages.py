@@ -11,7 +11,6 @@ import numpy as np
 
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.parameters import corners_of
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.memory.patience import Patience
@@ -19,16 +18,15 @@ from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
-from slide_fmu.pipeline.checks import check_recipe, guarded_recipe
-from slide_fmu.pipeline.job import Job, versions, with_values
+from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.pipeline.quality import remark_on_training
-from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_source, source_at
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.records.either import either, no_answer
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
 
 STABILITY_REPORT = "stability.html"
 
@@ -80,24 +78,22 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
     When the patience, in s, is gone, the rest of the motions is left out.
 
     Raises:
-        LoadError, RecipeError: as of ``check_recipe``.
+        LoadError, RecipeError: as of ``check_case``.
     """
-    check_recipe(job.recipe)
-    source = recipe_source(job.recipe)
-    if isinstance(source, MeasuredRecords):
-        return size_records(job.recipe, source)
-    assert isinstance(source, System)
-    return guarded_recipe(job.recipe, source, _sizing, seed, patience)
+    case = checked(job).case
+    return either(
+        case.source,
+        lambda _: guarded_case(case, _sizing, seed, patience),
+        lambda records: size_records(case.recipe, records),
+    )
 
 
-def _sizing(recipe: Recipe, seed: int | None, patience: float) -> Sizing:
+def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
     """Size the window; with physical parameters at the corner whose memory is longest."""
-    corners = corners_of(recipe.physical()) if recipe.parameters else [{}]
     found = []
-    for corner in corners:
-        at, system = recipe.at(corner), source_at(recipe, corner)
-        assert isinstance(system, System)
-        found.append(size_window(at, system, seed, patience=Patience(patience)))
+    for corner in case.corners():
+        at = case.at_ends(corner)
+        found.append(size_window(at.recipe, at.system, seed, patience=Patience(patience)))
     return max(found, key=_memory)
 
 
@@ -108,7 +104,7 @@ def _memory(sizing: Sizing) -> tuple[bool, float]:
     return sizing.refusal is not None, max(sizing.needed, float(met.max(initial=0.0)))
 
 
-def remark_on_step(recipe: Recipe) -> str | None:
+def remark_on_step(case: Case) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
     What is between the samples of records, nobody knows.
@@ -116,17 +112,14 @@ def remark_on_step(recipe: Recipe) -> str | None:
     Raises:
         SimulationError: the system could not be simulated.
     """
-    source = recipe_source(recipe)
-    if not isinstance(source, System):
-        return None
-    return guarded_recipe(recipe, source, step_remark)
+    return either(case.source, lambda _: guarded_case(case, step_remark), no_answer)
 
 
 def check_window(job: Job) -> AnySizing:
     """Check the recipe, compute the decay times, and refuse a window that is too short.
 
     Raises:
-        LoadError, RecipeError: as of ``check_recipe``.
+        LoadError, RecipeError: as of ``check_case``.
         ShortWindowError: the window is too short for the system.
     """
     sizing = job.sizing or size_recipe(job)
@@ -141,17 +134,17 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     first.
 
     Raises:
-        LoadError, RecipeError: as of ``check_recipe``.
+        LoadError, RecipeError: as of ``check_case``.
         StoreError: the store was made from other values.
     """
     from slide_fmu.data.failures import remove_failures
     from slide_fmu.data.store import remove_store
 
-    check_recipe(job.recipe)
+    job = checked(job)
     if overwrite:
         remove_store(job.folder.store)
         remove_failures(job.folder.store)
-    numbers = find_numbers(job.recipe, job.folder, job.bar, place, job.beside)
+    numbers = find_numbers(job.case, job.folder, job.bar, place, job.beside)
     return with_values(job, numbers) if numbers else job
 
 
@@ -159,19 +152,19 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
     """Make all trajectories that are not in the store yet.
 
     Raises:
-        LoadError, RecipeError: as of ``check_recipe``.
+        LoadError, RecipeError: as of ``check_case``.
         SimulationError: too many trajectories could not be simulated.
         StoreError: the store was made from other values.
         ClusterError: the cluster cannot be used.
     """
     from slide_fmu.data.failures import kept_failures, remark_on_beyond
 
-    check_recipe(job.recipe)
+    job = checked(job)
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
-    made = place.make(job.recipe, job.beside, job.folder.store, progress)
-    curve = kept_curve(job.recipe, job.folder)
+    made = place.make(job.case, job.beside, job.folder.store, progress)
+    curve = kept_curve(job.case, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
     return DataFigures(
@@ -200,8 +193,7 @@ def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
 
     from slide_fmu.fitting.fit import fit_surrogate
 
-    recipe, folder = job.recipe, job.folder
-    system = recipe_source(recipe)
+    recipe, system, folder = job.recipe, job.case.source, job.folder
     torch.set_num_threads(threads)
     known = known_start(recipe, system)
     fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar, known)
@@ -225,7 +217,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     Raises:
         UnstableSurrogateError: it failed, and the recipe does not allow that.
     """
-    tests = check_stability(surrogate, job.recipe, recipe_source(job.recipe))
+    tests = check_stability(surrogate, job.recipe, job.case.source)
     page = job.folder.path / STABILITY_REPORT
     page.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):

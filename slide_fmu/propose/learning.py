@@ -17,7 +17,6 @@ from slide_fmu.pipeline.python_calls import Learnt, simulating_processes
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
-from slide_fmu.systems import given
 from slide_fmu.systems.base import Bending, System
 
 NO_SYSTEM = (
@@ -82,7 +81,8 @@ def learn(
     if remark is not None:
         console.print(f"remark: {remark}")
     with shown(console) as bar:
-        job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar)
+        own = system if isinstance(system, System) else None
+        job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar, given=own)
         job = replace(job, command=f"slide.learn(system, {name!r})", tell=console.print)
         finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
     require_quality(job.recipe, finished.figures)
@@ -92,7 +92,7 @@ def learn(
 def _recipe_tables(
     system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return all tables of the recipe; an object is given under the recipe's name.
+    """Return all tables of the recipe; one about an object names it as the recipe.
 
     Raises:
         RecipeError: the system is neither a reference system nor a table.
@@ -103,7 +103,6 @@ def _recipe_tables(
     found.setdefault("data", {})
     if not isinstance(system, System):
         return {**found, "system": dict(system)}
-    given.give(name, system)
     window = {"step": system.step, **found.get("window", {})}
     found["data"] = _with_excitation(found["data"], system, window["step"])
     return {**found, "system": {"kind": "object", "model": name}, "window": window}

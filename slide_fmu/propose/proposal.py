@@ -31,7 +31,6 @@ from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.declared import Declared, SignalTable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.fmu.model import FmuSystem
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
@@ -187,8 +186,8 @@ def _on_inputs(begun: _Begun, draft: Draft) -> list[str]:
     """Say how the inputs of an FMU act as the recipe has them."""
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
     made = replace(begun.specification, step=draft.step, parameters=parameters)
-    system = load_system(made) if begun.found.kind == "fmu" else None
-    return [system.input_remark] if isinstance(system, FmuSystem) else []
+    remark = load_system(made).input_remark if begun.found.kind == "fmu" else None
+    return [] if remark is None else [remark]
 
 
 def _begin(wish: Wish) -> _Begun:
@@ -265,8 +264,7 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
         stairs = round(step / fmu_step)
         whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
         return next((n for n in whole if n >= SUBSTEPS), whole[-1])
-    climbs = isinstance(begun.system, FmuSystem) and begun.system.climbs
-    parts = STAIRS if climbs else SUBSTEPS
+    parts = STAIRS if begun.system.climbs else SUBSTEPS
     try:
         finer = load_system(replace(begun.specification, step=step / parts))
     except LoadError:  # the model has a step of its own

@@ -8,16 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from slide_fmu.data.division_remarks import about_repeats
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import NotForgettingError
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
+from slide_fmu.records.either import either, no_answer
 from slide_fmu.records.model import MeasuredRecords
 
 COARSER = 1e-2
@@ -35,10 +37,10 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
         RecipeError: no window fits, or the machine does not forget within the records.
     """
     refused: RecipeError | None = None
+    usual = _recipe(draft, paths)
+    source = case_of(usual).source
     for remaining in (draft.remaining_amplitude, COARSER):
         recipe = _recipe(replace(draft, remaining_amplitude=remaining), paths)
-        source = recipe_source(recipe)
-        assert isinstance(source, MeasuredRecords)
         try:
             found = find_lengths(recipe, source)
         except NotForgettingError as error:
@@ -48,9 +50,11 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
             continue
         few = None if found.sizing is None else found.sizing.remark
         kept = replace(draft, remaining_amplitude=remaining)
-        remarks = about_repeats(found.recipe, source), few, _coarser(draft, kept)
+        again = either(source, no_answer, partial(about_repeats, found.recipe))
+        remarks = again, few, _coarser(draft, kept)
         return kept, tuple(remark for remark in remarks if remark)
-    raise RecipeError(_too_short(_recipe(draft, paths), str(refused))) from refused
+    problem = either(source, no_answer, lambda records: _too_short(usual, records, str(refused)))
+    raise RecipeError(problem) from refused
 
 
 def _recipe(draft: RecordDraft, paths: Sequence[str]) -> Recipe:
@@ -69,10 +73,8 @@ def _coarser(draft: RecordDraft, kept: RecordDraft) -> str | None:
     )
 
 
-def _too_short(recipe: Recipe, refused: str) -> str:
+def _too_short(recipe: Recipe, source: MeasuredRecords, refused: str) -> str:
     """Say how long records must be, for a window that leaves what it usually does."""
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
     sizing = size_records(recipe, source)
     lead, smallest = tidy(wanted_samples(sizing)), min(s for s in shares_of(recipe).values() if s)
     samples = sum(len(piece.trajectory.inputs) for piece in source.pieces)

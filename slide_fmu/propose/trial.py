@@ -13,21 +13,21 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
-from slide_fmu.data.parameter_draws import system_at, with_values
+from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
-from slide_fmu.pipeline.checks import guarded_recipe
-from slide_fmu.pipeline.job import Job, open_job
+from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.recipe.sampling_remarks import remarks_on_sampling
-from slide_fmu.recipe.systems import recipe_source, recipe_system
-from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.systems.base import OFFERS, Source, System
+from slide_fmu.records.either import either
+from slide_fmu.systems.base import OFFERS, Source
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.plain_call import cost_of_holding
 
@@ -104,7 +104,7 @@ class Trial:
         """Return the figures."""
         data = self.recipe.data
         cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
-        least = least_numbers(self.recipe, cost)
+        least = least_numbers(self.recipe, self.system, cost)
         recipe = with_resolved(self.recipe, least, f"recipe {self.recipe.name!r}")
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
@@ -157,30 +157,52 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
         SimulationError: it cannot be simulated.
         UnstableModeError, ValueError: it does not forget its initial state.
     """
+    job = checked(job)
     known = job.sizing if seed is None else None  # from finding what the recipe leaves open
     sizing = known or size_recipe(job, seed, PATIENCE)
     progress(2, STEPS)
-    system, seconds, failed = recipe_source(job.recipe), None, None
-    said: tuple[str | None, ...] = system.remarks
-    if isinstance(system, MeasuredRecords):
-        said = (*remarks_on_division(job.recipe, system), *said)
-    if isinstance(system, System):
-        seconds, failed, said = guarded_recipe(job.recipe, system, simulation_time)
-        said = (*said, *guarded_recipe(job.recipe, system, _failures_of_kinds))
-        said = (*said, guarded_recipe(job.recipe, system, _failures_beyond_parameters))
-        said = (*said, guarded_recipe(job.recipe, system, _cost_of_holding))
+    case, recipe = job.case, job.recipe
+    tried = either(
+        case.source,
+        lambda _: _tried(case),
+        lambda records: _Tried((*remarks_on_division(recipe, records), *records.remarks)),
+    )
     progress(3, STEPS)
-    said = (remark_on_step(job.recipe), *remarks_on_sampling(job.recipe), *said)
-    remarks = sizing.problem, sizing.remark, failed, *said
+    of_step = remark_on_step(case), *remarks_on_sampling(recipe)
+    remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks
     progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
-    return Trial(job.recipe, system, sizing, seconds, told)
+    return Trial(recipe, case.source, sizing, tried.seconds, told)
 
 
-def _cost_of_holding(recipe: Recipe) -> str | None:
+@dataclass(frozen=True)
+class _Tried:
+    """This says what came of trying the motions of a recipe, beside its window.
+
+    Attributes:
+        remarks: one sentence each; None stands for nothing to say.
+        seconds: wall time in s that a simulated second takes; None of records.
+        failed: what is said of motions that failed while that was measured.
+    """
+
+    remarks: tuple[str | None, ...]
+    seconds: float | None = None
+    failed: str | None = None
+
+
+def _tried(case: Case) -> _Tried:
+    """Simulate what a run will need of a system."""
+    seconds, failed, said = guarded_case(case, simulation_time)
+    of_kinds = guarded_case(case, _failures_of_kinds)
+    beyond = guarded_case(case, _failures_beyond_parameters)
+    holding = guarded_case(case, _cost_of_holding)
+    return _Tried((*said, *of_kinds, beyond, holding), seconds, failed)
+
+
+def _cost_of_holding(case: Case) -> str | None:
     """Say what a smooth input costs where inputs are held; nothing where the model fails."""
     try:
-        return cost_of_holding(recipe)
+        return cost_of_holding(case)
     except SimulationError:
         return (
             "what a smooth input costs was not measured: the model failed under one that fills "
@@ -188,12 +210,13 @@ def _cost_of_holding(recipe: Recipe) -> str | None:
         )
 
 
-def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
+def _failures_of_kinds(case: Case) -> tuple[str, ...]:
     """Say which kinds of motions that a run needs could not be simulated, a short motion each.
 
     Some trajectories are simulated late in a run, and drive a system further than the usual ones.
     """
-    system, begin, said, untried = recipe_system(recipe), time.perf_counter(), list[str](), 0
+    recipe, system = case.recipe, case.system
+    begin, said, untried = time.perf_counter(), list[str](), 0
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
     for table, kinds, factor in _needed_kinds(recipe):
         stream, failed = Stream(PROBE, recipe.data.seed, (factor, factor), short), list[str]()
@@ -220,11 +243,12 @@ def _failures_of_kinds(recipe: Recipe) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _failures_beyond_parameters(recipe: Recipe) -> str | None:
+def _failures_beyond_parameters(case: Case) -> str | None:
     """Say where beyond the ranges of its parameters, as far as data go, a model fails.
 
     At the ends of the ranges themselves the window is sized.
     """
+    recipe = case.recipe
     shares = {name: table.beyond for name, table in recipe.parameters.items() if table.beyond}
     if not shares:
         return None
@@ -233,10 +257,9 @@ def _failures_beyond_parameters(recipe: Recipe) -> str | None:
         low, high = parameter.beyond(shares.get(parameter.name, 0.0))
         wider.append(replace(parameter, low=low, high=high))
     corners, failed = corners_of(tuple(wider)), list[str]()
-    system = recipe_system(recipe)
     for corner in corners:
         try:
-            probe(recipe, system_at(recipe, system, corner))
+            probe(recipe, case_at(case, corner).system)
         except SimulationError as error:
             failed.append(with_values(str(error), corner))
     if not failed:

@@ -92,14 +92,9 @@ def require_parameters(recipe: Recipe) -> None:
     Raises:
         ValueError: the message names the parameter, and the remedy.
     """
-    if recipe.system.is_record:
-        require_specimens(recipe)
+    check = require_specimens if recipe.system.is_record else _require_ranges
+    check(recipe)
     for name, table in recipe.parameters.items():
-        if table.values and not recipe.system.is_record:
-            raise ValueError(
-                f"parameters.{name}.values = {list(table.values)} with system.kind = "
-                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
-            )
         table.parameter(name)
         if name == "step":
             raise ValueError(
@@ -114,6 +109,15 @@ def require_parameters(recipe: Recipe) -> None:
                 )
     if recipe.parameters:
         _require_learnable(recipe)
+
+
+def _require_ranges(recipe: Recipe) -> None:
+    for name, table in recipe.parameters.items():
+        if table.values:
+            raise ValueError(
+                f"parameters.{name}.values = {list(table.values)} with system.kind = "
+                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
+            )
 
 
 def _require_learnable(recipe: Recipe) -> None:

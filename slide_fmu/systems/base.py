@@ -9,9 +9,10 @@ instead, or left out, and the report says so.
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -121,12 +122,16 @@ class System(Source):
         own_step: the step in s by which it goes on inside, where it names one, as an FMU may.
         follows_rates: whether it says that the rates of its inputs act too, as of a damper whose
             end is an input.
+        input_remark: how its inputs act, for people; None where that needs no word.
+        climbs: whether its steps hold their inputs, so that moving ones are stairs.
         finer: the same system between its samples; None where inputs go straight from one to the
             next.
     """
 
     own_step: float | None = None
     follows_rates: bool = False
+    input_remark: str | None = None
+    climbs: bool = False
     finer: Finer | None = None
 
     @abc.abstractmethod
@@ -145,6 +150,18 @@ class System(Source):
         Raises:
             SimulationError: the motion diverged, or the solver did not converge.
         """
+
+    def own_fmu(self, settable: Collection[str] = ()) -> Path | None:
+        """Give the FMU that the system is, where it is one that runs by itself as it does here.
+
+        Args:
+            settable: parameters that an importer sets; all others have their start values.
+
+        Raises:
+            LoadError: it is one, but does not run so: it is of another interface, or it has other
+                parameters here than its start values.
+        """
+        return None
 
 
 class Stepping(System):

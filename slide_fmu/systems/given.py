@@ -1,7 +1,7 @@
-"""Reference systems of the kind "object" are given by a Python session under a name.
+"""Reference systems of the kind "object": a Python session gives them itself.
 
-Recipes hold plain values, so a recipe can name such an object, but not hold it. The name means
-something in the session that gave it, and in the worker processes of that session.
+Recipes hold plain values, so a recipe can name such an object, but not hold it. The object travels
+beside the recipe, in the specification of what is made, and to worker processes as a pickle.
 """
 
 from __future__ import annotations
@@ -12,28 +12,20 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 
-_given: dict[str, System] = {}
-
-
-def give(name: str, system: System) -> None:
-    """Let recipes name a system: kind ``"object"``, and this name as the model."""
-    _given[name] = system
-
 
 def make(specification: Specification) -> System:
-    """Return the object that was given under the model's name: itself, and no copy.
+    """Return the object that is given: itself, and no copy.
 
     Raises:
         LoadError: there is none, or the recipe says about it what it says itself.
     """
-    name = specification.model
-    if name not in _given:
+    name, system = specification.model, specification.given
+    if system is None:
         raise LoadError(
             f"system {name!r} is an object of the Python session that learnt it (slide.learn), "
             "and is not here; expected a model that every process can make: give it in a file "
             '(system.kind = "function" or "class")'
         )
-    system = _given[name]
     if specification.parameters or specification.inputs or specification.outputs:
         raise LoadError(
             f"system {name!r}: parameters, inputs or outputs of the recipe; expected none, since "
@@ -59,13 +51,3 @@ def crosses(system: System) -> bool:
         return b"__main__" not in pickle.dumps(system)
     except Exception:  # a user's object may refuse in any way
         return False
-
-
-def crossing() -> bytes:
-    """Return all given systems that can cross to a worker process, for ``take``."""
-    return pickle.dumps({name: system for name, system in _given.items() if crosses(system)})
-
-
-def take(crossed: bytes) -> None:
-    """Give, in a worker process, the systems that were given in the one that started it."""
-    _given.update(pickle.loads(crossed))

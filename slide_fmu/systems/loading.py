@@ -45,10 +45,18 @@ def load_system(specification: Specification) -> System:
     Raises:
         LoadError: as of ``load_source``; or there are only records of the system.
     """
-    source = load_source(specification)
+    return require_system(load_source(specification), specification.model)
+
+
+def require_system(source: Source, model: str) -> System:
+    """Return a source of a model that can be simulated.
+
+    Raises:
+        LoadError: there are only records of the system.
+    """
     if not isinstance(source, System):
         raise LoadError(
-            f"record {specification.model!r} cannot be simulated; expected a model of the system "
+            f"record {model!r} cannot be simulated; expected a model of the system "
             "here: a record tells what happened, not what would happen under other inputs"
         )
     return source

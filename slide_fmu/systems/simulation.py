@@ -47,10 +47,12 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
         return Trajectory(system.step, inputs, _checked(system, inputs, outputs))
 
 
-def simulate_bending(
-    system: Bending, between: FloatArray, parts: int, initial: State | None = None
+def simulate_between(
+    system: System, between: FloatArray, parts: int, initial: State | None = None
 ) -> FloatArray:
     """Simulate a system under inputs that bend between samples.
+
+    One that does not follow them itself goes on by finer steps.
 
     Args:
         between: inputs at the ends of the parts of all sample steps, (parts * N, n_inputs).
@@ -61,8 +63,16 @@ def simulate_bending(
         The outputs at the samples, shape (N + 1, n_outputs).
 
     Raises:
+        LoadError: the system cannot be made with a finer step.
         SimulationError, ValueError: as of ``simulate``.
     """
+    if not isinstance(system, Bending):
+        if system.finer is None or system.finer.parts != parts:
+            raise ValueError(
+                f"inputs in {parts} parts of a sample step for a system that is not made for "
+                "them; expected that of the recipe by which they were drawn"
+            )
+        return simulate(system.finer.system, between, initial).outputs[::parts]
     _check_inputs(system, between)
     inputs = between[parts - 1 :: parts]
     with _range_named(system, inputs):

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
-from pydantic import TypeAdapter
+from pydantic import Field, InstanceOf, TypeAdapter
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import behind
+from slide_fmu.systems.base import System
 from slide_fmu.systems.declared import Parameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
 
@@ -31,6 +33,7 @@ class Specification:
         part_of: number of such steps in a sample step of the surrogate; more than one of a system
             that is simulated between samples too.
         noise_record: of records, a file that was taken while nothing moved; None if there is none.
+        given: of an object, the system itself, which no text holds.
     """
 
     model: str
@@ -42,6 +45,9 @@ class Specification:
     further: tuple[str, ...] = ()
     noise_record: str | None = None
     part_of: int = 1
+    given: Annotated[InstanceOf[System] | None, Field(exclude=True)] = field(
+        default=None, repr=False
+    )
 
     def to_json(self) -> str:
         """Write the specification as one line of JSON."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -65,7 +65,7 @@ class Attack:
 
 
 def attack(
-    surrogate: Surrogate, recipe: Recipe, seed: int, starts: int, progress: Progress
+    surrogate: Surrogate, case: Case, seed: int, starts: int, progress: Progress
 ) -> list[Attack]:
     """Search from so many unseen trajectories in range.
 
@@ -74,7 +74,7 @@ def attack(
         SimulationError: the reference could not be simulated, nor on other draws.
         ValueError: the surrogate has no error bound.
     """
-    system = reference_system(recipe)
+    recipe, system = case.recipe, case.reference
     stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
     found = []
     progress(0, starts)

@@ -20,8 +20,8 @@ from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.channels import ChannelKind
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
@@ -54,7 +54,9 @@ class _Rest:
     bound: FloatArray
 
 
-def box_figures(fmu: Path, validation: Validation, progress: Progress) -> BoxFigures | None:
+def box_figures(
+    fmu: Path, validation: Validation, case: Case, progress: Progress
+) -> BoxFigures | None:
     """Measure an FMU at constant inputs; None where the inputs are never held.
 
     These are records, and inputs that are moved as drives move them, or are angles.
@@ -62,15 +64,16 @@ def box_figures(fmu: Path, validation: Validation, progress: Progress) -> BoxFig
     Args:
         fmu: the FMU, whose library is run.
         validation: its validation in range, whose reference tells what errors are relative to.
+        case: what it was made from.
         progress: hears how many points are done.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    surrogate, recipe = validation.surrogate, validation.recipe
+    surrogate, recipe = validation.surrogate, case.recipe
     if not _holds_inputs(surrogate, recipe):
         return None
-    system = reference_system(recipe)
+    system = case.reference
     truth = np.concatenate([c.reference for c in validation.comparisons])
     size = np.maximum(rms(truth - truth.mean(axis=0)), np.finfo(np.float64).tiny)
     n_inputs, found = len(surrogate.inputs), dict[str, RestFigures]()
@@ -99,7 +102,7 @@ def box_figures(fmu: Path, validation: Validation, progress: Progress) -> BoxFig
 
 def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
     """Tell whether a recipe moves every input on its own, or holds all of them."""
-    if recipe.system.is_record or surrogate.planned:
+    if surrogate.planned:
         return False
     if any(signal.angle is not None for signal in surrogate.inputs):
         return False

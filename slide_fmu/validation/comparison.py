@@ -13,6 +13,7 @@ import numpy as np
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import (
@@ -181,6 +182,7 @@ class Validation:
             figures do not count; none without parameters.
         usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
         left_out: errors of the system on trajectories beyond the range, which are left out.
+        records: what it was measured on; None of a reference that was simulated.
     """
 
     task: Task
@@ -190,6 +192,7 @@ class Validation:
     corners: tuple[Comparison, ...] = ()
     usual: FloatArray | None = None
     left_out: tuple[str, ...] = ()
+    records: MeasuredRecords | None = None
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
@@ -298,9 +301,9 @@ class Validation:
 
     def _noise_floor(self, index: int) -> float | None:
         """Return the RMS of the noise of records over that of the output, where it is known."""
-        if not self.recipe.system.is_record:
+        if self.records is None:
             return None
-        noise = measured_noise(self.recipe, [c.error for c in self.comparisons])
+        noise = measured_noise(self.records.noise, [c.error for c in self.comparisons])
         return None if noise is None else float(noise[index]) / self._size(index)
 
     def _free_error(self, index: int) -> float | None:

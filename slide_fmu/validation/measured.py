@@ -13,7 +13,6 @@ from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import Draw
 from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.beside import beside
@@ -22,7 +21,12 @@ from slide_fmu.validation.free_run import free_run
 
 
 def validate_records(
-    fmu: Path, surrogate: Surrogate, recipe: Recipe, task: Task, progress: Progress
+    fmu: Path,
+    surrogate: Surrogate,
+    recipe: Recipe,
+    source: MeasuredRecords,
+    task: Task,
+    progress: Progress,
 ) -> Validation:
     """Run an FMU on the blocks of records that nothing was learnt from.
 
@@ -35,8 +39,6 @@ def validate_records(
             f"amplitude = {task.amplitude}, duration = {task.duration} s; expected neither for "
             "records: nothing beyond what was measured is known. Leave them out"
         )
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
     found = unseen_stretches(recipe, source)[: task.trajectories]
     comparisons = []
     progress(0, len(found))
@@ -51,7 +53,7 @@ def validate_records(
             free = None if free is None else free[-scored:]
             comparisons.append(replace(comparison, free=free))
             progress(len(comparisons), len(found))
-    return Validation(task, surrogate, recipe, tuple(comparisons))
+    return Validation(task, surrogate, recipe, tuple(comparisons), records=source)
 
 
 def _free(surrogate: Surrogate, measured: Trajectory) -> FloatArray | None:

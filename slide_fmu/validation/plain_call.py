@@ -17,8 +17,9 @@ import numpy as np
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import finer_steps, recipe_system, reference_at_finer_step
+from slide_fmu.records.either import either, no_answer
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -59,12 +60,13 @@ class _Smooth(NamedTuple):
     hz: tuple[float, float]
 
 
-def plain_call_figures(fmu: Path, validation: Validation) -> PlainCallFigures | None:
+def plain_call_figures(fmu: Path, validation: Validation, case: Case) -> PlainCallFigures | None:
     """Measure the plain call of an FMU; None of records, whose samples are the truth.
 
     Args:
         fmu: the FMU, whose library is run.
         validation: its validation in range.
+        case: what it was made from.
 
     Of inputs that are held, the FMU has ``smooth_if_held`` in the place of ``smooth``, but for a
     model that itself holds its inputs over the same step, which makes nothing late. Smooth inputs
@@ -74,15 +76,17 @@ def plain_call_figures(fmu: Path, validation: Validation) -> PlainCallFigures | 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    surrogate, recipe = validation.surrogate, validation.recipe
-    if recipe.system.is_record:
-        return None
-    late = surrogate.hold == "zero_order" and finer_steps(recipe) > 1
+    return either(case.source, lambda _: _plain_call(fmu, validation, case), no_answer)
+
+
+def _plain_call(fmu: Path, validation: Validation, case: Case) -> PlainCallFigures:
+    surrogate = validation.surrogate
+    late = surrogate.hold == "zero_order" and case.finer_steps > 1
     turning = any(signal.angle is not None for signal in surrogate.inputs)
     smooth, refusal = None, None
     if not (surrogate.planned or turning):
         try:
-            smooth = _under_smooth_inputs(fmu, surrogate, recipe)
+            smooth = _under_smooth_inputs(fmu, surrogate, case)
         except (LoadError, SimulationError) as error:
             refusal = str(error)
     found = PlainCallFigures(
@@ -203,15 +207,15 @@ def smooth_inputs(
     return np.stack(columns, axis=1)
 
 
-def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Smooth:
+def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, case: Case) -> _Smooth:
     """Run the FMU and the model at its own fine step under the same smooth inputs.
 
     Raises:
         LoadError: the reference has no finer step.
         SimulationError: it could not be simulated.
     """
-    hz, step, times = band_of(recipe), recipe.window.step, finer_steps(recipe)
-    system = reference_at_finer_step(recipe, times, as_it_runs=True)
+    recipe, times = case.recipe, case.finer_steps
+    hz, step, system = band_of(recipe), recipe.window.step, case.reference_as_it_runs()
     burn_in = round(recipe.data.burn_in / step)
     first = max(burn_in + 1, surrogate.network.memory_length)
     count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
@@ -232,28 +236,26 @@ def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> _Sm
     return _Smooth(np.concatenate(errors), np.concatenate(truths), np.concatenate(bound), hz)
 
 
-def cost_of_holding(recipe: Recipe) -> str | None:
+def cost_of_holding(case: Case) -> str | None:
     """Say by how much a smooth input is late where a recipe holds its inputs over a step.
 
     The model alone tells it: it is simulated under inputs that are held, and at its own fine step.
 
     Returns:
-        A sentence; None where inputs move, turn, or are recorded, where the model itself holds
-        them over that step, or there is no finer step.
+        A sentence; None where inputs move or turn, where the model itself holds them over that
+        step, or there is no finer step.
 
     Raises:
         SimulationError: the model could not be simulated.
     """
-    if recipe.system.is_record:
-        return None
-    held = recipe_system(recipe)
+    recipe, held = case.recipe, case.system
     if any(s.hold != "zero_order" or s.angle is not None for s in held.inputs):
         return None
     try:
-        times = finer_steps(recipe)
+        times = case.finer_steps
         if times == 1:  # it would be compared with itself
             return None
-        fine = reference_at_finer_step(recipe, times, as_it_runs=True)
+        fine = case.reference_as_it_runs()
     except LoadError:  # its class has a step of its own
         return None
     hz, step = band_of(recipe), recipe.window.step

@@ -9,8 +9,7 @@ import numpy as np
 from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.noise_record import Noise
 
 ORIGINS = {
     "noise_record": "by the noise record",
@@ -24,19 +23,13 @@ def origin_of_noise(recipe: Recipe) -> str:
     return "residuals" if recipe.system.noise_record is None else "noise_record"
 
 
-def measured_noise(recipe: Recipe, errors: Sequence[FloatArray]) -> FloatArray | None:
+def measured_noise(noise: Noise | None, errors: Sequence[FloatArray]) -> FloatArray | None:
     """Return the RMS of the noise of every output in its unit, (n_outputs,); None if not known.
 
     A noise record tells it, whatever its colour. Without one it is that of white noise in the
     errors of stretches, (N, n_outputs) each, if some are long enough.
-
-    Raises:
-        LoadError: the records of the recipe cannot be read.
     """
-    if origin_of_noise(recipe) == "noise_record":
-        source = recipe_source(recipe)
-        assert isinstance(source, MeasuredRecords)
-        assert source.noise is not None
-        return np.asarray(np.std(np.concatenate(source.noise.stretches), axis=0))
+    if noise is not None:
+        return np.asarray(np.std(np.concatenate(noise.stretches), axis=0))
     long_enough = [error for error in errors if len(error) >= SHORTEST_PIECE]
     return noise_of_residuals(long_enough).floor if long_enough else None

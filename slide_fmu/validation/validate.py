@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+import pickle
 import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of, outside_of_range
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, run_fmu, unpacked
@@ -20,12 +21,8 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import (
-    recipe_system,
-    reference_specification,
-    reference_system,
-)
+from slide_fmu.recipe.case import Case
+from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
@@ -47,22 +44,14 @@ class _Bench:
     fmu: UnpackedFmu
     reference: UnpackedFmu | None
     surrogate: Surrogate
-    recipe: Recipe
+    case: Case
     stream: Stream
-
-
-class _Models:
-    """The models of a recipe are made anew in every process: the reference, and the data's."""
-
-    def __init__(self, recipe: Recipe) -> None:
-        self.reference = reference_system(recipe)
-        self.data = recipe_system(recipe) if recipe.system.reference else None
 
 
 def validate(
     fmu: Path,
     surrogate: Surrogate,
-    recipe: Recipe,
+    case: Case,
     task: Task,
     progress: Progress,
     workers: int | None = 1,
@@ -95,13 +84,27 @@ def validate(
             nor on other draws; beyond the range on no trajectory at all.
         ValueError: the trajectories are too short to score anything.
     """
-    if recipe.system.is_record:
-        return validate_records(fmu, surrogate, recipe, task, progress)
+    return either(
+        case.source,
+        lambda _: _validate_systems(fmu, surrogate, case, task, progress, workers),
+        lambda records: validate_records(fmu, surrogate, case.recipe, records, task, progress),
+    )
+
+
+def _validate_systems(
+    fmu: Path,
+    surrogate: Surrogate,
+    case: Case,
+    task: Task,
+    progress: Progress,
+    workers: int | None,
+) -> Validation:
+    """Run an FMU beside the reference system of a case, as ``validate`` does."""
     if task.held_out:
-        recipe = recipe.with_held_out_kinds()
-    models = _Models(recipe)
+        case = case.with_recipe(case.recipe.with_held_out_kinds())
+    recipe = case.recipe
     count = task.trajectories or recipe.validation.trajectories
-    corners = corners_of(recipe.physical()) if recipe.parameters else []
+    corners = case.corners() if recipe.parameters else []
     total = count + len(corners)
     duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, task.seed, task.amplitude, duration)
@@ -117,19 +120,17 @@ def validate(
         with ExitStack() as stack:
             fmu_files, reference_files = stack.enter_context(unpacked(fmu)), None
             # of other values of physical parameters every time: those simulate by themselves
-            if _is_co_simulated(models.reference) and not recipe.parameters:
-                write_reference_fmu(reference_specification(recipe), reference_path)
+            if _is_co_simulated(case) and not recipe.parameters:
+                write_reference_fmu(case.systems.reference_specification, reference_path)
                 reference_files = stack.enter_context(unpacked(reference_path))
-            bench = _Bench(fmu_files, reference_files, surrogate, recipe, stream)
-            comparisons = _measure_all(
-                bench, models, count, workers, lambda done, _: progress(done, total)
-            )
+            bench = _Bench(fmu_files, reference_files, surrogate, case, stream)
+            comparisons = _measure_all(bench, count, workers, lambda n, _: progress(n, total))
             at_corners = []
             for index, corner in enumerate(corners):
-                at_corners.append(_measure(bench, models, count + index, corner))
+                at_corners.append(_measure(bench, count + index, corner))
                 progress(count + index + 1, total)
             found, lost = _divided(comparisons)
-            found = _timed(bench, models, found)
+            found = _timed(bench, found)
     return Validation(task, surrogate, recipe, found, tuple(at_corners), left_out=lost)
 
 
@@ -141,9 +142,7 @@ def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], 
     return tuple(one for one in measured if isinstance(one, Comparison)), lost
 
 
-def _timed(
-    bench: _Bench, models: _Models, found: tuple[Comparison, ...]
-) -> tuple[Comparison, ...]:
+def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ...]:
     """Return the comparisons, of which at least one tells what a step of the reference takes.
 
     Where the inputs of all of them bend, the reference runs once more, straight between samples.
@@ -151,100 +150,91 @@ def _timed(
     if any(len(one.step_seconds[1]) for one in found):
         return found
     stream = replace(bench.stream, factors=(1.0, 1.0))  # there the reference must not fail
+    system = bench.case.reference
 
     def run(drawn: Draw) -> FloatArray:
         straight = replace(drawn, between=None)
-        return _true_outputs(bench.reference, models.reference, straight)[1]
+        return _true_outputs(bench.reference, system, straight)[1]
 
-    seconds = first_that_runs(bench.recipe, models.reference, stream, 0, run)
+    seconds = first_that_runs(bench.case.recipe, system, stream, 0, run)
     first = replace(found[0], step_seconds=(found[0].step_seconds[0], seconds))
     return (first, *found[1:])
 
 
 def _measure_all(
     bench: _Bench,
-    models: _Models,
     count: int,
     workers: int | None,
     progress: Callable[[int, int], None],
 ) -> list[Comparison | str]:
     """Measure all trajectories in order, by worker processes if the first one took long."""
     begin = time.perf_counter()
-    found = [_measure_or_leave(bench, models, 0)]
+    found = [_measure_or_leave(bench, 0)]
     seconds = time.perf_counter() - begin
     progress(1, count)
     wanted = os.cpu_count() or 1 if workers is None else workers
     workers = min(wanted, count - 1)
     if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
-        jobs = [(index,) for index in range(1, count)]
-        with process_pool(workers, _set_up, (bench,)) as pool:
+        pickled = pickle.dumps(bench)
+        jobs = [(pickled, index) for index in range(1, count)]
+        with process_pool(workers) as pool:
             return found + in_parallel(pool, _measure_here, jobs, lambda n: progress(n + 1, count))
     for index in range(1, count):
-        found.append(_measure_or_leave(bench, models, index))
+        found.append(_measure_or_leave(bench, index))
         progress(index + 1, count)
     return found
 
 
-_here: list[tuple[_Bench, _Models]] = []
-"""What a worker process measures with."""
+def _measure_here(pickled: bytes, index: int) -> Comparison | str:
+    return _measure_or_leave(_unpickled(pickled), index)
 
 
-def _set_up(bench: _Bench) -> None:
-    _here[:] = [(bench, _Models(bench.recipe))]
+@lru_cache(maxsize=1)
+def _unpickled(bench: bytes) -> _Bench:
+    """Unpickle a bench once in a worker process, which makes its systems once."""
+    found: _Bench = pickle.loads(bench)
+    return found
 
 
-def _measure_here(index: int) -> Comparison | str:
-    return _measure_or_leave(*_here[0], index)
-
-
-def _measure_or_leave(bench: _Bench, models: _Models, index: int) -> Comparison | str:
+def _measure_or_leave(bench: _Bench, index: int) -> Comparison | str:
     """Measure a trajectory; beyond the range, where the system may fail, return its words."""
     try:
-        return _measure(bench, models, index)
+        return _measure(bench, index)
     except SimulationError as error:
         if not bench.stream.beyond:
             raise
         return str(error)
 
 
-def _measure(
-    bench: _Bench, models: _Models, index: int, corner: Mapping[str, float] | None = None
-) -> Comparison:
+def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = None) -> Comparison:
     """Draw a trajectory and run everything on it; where the system fails on it, another one.
 
     Physical parameters are those of a corner of their box, or unseen ones.
     """
-    recipe, values = bench.recipe, corner
-    if recipe.parameters:
-        values = corner or drawn_parameters(recipe, bench.stream, index)
-        models = _Models(recipe.at(values))
+    recipe, stream = bench.case.recipe, bench.stream
+    values = corner or drawn_parameters(recipe, stream, index)
+    case = bench.case.at(values)
 
     def run(drawn: Draw) -> Comparison:
-        return _measure_draw(bench, models, index, drawn, values)
+        fmus = bench.fmu, bench.reference
+        found = compare(*fmus, bench.surrogate, case.reference, drawn, values or None)
+        found = replace(found, failed=drawn.attempt)
+        if not recipe.system.reference:
+            return found
+        own = draw(recipe, case.system, stream, index, drawn.attempt)
+        outputs = drawn_outputs(case.system, own)
+        return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
-    return first_that_runs(bench.recipe, models.reference, bench.stream, index, run)
-
-
-def _measure_draw(
-    bench: _Bench,
-    models: _Models,
-    index: int,
-    drawn: Draw,
-    parameters: Mapping[str, float] | None,
-) -> Comparison:
-    fmus = bench.fmu, bench.reference
-    found = compare(*fmus, bench.surrogate, models.reference, drawn, parameters)
-    found = replace(found, failed=drawn.attempt)
-    if models.data is None:
-        return found
-    own = draw(bench.recipe, models.data, bench.stream, index, drawn.attempt)
-    outputs = drawn_outputs(models.data, own)
-    return replace(found, model=outputs[len(outputs) - len(found.reference) :])
+    return first_that_runs(recipe, case.reference, stream, index, run)
 
 
-def _is_co_simulated(system: System) -> bool:
-    """Tell whether a reference system runs as an FMU, which is started in drawn states."""
-    return isinstance(system, RandomStates)
+def _is_co_simulated(case: Case) -> bool:
+    """Tell whether a reference system runs as an FMU, which is started in drawn states.
+
+    An object of a session cannot be made again there.
+    """
+    given = case.systems.specification.given
+    return isinstance(case.reference, RandomStates) and given is None
 
 
 def _true_outputs(

@@ -15,7 +15,7 @@ from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, versions
 from slide_fmu.pipeline.stages import STABILITY_REPORT
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.conftest import SMALL_LINEAR, invoke
 from tests.progress import no_stages
@@ -35,7 +35,7 @@ def surrogate_of(job: Job, pole: float = NEVER_FORGETS) -> Surrogate:
         zero,
         zero[:, 0],
     )
-    system, table = recipe_system(job.recipe), job.recipe.window
+    system, table = case_of(job.recipe).system, job.recipe.window
     scaling = Affine.of_channels([0.0], [1.0])
     window = Window(table.step, table.n_in, table.n_out)
     signals = system.inputs, system.outputs

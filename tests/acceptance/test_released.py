@@ -13,10 +13,10 @@ from fmpy.validation import validate_fmu
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.measurement import validate_fmu_file
+from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.model_card import variable_table
 from slide_fmu.report.table import markdown
 from slide_fmu.validation.comparison import Task
@@ -84,7 +84,9 @@ def test_released_fmu_was_made_from_its_recipe(name: str) -> None:
 @pytest.mark.extended
 @pytest.mark.parametrize("name", essential(RELEASED, "linear", "duffing", "mass_chain"))
 def test_released_fmu_is_as_accurate_as_promised(name: str) -> None:
-    figures = validate_fmu_file(released(name), FEW, lambda stage: lambda *state: None).figures()
+    figures = validate_fmu_file(
+        released(name), released_case(released(name)), FEW, lambda stage: lambda *state: None
+    ).figures()
     assert figures.outputs[0].relative_rmse < RELEASED[name]
 
 
@@ -94,7 +96,7 @@ def test_error_bound_at_rest_is_no_larger_than_in_motion(name: str) -> None:
     surrogate, provenance = read_fmu(released(name))
     recipe = recipe_of_provenance(provenance, name)
     stream = Stream(TEST, AT_REST, (1.0, 1.0), 20.0)
-    system, in_motion, at_rest = recipe_system(recipe), [], []
+    system, in_motion, at_rest = case_of(recipe).system, [], []
     for index in range(5):
         moving = draw(recipe, system, stream, index).inputs
         resting = np.repeat(moving[-1:], round(20.0 / recipe.window.step), axis=0)

@@ -13,6 +13,7 @@ import pytest
 
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.recipe.case import case_of
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
 from tests.marks import needs_app
@@ -138,13 +139,12 @@ def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     """The JSON's figures against a computation from the models themselves, without FMUs."""
     from slide_fmu.data.draws import TEST, Stream, draw
     from slide_fmu.recipe.reading import load_recipe
-    from slide_fmu.recipe.systems import recipe_system
     from slide_fmu.systems.simulation import simulate
 
     result = invoke("validate", duffing.fmu, "--trajectories", 2, "--seed", 11, "--json", "-")
     figures = json.loads(result.stdout)
     recipe = load_recipe(duffing.recipe)
-    system, surrogate = recipe_system(recipe), read_fmu(duffing.fmu)[0]
+    system, surrogate = case_of(recipe).system, read_fmu(duffing.fmu)[0]
     stream = Stream(TEST, 11, (1.0, 1.0), recipe.data.duration)
     errors, references = [], []
     for index in range(2):

@@ -25,8 +25,8 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.trust import Told, domain_figures, harm_of
 
@@ -59,7 +59,7 @@ class Seen(NamedTuple):
 
 def seen(surrogate: Surrogate, recipe: Recipe, seed: int, count: int, stages: Stages) -> Seen:
     """Simulate so many trajectories of a recipe's kinds."""
-    system, found = recipe_system(recipe), Seen([], [], [], [])
+    system, found = case_of(recipe).system, Seen([], [], [], [])
     stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
     assert surrogate.bound is not None
     for index in range(count):

@@ -28,8 +28,8 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.parameter_draws import drawn_parameters
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 
@@ -42,7 +42,7 @@ OWN = 4
 def record_of(recipe: Recipe, values: Mapping[str, float], index: int) -> tuple[FloatArray, ...]:
     """Simulate a record of some values, and cut off the burn-in: the rest begins in motion."""
     fixed = recipe.at(values)
-    system, stream = recipe_system(fixed), Stream(TEST, SEED, (1.0, 1.0), DURATION)
+    system, stream = case_of(fixed).system, Stream(TEST, SEED, (1.0, 1.0), DURATION)
     drawn = draw(fixed, system, stream, index)
     begin = round(recipe.data.burn_in / recipe.window.step)
     outputs = simulate(system, drawn.inputs, drawn.initial).outputs[1:]

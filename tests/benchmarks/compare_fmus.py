@@ -24,7 +24,7 @@ from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.systems import reference_system
+from slide_fmu.recipe.case import case_of
 
 
 def unseen_inputs(fmu: Path, steps: int, seed: int) -> FloatArray:
@@ -35,7 +35,7 @@ def unseen_inputs(fmu: Path, steps: int, seed: int) -> FloatArray:
     recipe = recipe.model_copy(
         update={"data": recipe.data.model_copy(update={"duration": duration, "burn_in": 0.0})}
     )
-    drawn = draw(recipe, reference_system(recipe), Stream(TEST, seed, (1.0, 1.0), duration), 0)
+    drawn = draw(recipe, case_of(recipe).reference, Stream(TEST, seed, (1.0, 1.0), duration), 0)
     return drawn.inputs[:steps]
 
 

@@ -29,8 +29,8 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.fitting.error_bound import conformal_factors
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.trust import output_bound
 
@@ -72,7 +72,7 @@ def measured(
     surrogate: Surrogate, recipe: Recipe, count: int, stages: Stages
 ) -> tuple[FloatArray, dict[str, tuple[FloatArray, bool]]]:
     """Return errors and scales of fresh trajectories, (n, N, n_outputs)."""
-    system, progress = recipe_system(recipe), stages("fresh trajectories")
+    system, progress = case_of(recipe).system, stages("fresh trajectories")
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, SEED, (1.0, 1.0), duration)
     errors: list[FloatArray] = []

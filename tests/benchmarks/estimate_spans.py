@@ -33,6 +33,7 @@ from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -127,7 +128,7 @@ def stream_figures(bench: Bench, stream: Stream, count: int, advance: Progress) 
     Args:
         count: number of motions.
     """
-    motions = unseen_motions(bench.recipe, stream, count, advance)
+    motions = unseen_motions(bench.recipe, case_of(bench.recipe).reference, stream, count, advance)
     errors = [errors_of(bench.surrogate, bench.estimator, motion) for motion in motions]
     step = bench.surrogate.window.step
     lengths = {span: max(1, round(span / step)) for span in bench.spans}

@@ -26,6 +26,7 @@ from figures_out import write_figures
 
 from slide_fmu.data.generation import generate
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from tests.store_digest import store_digest
@@ -75,14 +76,26 @@ def measure(recipe: Recipe, beside: Path, count: int, name: str, folder: Path) -
     here = beside if is_cluster else None
     with opened(workers, is_cluster) as (executor, cluster):
         warm = folder / "warm" / "data.zarr"
-        generate(with_trajectories(recipe, WARM), warm, executor, lambda *_: None, beside=here)
+        generate(
+            case_of(with_trajectories(recipe, WARM)),
+            warm,
+            executor,
+            lambda *_: None,
+            beside=here,
+        )
 
         def kill_one(done: int, total: int) -> None:
             if is_killed and done == total // 2:
                 os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
 
         begin, store = time.perf_counter(), folder / "made" / "data.zarr"
-        made = generate(with_trajectories(recipe, count), store, executor, kill_one, beside=here)
+        made = generate(
+            case_of(with_trajectories(recipe, count)),
+            store,
+            executor,
+            kill_one,
+            beside=here,
+        )
         seconds = time.perf_counter() - begin
     return {"workers": workers, "wall_time_s": seconds, "made": made, "hash": store_digest(store)}
 

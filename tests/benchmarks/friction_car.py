@@ -26,8 +26,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.fitting.fit import Fit, fit_surrogate
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.friction_car import friction_recipe
 
 TRAJECTORIES = 20
@@ -39,13 +39,13 @@ def learn(recipe: Recipe, bar: Stages) -> Fit:
     with tempfile.TemporaryDirectory() as folder:
         store = Path(folder) / "data.zarr"
         with ThreadPoolExecutor(1) as pool:
-            generate(recipe, store, pool, bar("trajectories"))
-        return fit_surrogate(recipe, recipe_system(recipe), store, Path(folder) / "states", bar)
+            generate(case_of(recipe), store, pool, bar("trajectories"))
+        return fit_surrogate(recipe, case_of(recipe).system, store, Path(folder) / "states", bar)
 
 
 def errors(fit: Fit, recipe: Recipe) -> FloatArray:
     """Relative RMSE of every output on unseen trajectories, shape (n_outputs,)."""
-    system, settled = recipe_system(recipe), recipe.window.n_in
+    system, settled = case_of(recipe).system, recipe.window.n_in
     stream = Stream(TEST, recipe.data.seed, (1.0, 1.0), 2 * recipe.data.duration)
     misses, references = [], []
     for index in range(TRAJECTORIES):
@@ -89,7 +89,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     ]
     all_errors = np.array([one["relative_rmse"] for one in found])
     return {
-        "outputs": [signal.name for signal in recipe_system(friction_recipe()).outputs],
+        "outputs": [signal.name for signal in case_of(friction_recipe()).system.outputs],
         "relative_rmse_median": np.median(all_errors, axis=0).tolist(),
         "relative_rmse_range": [all_errors.min(axis=0).tolist(), all_errors.max(axis=0).tolist()],
         "seeds": found,

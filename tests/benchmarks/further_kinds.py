@@ -34,6 +34,7 @@ from slide_fmu.excitation.mix import names_of
 from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.trust import Told, harm_of, output_bound
@@ -91,7 +92,12 @@ def main() -> None:
 def _made(recipe: Recipe, folder: Path, stages: Stages) -> Path:
     few = recipe.data.model_copy(update={**dict.fromkeys(NETWORKS, 1), "beyond": 0})
     store = folder / "data.zarr"
-    generate(recipe.model_copy(update={"data": few}), store, None, stages("trajectories"))
+    generate(
+        case_of(recipe.model_copy(update={"data": few})),
+        store,
+        None,
+        stages("trajectories"),
+    )
     return store
 
 
@@ -117,7 +123,14 @@ def _runs(
     stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
     names, found = names_of(recipe.data.excitation), []
     filled = max(surrogate.window.n_in, surrogate.bound.filling_length)
-    for motion in unseen_motions(recipe, stream, count, stages("fresh trajectories")):
+    for motion in unseen_motions(
+        recipe,
+        case_of(recipe).reference,
+        case_of(recipe).reference,
+        stream,
+        count,
+        stages("fresh trajectories"),
+    ):
         errors = np.abs(surrogate.predict_newest(motion.inputs) - motion.outputs[1:])
         first = max(filled, motion.burn_in)
         found.append(Run(motion.inputs, errors[first:], names[motion.kind]))

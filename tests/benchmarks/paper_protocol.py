@@ -23,7 +23,7 @@ from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State
 from slide_fmu.systems.simulation import simulate
 
@@ -40,7 +40,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
             f"recipe {recipe.name!r}: data.burn_in = {recipe.data.burn_in:g}; expected 0, as the "
             "paper's simulations start in the states that are not known"
         )
-    system, window = recipe_system(recipe), surrogate.window
+    system, window = case_of(recipe).system, surrogate.window
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), window.n_in * window.step)
     scored = slice(window.n_truncated + 1, None)
     errors, references, variances = [], [], []

@@ -35,6 +35,7 @@ from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -108,7 +109,9 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     by_number: dict[int, list[Segments]] = {}
     with ExitStack() as stack:
         fmu = stack.enter_context(unpacked(arguments.fmu)) if arguments.through_fmu else None
-        for motion in unseen_motions(recipe, stream, count, bar("test motions")):
+        for motion in unseen_motions(
+            recipe, case_of(recipe).reference, stream, count, bar("test motions")
+        ):
             segments = segments_of(surrogate, fmu, motion, chosen)
             number = arguments.excitation or motion.kind + 1
             by_number.setdefault(number, []).append(segments)

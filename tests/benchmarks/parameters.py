@@ -34,8 +34,8 @@ from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.fitting.fit import fit_surrogate
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 
@@ -157,9 +157,9 @@ def learnt(recipe: Recipe, folder: Path, bar: Stages) -> tuple[Surrogate, float]
         folder.mkdir(parents=True, exist_ok=True)
         store = folder / "data.zarr"
         with ThreadPoolExecutor(1) as pool:
-            generate(recipe, store, pool, bar("trajectories"))
+            generate(case_of(recipe), store, pool, bar("trajectories"))
         begin = time.process_time()
-        fit = fit_surrogate(recipe, recipe_system(recipe), store, folder / "states", bar)
+        fit = fit_surrogate(recipe, case_of(recipe).system, store, folder / "states", bar)
         seconds.write_text(json.dumps(time.process_time() - begin), encoding="utf-8")
         fit.surrogate.save(place)
     return Surrogate.from_bytes(place.read_bytes()), json.loads(seconds.read_text("utf-8"))
@@ -173,7 +173,7 @@ def error_at(
     Of several outputs it is the root of the mean square.
     """
     fixed = recipe.at(values)
-    system, stream = recipe_system(fixed), Stream(TEST, SEED, (1.0, 1.0), DURATION)
+    system, stream = case_of(fixed).system, Stream(TEST, SEED, (1.0, 1.0), DURATION)
     settled = surrogate.window.n_in
     misses, references = [], []
     for index in range(first, first + (1 if quick else RECORDS)):

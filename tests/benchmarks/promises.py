@@ -35,7 +35,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.systems import reference_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.simulation import simulate
 from tests.own_models import pendulum_trolley, quarter_car_corner, two_tanks
 from tests.own_records import write_record
@@ -108,7 +108,7 @@ def released(name: str, motions: int) -> list[Row]:
     fmu = ROOT / "fmus" / name / f"{name}.fmu"
     surrogate, provenance = read_fmu(fmu)
     recipe = recipe_of_provenance(provenance, str(fmu))
-    system, step = reference_system(recipe), recipe.window.step
+    system, step = case_of(recipe).reference, recipe.window.step
     outputs = tuple(signal.name for signal in surrogate.outputs)
     errors, truths = [], []
     for index in range(motions):

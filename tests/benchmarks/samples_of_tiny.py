@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from slide_fmu.core.window import Window
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate
 from tests.recipes import TINY
@@ -39,7 +39,7 @@ def held_by_an_fmu(positions: int = 8) -> tuple[Surrogate, dict[str, Any]]:
     """
     text = RECIPE + ESTIMATOR
     recipe = parse_recipe(text, "tiny")
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     shape = Shape(n_in=48, n_out=8, block=False, positions=positions, name="tiny")
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
     surrogate = replace(

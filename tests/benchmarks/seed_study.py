@@ -43,6 +43,7 @@ from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.job import open_job, with_training_seed
 from slide_fmu.pipeline.measurement import IN_RANGE, tasks
 from slide_fmu.pipeline.stages import generate_data
+from slide_fmu.recipe.case import case_of
 from slide_fmu.validation.validate import validate
 
 
@@ -85,7 +86,7 @@ def seed_figures(training: Trained, arguments: argparse.Namespace) -> dict[str, 
     with tempfile.TemporaryDirectory() as place:
         fmu = export_fmu(surrogate, Path(place) / f"{recipe.name}.fmu")
         measured = {
-            name: plain(validate(fmu, surrogate, recipe, task, quiet).figures())
+            name: plain(validate(fmu, surrogate, case_of(recipe), task, quiet).figures())
             for name, task in chosen.items()
         }
     return {

@@ -34,8 +34,8 @@ from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import data_specification, recipe_system, reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
@@ -60,7 +60,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
     window = surrogate.window
     models = timers(recipe)
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), window.n_in * window.step)
-    drawing = recipe_system(recipe)
+    drawing = case_of(recipe).system
     values = np.random.default_rng(0).uniform(-1, 1, (arguments.steps, 1))
     scaling = surrogate.input_scaling
     rows = scaling.offset + values * scaling.scale
@@ -113,12 +113,12 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def timers(recipe: Recipe) -> dict[str, Timer]:
     """What is timed beside the FMU, by name."""
-    found = {"model": simulation_timer(recipe_system(recipe))}
+    found = {"model": simulation_timer(case_of(recipe).system)}
     if recipe.system.reference:
-        found["reference"] = simulation_timer(reference_system(recipe))
+        found["reference"] = simulation_timer(case_of(recipe).reference)
     if _model(recipe) == "SliderCrank":
         parameters: dict[str, Any] = {
-            **data_specification(recipe).parameters,
+            **case_of(recipe).systems.specification.parameters,
             "step": recipe.window.step,
             **AUTHORS["SliderCrank"],
         }

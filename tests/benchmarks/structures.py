@@ -42,9 +42,10 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -137,7 +138,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     job = open_job(arguments.recipe, arguments.runs, bar)
     variants = read_variants(arguments.variants, tomllib.loads(job.text))
     for recipe in variants.values():
-        check_recipe(recipe)
+        check_case(case_of(recipe))
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
     generate_data(dataclasses.replace(job, recipe=most), Workplace())
     found = trained(variants, job.folder, arguments.workers, bar)
@@ -163,7 +164,7 @@ def motions_of(
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)
     count = arguments.trajectories or recipe.validation.trajectories
-    return list(unseen_motions(recipe, stream, count, advance))
+    return list(unseen_motions(recipe, case_of(recipe).reference, stream, count, advance))
 
 
 def figures(one: Trained, motions: Sequence[UnseenMotion]) -> dict[str, Any]:

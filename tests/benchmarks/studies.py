@@ -24,8 +24,8 @@ from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.trajectories import read_split
 from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.payload import VERSION
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.progress import no_stages
@@ -106,18 +106,19 @@ def _train_at_once(
 ) -> None:
     """Train in processes of their own, the longest first."""
     order = sorted(recipes, key=lambda title: -recipes[title].data.train)
-    with process_pool(workers, torch.set_num_threads, (1,)) as pool:
+    with process_pool(workers) as pool:
         advance(0, len(order))
         jobs = [(recipes[title], folder, no_stages) for title in order]
         in_parallel(pool, _train, jobs, lambda done: advance(done, len(order)))
 
 
 def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
+    torch.set_num_threads(1)
     kept = _kept(folder, recipe)
     kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as checkpoints:  # earlier ones would cost nothing
-        system = recipe_system(recipe)
+        system = case_of(recipe).system
         fit = fit_surrogate(recipe, system, folder.store, Path(checkpoints), progress)
     fit.surrogate.save(kept.with_suffix(".slide"))
     figures = {

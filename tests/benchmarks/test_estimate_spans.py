@@ -15,8 +15,8 @@ from samples_of_tiny import held_by_an_fmu
 
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.simulation import simulate
 from tests.progress import no_stages
 
@@ -35,7 +35,7 @@ def test_the_span_of_the_fmu_gives_the_deviation_of_its_estimate(
     """In range and, with the next seed, at the amplitudes of the estimator's training."""
     surrogate, provenance = held_by_an_fmu()
     recipe = parse_recipe(provenance["recipe"], "tiny")
-    system, found = reference_system(recipe), measured(monkeypatch)
+    system, found = case_of(recipe).reference, measured(monkeypatch)
     assert found["estimated_samples"] == 8
     for name, seed, factors in (("in range", 5, (1.0, 1.0)), ("beyond the range", 6, (1.0, 2.0))):
         deviations = []

@@ -13,8 +13,8 @@ from paper_segments import measure, with_excitation
 from samples_of_tiny import held_by_an_fmu
 
 from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.simulation import simulate
 from tests.progress import no_stages
 
@@ -52,7 +52,7 @@ def test_the_mix_names_its_excitations_by_their_numbers(monkeypatch: pytest.Monk
 def test_rmse_is_that_of_the_newest_outputs(monkeypatch: pytest.MonkeyPatch) -> None:
     surrogate, provenance = held_by_an_fmu()
     recipe = with_excitation(parse_recipe(provenance["recipe"], "tiny"), 2)
-    system, errors = reference_system(recipe), []
+    system, errors = case_of(recipe).reference, []
     for index in range(5):
         drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 2.0), index)
         true = simulate(system, drawn.inputs, drawn.initial).outputs

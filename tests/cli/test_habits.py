@@ -171,9 +171,9 @@ def test_first_word_comes_before_the_work_on_a_recipe(
     def look(*_: object) -> None:
         raise ValueError(f"said so far: {capfd.readouterr().err!r}")
 
-    monkeypatch.setattr("slide_fmu.pipeline.job.resolved_lengths", look)
+    monkeypatch.setattr("slide_fmu.pipeline.job.check_case", look)
     recipe = tmp_path / "small.toml"
-    recipe.write_text(SMALL_LINEAR, encoding="utf-8")
+    recipe.write_text(SMALL_LINEAR.replace("n_in = 72\nn_out = 8\n", ""), encoding="utf-8")
     with pytest.raises(SystemExit), progress_bars() as bar:
         open_job(recipe, tmp_path / "runs", bar)
     assert "said so far: 'recipe: 0 of 1" in capfd.readouterr().err

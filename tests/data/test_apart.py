@@ -14,20 +14,19 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.apart import EndedError, apart, guarded
-from slide_fmu.systems import given
+from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.given import make
-from slide_fmu.systems.specification import Specification
 from tests.data.failing_system import FailingSystem
 from tests.memory.plain_systems import Lag
+from tests.recipes import case_of_object
 
 
 def fail(system: str) -> None:
     raise SimulationError(f"no solution of {system}", 2.5)
 
 
-def outputs_of(name: str, inputs: FloatArray) -> FloatArray:
-    return make(Specification(name, kind="object")).simulate(inputs)
+def outputs_of(case: Case, inputs: FloatArray) -> FloatArray:
+    return case.system.simulate(inputs)
 
 
 def test_result_and_error_cross() -> None:
@@ -44,12 +43,10 @@ def test_program_that_ends_by_itself_is_told() -> None:
         apart(os._exit, 7)
 
 
-def test_systems_given_as_objects_are_there() -> None:
-    given.give("crossing lag", Lag())
+def test_system_given_as_an_object_crosses_with_its_case() -> None:
     inputs = np.linspace(0.0, 1.0, 5)[:, None]
-    np.testing.assert_array_equal(
-        apart(outputs_of, "crossing lag", inputs), Lag().simulate(inputs)
-    )
+    found = apart(outputs_of, case_of_object(Lag()), inputs)
+    np.testing.assert_array_equal(found, Lag().simulate(inputs))
 
 
 def test_system_that_may_crash_is_named_and_others_are_simulated_here() -> None:

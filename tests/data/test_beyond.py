@@ -18,9 +18,9 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.store import forget_trajectories
 from slide_fmu.data.trajectories import read_split
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.base import RandomStates, State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -141,7 +141,7 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     """All of them where none is in range; a run never dies of it."""
     path = tmp_path / "failing" / "store"
     wanted = asked(1.0, in_range)
-    generate(wanted, path, None, silent)
+    generate(case_of(wanted), path, None, silent)
     assert all(np.abs(row).max() <= 1.0 for row in values(path, wanted).values())
     failures = kept_failures(path)
     assert failures
@@ -153,7 +153,7 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     assert "data.beyond and estimator.beyond" in remark
     assert "lies outside of its range -1..1" in remark
     fine = asked(9.0, in_range)
-    generate(fine, tmp_path / "fine" / "store", None, silent)
+    generate(case_of(fine), tmp_path / "fine" / "store", None, silent)
     assert remark_on_beyond(fine, tmp_path / "fine" / "store") is None
     largest = [np.abs(row).max() for key, row in values(tmp_path / "fine" / "store", fine).items()]
     assert sum(value > 1.0 for value in largest) == beyond
@@ -171,36 +171,38 @@ def asked(fail: float, in_range: float = 0.5) -> Recipe:
 def test_failures_in_range_still_end_a_generation(tmp_path: Path) -> None:
     wanted = asked(0.97)
     with pytest.raises(SimulationError, match=r"trajectories could not be simulated, 1 may fail"):
-        generate(wanted, tmp_path / "store", None, silent)
+        generate(case_of(wanted), tmp_path / "store", None, silent)
 
 
 def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> None:
     path, beyond, within = tmp_path / "store", asked(1.2), recipe(1.2, 3)
-    total = generate(beyond, path, None, silent)
+    total = generate(case_of(beyond), path, None, silent)
     before, failed = values(path, beyond), {failure.name for failure in kept_failures(path)}
     assert failed
-    source = recipe_system(within)
+    source = case_of(within).system
     with pytest.raises(StoreError, match=r"beyond_factor = .*which keeps the trajectories"):
         require_origin(path, within, identity(within, source))
-    assert generate(within, path, None, silent) == 4 + 3 < total  # others are as they were
+    assert (
+        generate(case_of(within), path, None, silent) == 4 + 3 < total
+    )  # others are as they were
     after = values(path, within)
     changed = {key for key in before if not np.array_equal(before[key], after[key])}
     assert changed <= {(split, i) for split, i in before if split_stream(beyond, split, i).beyond}
     assert all(np.abs(after[key]).max() <= 1.0 for key in after if key[0] in OF_ESTIMATOR)
     assert not [f for f in kept_failures(path) if f.split.startswith("estimator")]
-    assert generate(within, path, None, silent) == 0
-    generate(beyond, path, None, silent)
+    assert generate(case_of(within), path, None, silent) == 0
+    generate(case_of(beyond), path, None, silent)
     again = values(path, beyond)
     assert all(np.array_equal(before[key], again[key]) for key in before)
     assert {failure.name for failure in kept_failures(path)} == failed
 
 
 def test_another_kind_of_draw_is_refused_as_before(tmp_path: Path) -> None:
-    generate(asked(1.2), tmp_path / "store", None, silent)
+    generate(case_of(asked(1.2)), tmp_path / "store", None, silent)
     tables = asked(1.2).model_dump(mode="json")
     tables["data"]["seed"] += 1
     with pytest.raises(StoreError, match=r"data\.seed = 7 there, 8 .*--overwrite"):
-        generate(Recipe.model_validate(tables), tmp_path / "store", None, silent)
+        generate(case_of(Recipe.model_validate(tables)), tmp_path / "store", None, silent)
     assert "beyond" not in data_fingerprint(asked(1.2))["estimator"]
 
 
@@ -210,7 +212,7 @@ def test_a_lost_or_damaged_trajectory_is_made_again_alone(
     name: str, lost: bool, tmp_path: Path
 ) -> None:
     path, wanted = tmp_path / "store", recipe()
-    generate(wanted, path, None, silent)
+    generate(case_of(wanted), path, None, silent)
     before = values(path, wanted)
     place = path / "train" / name / "c" / "2"
     file = place if place.is_file() else next(f for f in place.rglob("*") if f.is_file())
@@ -220,17 +222,17 @@ def test_a_lost_or_damaged_trajectory_is_made_again_alone(
         content = bytearray(file.read_bytes())
         content[len(content) // 2] ^= 255
         file.write_bytes(bytes(content))
-    assert generate(wanted, path, None, silent) == 1
+    assert generate(case_of(wanted), path, None, silent) == 1
     after = values(path, wanted)
     assert all(np.array_equal(before[key], after[key]) for key in before)
 
 
 def test_a_store_of_which_most_is_damaged_is_named(tmp_path: Path) -> None:
     path, wanted = tmp_path / "store", recipe()
-    generate(wanted, path, None, silent)
+    generate(case_of(wanted), path, None, silent)
     for index in range(5):
         shutil.rmtree(path / "estimator" / "outputs" / "c" / str(index))
     with pytest.raises(StoreError, match=r"'estimator' is damaged .*5 of 6 trajectories"):
-        generate(wanted, path, None, silent)
+        generate(case_of(wanted), path, None, silent)
     forget_trajectories(path, "estimator", range(5))
-    assert generate(wanted, path, None, silent) == 5
+    assert generate(case_of(wanted), path, None, silent) == 5

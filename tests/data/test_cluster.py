@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -20,19 +21,21 @@ from slide_fmu.data import cluster as cluster_module
 from slide_fmu.data import worker
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
 from slide_fmu.data.errors import StoreError
-from slide_fmu.data.generation import recipe_json
+from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.store import open_store
 from slide_fmu.data.trajectories import missing_trajectories
-from slide_fmu.data.worker import Order, make_trajectories
+from slide_fmu.data.worker import Order, make_ordered
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import SimulationError
 from tests.data.logging_system import LOG
 from tests.data.test_failures import failing
 from tests.data.test_generation import LONG, PROBED, SMALL, identities, wait_until
 from tests.limits import HANGS
+from tests.own_records import RECIPE, write_record
 from tests.progress import silent
-from tests.recipes import tiny_recipe
 from tests.store_digest import store_digest
 
 NOBODY = "dask://127.0.0.1:9"
@@ -81,11 +84,10 @@ def test_number_of_workers_of_a_cluster_is_refused() -> None:
 
 
 def test_records_are_not_made_elsewhere(tmp_path: Path) -> None:
-    recipe = tiny_recipe()
-    system = recipe.system.model_copy(update={"kind": "record"})
-    records = recipe.model_copy(update={"system": system})
+    file = write_record(tmp_path / "bench.csv")
+    records = parse_recipe(RECIPE.replace("bench.csv", str(file)), "bench.toml")
     with pytest.raises(RecipeError, match=r"is of records.*no --executor"):
-        Workplace(executor=NOBODY).make(records, None, tmp_path / "data.zarr", silent)
+        Workplace(executor=NOBODY).make(case_of(records), None, tmp_path / "data.zarr", silent)
 
 
 def test_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,10 +111,10 @@ def test_scheduler_that_is_not_there_is_told_in_a_bounded_time(
 def order_of(folder: Path, probe_factor: float) -> Order:
     """An order for workers elsewhere, in whose store a motion may be that of another model."""
     recipe, store = SMALL, folder / "data.zarr"
-    source = worker.recipe_system(recipe)
+    case = case_of(recipe)
     shapes = {"inputs": (128, 1), "outputs": (129, 1)}
-    open_store(store, recipe, shapes, probe_factor * worker.identity(recipe, source))
-    return Order(recipe_json(recipe), str(store), str(folder))
+    open_store(store, recipe, shapes, probe_factor * identity(recipe, case.source))
+    return Order(pickle.dumps(case), str(store), str(folder))
 
 
 def test_worker_with_another_model_makes_nothing(
@@ -120,18 +122,18 @@ def test_worker_with_another_model_makes_nothing(
 ) -> None:
     monkeypatch.setattr(sys, "path", list(sys.path))
     same, other = (order_of(tmp_path / name, f) for name, f in (("a", 1.0), ("b", 1.1)))
-    assert make_trajectories(same, (("train", 0),)).made == 1
+    assert make_ordered(same, (("train", 0),)).made == 1
     with pytest.raises(StoreError, match=r"the worker on .* simulates another motion than"):
-        make_trajectories(other, (("train", 0),))
+        make_ordered(other, (("train", 0),))
 
 
 def test_worker_that_does_not_see_the_disk_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker, "APPEARS", 0.0)
-    order = Order(recipe_json(SMALL), str(tmp_path / "data.zarr"), str(tmp_path))
+    order = Order(pickle.dumps(case_of(SMALL)), str(tmp_path / "data.zarr"), str(tmp_path))
     with pytest.raises(StoreError, match=r"does not see .*data.zarr'; expected a disk"):
-        make_trajectories(order, (("train", 0),))
+        make_ordered(order, (("train", 0),))
 
 
 @pytest.mark.extended
@@ -147,14 +149,14 @@ def test_killed_worker_repeats_nothing_that_was_finished(tmp_path: Path, schedul
             at_kill.append(len(logged(tmp_path)))
 
     store = tmp_path / "cluster" / "data.zarr"
-    Workplace(executor=address_of(scheduler)).make(LONG, None, store, kill_in_the_midst)
+    Workplace(executor=address_of(scheduler)).make(case_of(LONG), None, store, kill_in_the_midst)
     assert killed
     lines = logged(tmp_path)
     assert 20 <= at_kill[0] < 60
     assert set(lines) == set(identities().values())
     assert len(lines) - len(set(lines)) <= 1  # what it simulated when it was killed
 
-    Workplace(2).make(LONG, None, tmp_path / "pool" / "data.zarr", silent)
+    Workplace(2).make(case_of(LONG), None, tmp_path / "pool" / "data.zarr", silent)
     assert store_digest(store) == store_digest(tmp_path / "pool" / "data.zarr")
 
 
@@ -162,7 +164,7 @@ def test_killed_worker_repeats_nothing_that_was_finished(tmp_path: Path, schedul
 def test_model_that_ends_its_workers_is_told(tmp_path: Path, scheduler: Any) -> None:
     with pytest.raises(ClusterError, match=r"4 workers died over the same trajectories"):
         Workplace(executor=address_of(scheduler)).make(
-            failing(crash=0.99), None, tmp_path / "data.zarr", silent
+            case_of(failing(crash=0.99)), None, tmp_path / "data.zarr", silent
         )
 
 
@@ -170,7 +172,7 @@ def test_model_that_ends_its_workers_is_told(tmp_path: Path, scheduler: Any) -> 
 def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> None:
     with pytest.raises(SimulationError, match="could not be simulated, 1 may fail"):
         Workplace(executor=address_of(scheduler)).make(
-            failing(0.02, fail=0.9), None, tmp_path / "data.zarr", silent
+            case_of(failing(0.02, fail=0.9)), None, tmp_path / "data.zarr", silent
         )
 
 
@@ -197,7 +199,9 @@ def test_scheduler_that_dies_ends_the_work_with_a_message(
 
         address = json.loads(file.read_text())["address"].replace("tcp://", "dask://")
         with pytest.raises(ClusterError, match=r"the connection to the scheduler was lost.*again"):
-            Workplace(executor=address).make(LONG, None, tmp_path / "data.zarr", kill_scheduler)
+            Workplace(executor=address).make(
+                case_of(LONG), None, tmp_path / "data.zarr", kill_scheduler
+            )
     assert len(missing_trajectories(tmp_path / "data.zarr", "train")) <= 55
 
 

@@ -20,9 +20,9 @@ from slide_fmu.data.failures import (
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.trajectories import read_split
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_case
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import SimulationError
 from tests.data.test_generation import Inline
 from tests.progress import silent
@@ -43,13 +43,13 @@ def failing(most_failures: float = 0.5, **parameters: float) -> Recipe:
 
 
 def made(recipe: Recipe, path: Path, executor: Executor | None = None) -> list[Failure]:
-    generate(recipe, path, executor or Inline(), silent)
+    generate(case_of(recipe), path, executor or Inline(), silent)
     return kept_failures(path)
 
 
 def failed_first(recipe: Recipe, level: float) -> list[int]:
     """Give the training trajectories whose first draw has an input above a level."""
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     draws = [draw(recipe, system, split_stream(recipe, "train", i), i) for i in range(TRAIN)]
     return [i for i, drawn in enumerate(draws) if np.max(drawn.inputs) > level]
 
@@ -61,7 +61,7 @@ def test_another_draw_takes_the_place_of_one_that_fails(tmp_path: Path) -> None:
     wanted = failed_first(recipe, level)
     assert 0 < len(wanted) < TRAIN
     assert sorted({f.index for f in failures if f.split == "train"}) == wanted
-    split, system = read_split(tmp_path / "store", "train"), recipe_system(recipe)
+    split, system = read_split(tmp_path / "store", "train"), case_of(recipe).system
     for index in range(TRAIN):
         attempt = len([f for f in failures if f.split == "train" and f.index == index])
         drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
@@ -89,7 +89,7 @@ def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(tmp_path: 
     assert path.read_text().splitlines()[0] == "time,force"
     table = np.loadtxt(path, delimiter=",", skiprows=1)
     stream = split_stream(recipe, failure.split, failure.index)
-    drawn = draw(recipe, recipe_system(recipe), stream, failure.index, failure.attempt)
+    drawn = draw(recipe, case_of(recipe).system, stream, failure.index, failure.attempt)
     np.testing.assert_array_equal(table[:, 1:], drawn.inputs)
     np.testing.assert_allclose(table[:, 0], 0.1 * np.arange(len(table)), rtol=1e-12)
     assert table[round(failure.time_s / 0.1), 1] > 0.97
@@ -101,7 +101,7 @@ def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
     values = failing(fail=0.97).model_dump(mode="json")
     values["data"]["excitation"] = [{"kind": "file", "weight": 1.0, "path": str(path)}]
     recipe = Recipe.model_validate(values)
-    check = recipe_system(recipe)
+    check = case_of(recipe).system
     drawn = draw(recipe, check, split_stream(recipe, "train", 0), 0)
     values_in_file = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]
     distance = np.abs(drawn.inputs - values_in_file).min(axis=1)
@@ -158,7 +158,7 @@ def test_a_crash_in_a_worker_is_told_with_the_model(tmp_path: Path) -> None:
 def test_a_system_that_may_crash_is_tried_in_a_process_of_its_own(crash: float) -> None:
     recipe = failing(crash=crash)
     if crash > 1:
-        check_recipe(recipe)
+        check_case(case_of(recipe))
         return
     with pytest.raises(SimulationError, match="ended the process that simulated it"):
-        check_recipe(recipe)
+        check_case(case_of(recipe))

@@ -22,8 +22,8 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.trajectories import missing_trajectories, read_split
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.data import generate_logged
 from tests.data.logging_system import LOG, identity
 from tests.limits import HANGS
@@ -56,7 +56,7 @@ class Inline(Executor):
 
 def assert_complete(recipe: Recipe, path: Path) -> None:
     """The store holds what each trajectory gives when it is made alone."""
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     for name in SPLITS:
         split = read_split(path, name)
         assert len(split.inputs) == recipe.count(name)
@@ -82,7 +82,7 @@ def test_outputs_of_an_fmu_keep_the_order_of_the_recipe(tmp_path: Path) -> None:
         "outputs": {name: {"range": [-9, 9]} for name in outputs},
     }
     recipe = Recipe.model_validate(values)
-    generate(recipe, tmp_path / "s", None, silent)
+    generate(case_of(recipe), tmp_path / "s", None, silent)
     assert_complete(recipe, tmp_path / "s")
 
 
@@ -91,15 +91,15 @@ def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.Fixtu
     sys.setswitchinterval(1e-5)  # threads take turns within every simulation
     calls: list[tuple[int, int]] = []
     with ThreadPoolExecutor(4) as pool:
-        generate(SMALL, tmp_path / "s", pool, lambda *numbers: calls.append(numbers))
+        generate(case_of(SMALL), tmp_path / "s", pool, lambda *numbers: calls.append(numbers))
     assert calls == [(done, 14) for done in range(15)]
     assert_complete(SMALL, tmp_path / "s")
 
 
 def test_process_pool_generates_every_trajectory_once(tmp_path: Path) -> None:
     with process_pool(WORKERS) as pool:
-        assert generate(SMALL, tmp_path / "s", pool, silent) == 14
-        assert generate(SMALL, tmp_path / "s", pool, silent) == 0
+        assert generate(case_of(SMALL), tmp_path / "s", pool, silent) == 14
+        assert generate(case_of(SMALL), tmp_path / "s", pool, silent) == 0
     assert_complete(SMALL, tmp_path / "s")
 
 
@@ -108,11 +108,11 @@ def test_more_trajectories_leave_the_first_ones(tmp_path: Path) -> None:
     path = tmp_path / "s"
     fewer = {"train": 2, "validation": 1, "estimator": 3, "estimator_validation": 1, "beyond": 1}
     small = SMALL.model_copy(update={"data": SMALL.data.model_copy(update=fewer)})
-    assert generate(small, path, Inline(), silent) == 8
+    assert generate(case_of(small), path, Inline(), silent) == 8
     assert_complete(small, path)
-    assert generate(SMALL, path, Inline(), silent) == 6
+    assert generate(case_of(SMALL), path, Inline(), silent) == 6
     assert_complete(SMALL, path)
-    assert generate(small, path, Inline(), silent) == 0
+    assert generate(case_of(small), path, Inline(), silent) == 0
 
 
 def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -125,26 +125,26 @@ def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
 
     path = tmp_path / "s"
     with ThreadPoolExecutor(1) as pool, pytest.raises(Enough):
-        generate(SMALL, path, pool, until_five)
+        generate(case_of(SMALL), path, pool, until_five)
     left = sum(len(missing_trajectories(path, split)) for split in SPLITS)
     assert 0 < left <= 9
     calls: list[tuple[int, int]] = []
-    generate(SMALL, path, Inline(), lambda *numbers: calls.append(numbers))
+    generate(case_of(SMALL), path, Inline(), lambda *numbers: calls.append(numbers))
     assert calls == [(done, 14) for done in range(14 - left, 15)]
     assert_complete(SMALL, path)
-    generate(SMALL, path, Inline(), lambda *numbers: calls.append(numbers))
+    generate(case_of(SMALL), path, Inline(), lambda *numbers: calls.append(numbers))
     assert calls[-1] == (14, 14)
 
 
 def test_store_of_another_recipe_is_refused(tmp_path: Path) -> None:
-    generate(SMALL, tmp_path / "s", Inline(), silent)
+    generate(case_of(SMALL), tmp_path / "s", Inline(), silent)
     with pytest.raises(StoreError, match=r"data\.seed"):
-        generate(SMALL_OTHER_SEED, tmp_path / "s", Inline(), silent)
+        generate(case_of(SMALL_OTHER_SEED), tmp_path / "s", Inline(), silent)
 
 
 def probed() -> str:
     """Line in the log of the motion that shows a changed model."""
-    return identity(next(probe_draws(LONG, recipe_system(LONG))).initial)
+    return identity(next(probe_draws(LONG, case_of(LONG).system)).initial)
 
 
 PROBED = probed()
@@ -210,7 +210,7 @@ def scene(tmp_path: Path) -> Iterator[Scene]:
 
 
 def identities() -> dict[tuple[str, int], str]:
-    system = recipe_system(LONG)
+    system = case_of(LONG).system
     return {
         (split, index): identity(
             draw(LONG, system, split_stream(LONG, split, index), index).initial
@@ -267,7 +267,7 @@ def test_killed_generation_repeats_nothing_that_was_done(
     assert len(scene.lines()) - len(identities()) <= WORKERS * 3
 
     monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
-    generate(LONG, unbroken, Inline(), silent)
+    generate(case_of(LONG), unbroken, Inline(), silent)
     for name in SPLITS:
         broken, whole = (read_split(path, name) for path in (scene.store, unbroken))
         assert np.array_equal(broken.inputs, whole.inputs)

@@ -13,9 +13,9 @@ from scipy.signal import lfilter
 
 from slide_fmu.data.division import scored_parts
 from slide_fmu.data.division_remarks import remarks_on_division
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, STEP
 
@@ -107,7 +107,7 @@ def recipe_of(folder: Path, case: Case) -> Recipe:
 def test_no_input_is_scored_in_two_parts(tmp_path: Path, name: str) -> None:
     case = CASES[name]()
     recipe = recipe_of(tmp_path, case)
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     found = {}
     for part, blocks in scored_parts(recipe, source).items():
@@ -126,7 +126,7 @@ def test_nothing_is_learnt_from_that_still_answers_what_is_tested(
     tmp_path: Path, name: str
 ) -> None:
     recipe = recipe_of(tmp_path, CASES[name]())
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     parts = scored_parts(recipe, source)
     lead = recipe.window.n_in - recipe.window.n_out
@@ -143,7 +143,7 @@ def test_nothing_is_learnt_from_that_still_answers_what_is_tested(
 def test_one_short_period_is_tested_as_known(tmp_path: Path) -> None:
     """Its last 15 % are shorter than what a window truncates."""
     recipe = recipe_of(tmp_path, periods(WAVES[:, :200], *[0] * 20))
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     remark = " ".join(remarks_on_division(recipe, source))
     assert "95 % of the inputs come again, mostly 2 s (200 samples) later" in remark

@@ -14,8 +14,8 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.trajectories import read_split
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.progress import silent
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
 
@@ -82,7 +82,7 @@ def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
     tmp_path: Path,
 ) -> None:
     table, store = recipe(), tmp_path / "data.zarr"
-    assert generate(table, store, None, silent) == 6
+    assert generate(case_of(table), store, None, silent) == 6
     split = read_split(store, "train", 4)
     assert split.parameters is not None
     assert split.parameters.shape == (4, 2)
@@ -90,21 +90,21 @@ def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
         given = dict(zip(TABLES, row, strict=True))
         stream = split_stream(table, "train", index)
         assert given == pytest.approx(drawn_parameters(table, stream, index))
-        system = recipe_system(table.at(given))
+        system = case_of(table.at(given)).system
         expected = simulate_draw(system, draw(table, system, stream, index))
         assert np.array_equal(split.outputs[index], expected.outputs)
-    assert generate(table, store, None, silent) == 0
+    assert generate(case_of(table), store, None, silent) == 0
 
 
 def test_store_of_a_recipe_without_parameters_has_none(tmp_path: Path) -> None:
     table, store = tiny_recipe(), tmp_path / "data.zarr"
-    generate(table, store, None, silent)
+    generate(case_of(table), store, None, silent)
     assert read_split(store, "train", 4).parameters is None
 
 
 def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
     store = tmp_path / "data.zarr"
-    generate(recipe(), store, None, silent)
+    generate(case_of(recipe()), store, None, silent)
     wider = recipe(parameters={"mass": {**TABLES["mass"], "range": [1.0, 5.0]}})
     with pytest.raises(StoreError, match=r"parameters.mass.range = \[1.0, 4.0\] there"):
         require_origin(store, wider, np.zeros((1, 1)))
@@ -115,7 +115,7 @@ def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
 
 def test_lost_values_are_reported(tmp_path: Path) -> None:
     store = tmp_path / "data.zarr"
-    generate(recipe(), store, None, silent)
+    generate(case_of(recipe()), store, None, silent)
     lost = next((store / "train" / "parameters").rglob("c/1/0"))
     lost.unlink()
     with pytest.raises(StoreError, match="trajectory 1 is not whole"):

@@ -16,6 +16,7 @@ from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.trajectories import read_split
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.propose.trial import open_trial, try_recipe
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -79,7 +80,7 @@ def parsed(path: Path) -> Recipe:
 
 def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
     recipe, store = parsed(lag(tmp_path)), tmp_path / "run" / "store"
-    assert generate(recipe, store, None, silent) == TRAIN + 2
+    assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
     assert kept_failures(store) == []
     assert 1.8 < gains(store).max() <= 2.0
 
@@ -92,7 +93,7 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
     ]
     lost = {index for index, value in enumerate(asked) if value > 2.0}
     assert lost
-    assert generate(recipe, store, None, silent) == TRAIN + 2
+    assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
     failures, made = kept_failures(store), gains(store)
     assert {failure.index for failure in failures} == lost
     assert len(failures) == BEYOND_ATTEMPTS * len(lost)
@@ -109,7 +110,7 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
 
 def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -> None:
     recipe = parsed(lag(tmp_path, 3.0, "beyond = 0.2"))
-    generate(recipe, tmp_path / "run" / "store", None, silent)
+    generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
     assert gains(tmp_path / "run" / "store").max() > 2.0
     assert gains(tmp_path / "run" / "store", "validation").max() <= 2.0
     assert remark_on_beyond(recipe, tmp_path / "run" / "store") is None
@@ -119,7 +120,7 @@ def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path:
     recipe = parsed(lag(tmp_path, 1.5))
     expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
     with pytest.raises(SimulationError, match=expected):
-        generate(recipe, tmp_path / "run" / "store", None, silent)
+        generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
     assert all(
         not is_beyond(recipe, one.name) for one in kept_failures(tmp_path / "run" / "store")
     )

@@ -6,9 +6,9 @@ import numpy as np
 
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
 from slide_fmu.data.fingerprint import same_motion
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.systems.function_models.specifications import HERE
 
 TEXT = f"""
@@ -37,7 +37,7 @@ def lag(time_constant: float) -> Recipe:
 def test_a_first_draw_at_rest_is_not_the_probe() -> None:
     """The mix that a recipe without excitation has rests in the first draw of this seed."""
     recipe = lag(0.2)
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     first = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), 2.5), 0).inputs[:50]
     assert np.ptp(first) == 0.0
     found = list(probe_draws(recipe, system))
@@ -46,6 +46,6 @@ def test_a_first_draw_at_rest_is_not_the_probe() -> None:
 
 
 def test_another_time_constant_is_seen_in_the_probe() -> None:
-    one, same, other = (probe(lag(time), recipe_system(lag(time))) for time in (0.2, 0.2, 0.22))
+    one, same, other = (probe(lag(time), case_of(lag(time)).system) for time in (0.2, 0.2, 0.22))
     assert same_motion(one, same)
     assert not same_motion(one, other)

@@ -16,9 +16,9 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import inputs_beyond, learnt_pieces, stretches, unseen_stretches
 from slide_fmu.data.store import open_store
 from slide_fmu.data.trajectories import read_split, write_trajectory
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from tests.marks import needs_app
 from tests.own_records import RECIPE, write_record
@@ -42,7 +42,7 @@ def recipe_of(path: Path, **values: object) -> Recipe:
 
 
 def source_of(recipe: Recipe) -> MeasuredRecords:
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     return source
 
@@ -141,7 +141,7 @@ def test_files_beyond_the_hundred_keep_their_numbers(tmp_path: Path) -> None:
 
 
 def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:
-    return generate(recipe, store, None, progress)
+    return generate(case_of(recipe), store, None, progress)
 
 
 def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
@@ -213,8 +213,8 @@ def test_outputs_that_are_missing_are_refused_where_other_models_need_them(tmp_p
 
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 400)), duration=3.5)
     with pytest.raises(RecipeError, match="models of other kinds look back at outputs"):
-        require_comparable(recipe)
-    require_comparable(recipe_of(write_record(tmp_path / "b.csv")))
+        require_comparable(case_of(recipe))
+    require_comparable(case_of(recipe_of(write_record(tmp_path / "b.csv"))))
 
 
 def test_missing_outputs_are_refused_where_an_estimator_needs_them(

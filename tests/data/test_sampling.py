@@ -19,9 +19,9 @@ from slide_fmu.data.draws import (
     simulate_draw,
     split_stream,
 )
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import OF_BOUND
 from slide_fmu.recipe.recipe import SPLITS as EVERY
-from slide_fmu.recipe.systems import recipe_system
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 COUNT = 6
@@ -37,7 +37,7 @@ RECIPE = tiny_state_space_recipe(
     },
     estimator={**ESTIMATOR, "beyond": True, "in_range": 0.5, "amplitude_factor": (1.5, 3.0)},
 )
-SYSTEM = recipe_system(RECIPE)
+SYSTEM = case_of(RECIPE).system
 
 
 def drawn(split: str, index: int) -> Draw:
@@ -54,7 +54,7 @@ def test_a_trajectory_made_again_alone_is_the_same() -> None:
     first = {key: simulate_draw(SYSTEM, drawn(*key)) for key in order}
     for key in reversed(order):
         again = simulate_draw(SYSTEM, drawn(*key))
-        alone = simulate_draw(recipe_system(RECIPE), drawn(*key))
+        alone = simulate_draw(case_of(RECIPE).system, drawn(*key))
         for other in (again, alone):
             assert np.array_equal(other.inputs, first[key].inputs)
             assert np.array_equal(other.outputs, first[key].outputs)

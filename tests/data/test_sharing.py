@@ -11,6 +11,7 @@ import pytest
 
 from slide_fmu.data.claims import claimed
 from slide_fmu.data.generation import generate
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS
 from tests.data.test_generation import (
     LONG,
@@ -38,7 +39,7 @@ def test_trajectory_that_another_process_makes_is_waited_for_and_made_should_it_
     with claimed(path, "train", 1):
         work = threading.Thread(
             target=lambda: made.append(
-                generate(SMALL, path, Inline(), lambda done, _: shown.append(done))
+                generate(case_of(SMALL), path, Inline(), lambda done, _: shown.append(done))
             )
         )
         work.start()
@@ -52,11 +53,11 @@ def test_trajectory_that_another_process_makes_is_waited_for_and_made_should_it_
 
 def test_trajectory_that_another_process_finishes_is_not_made_again(tmp_path: Path) -> None:
     path, whole = tmp_path / "s", tmp_path / "whole"
-    generate(SMALL, whole, None, silent)
+    generate(case_of(SMALL), whole, None, silent)
     made: list[int] = []
     with claimed(path, "train", 1):
         work = threading.Thread(
-            target=lambda: made.append(generate(SMALL, path, Inline(), silent))
+            target=lambda: made.append(generate(case_of(SMALL), path, Inline(), silent))
         )
         work.start()
         there = path / "beyond" / "done" / "c" / "1"
@@ -85,7 +86,7 @@ def test_two_processes_share_the_work_of_one_store(
     assert min(map(len, lines)) > 5
     assert sorted(lines[0] + lines[1]) == sorted(identities().values())
     monkeypatch.setenv("SLIDE_FMU_TEST_LOG", str(tmp_path / "unbroken_log"))
-    generate(LONG, tmp_path / "unbroken", Inline(), silent)
+    generate(case_of(LONG), tmp_path / "unbroken", Inline(), silent)
     assert store_digest(one.store) == store_digest(tmp_path / "unbroken")
 
 

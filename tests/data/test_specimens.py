@@ -13,9 +13,9 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.recorded import learnt_pieces, unseen_stretches
 from slide_fmu.data.trajectories import read_split
 from slide_fmu.memory.record_sizing import size_records
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
@@ -42,7 +42,7 @@ def recipe_of(folder: Path, data: str = "") -> Recipe:
 
 
 def source_of(recipe: Recipe) -> MeasuredRecords:
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     return source
 
@@ -62,7 +62,7 @@ def test_every_part_has_every_specimen(tmp_path: Path) -> None:
 
 def test_store_has_the_values_of_each_file(tmp_path: Path) -> None:
     recipe = recipe_of(tmp_path)
-    generate(recipe, tmp_path / "data.zarr", None, silent)
+    generate(case_of(recipe), tmp_path / "data.zarr", None, silent)
     split = read_split(tmp_path / "data.zarr", "train", TRAIN)
     assert split.parameters is not None
     assert split.parameters.tolist() == [[MASSES[file]] for file in split.kinds]

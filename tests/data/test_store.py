@@ -28,8 +28,8 @@ from slide_fmu.data.trajectories import (
     require_trajectories,
     write_trajectory,
 )
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
 SHAPES = {"inputs": (5, 2), "outputs": (6, 1)}
@@ -272,7 +272,7 @@ def test_store_gets_room_for_further_kinds_and_refuses_others(tmp_path: Path) ->
         own = {"bound": 6, "companion": 4, "duration": 4.0}
         return tiny_state_space_recipe(data=own, bound={"excitation": list(kinds)})
 
-    shapes = shapes_of(with_kinds(), recipe_system(with_kinds()))
+    shapes = shapes_of(with_kinds(), case_of(with_kinds()).system)
     open_store(path, with_kinds(), shapes, MOTION)
     assert missing_trajectories(path, "further") == []
     open_store(path, with_kinds(kind), shapes, MOTION)

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, simulate_draw
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import LoadError
 
 STEP, DURATION = 0.1, 40.0
@@ -53,7 +53,7 @@ def recipe(model: str, kind: dict[str, Any], substeps: int) -> Recipe:
 
 
 def drawn(made: Recipe) -> Draw:
-    return draw(made, recipe_system(made), Stream(TEST, 7, (1.0, 1.0), DURATION), 0)
+    return draw(made, case_of(made).system, Stream(TEST, 7, (1.0, 1.0), DURATION), 0)
 
 
 def true_positions(model: str) -> FloatArray:
@@ -76,7 +76,7 @@ def test_finer_steps_show_the_model_how_sines_bend(model: str) -> None:
     errors = {}
     for substeps in (1, 4):
         made, true = recipe(model, SINE, substeps), true_positions(model)
-        found = drawn_outputs(recipe_system(made), drawn(made))
+        found = drawn_outputs(case_of(made).system, drawn(made))
         settled = slice(len(found) // 2, None)
         errors[substeps] = np.std((found - true)[settled]) / np.std(true[settled])
     assert errors[1] > 0.015
@@ -88,7 +88,7 @@ def test_samples_are_the_last_of_their_parts(model: str) -> None:
     assert one.between is not None
     np.testing.assert_array_equal(one.between[3::4], one.inputs)
     made = recipe(model, SINE, 4)
-    trajectory = simulate_draw(recipe_system(made), one)
+    trajectory = simulate_draw(case_of(made).system, one)
     assert len(trajectory.outputs) == len(trajectory.inputs) + 1 == DURATION / STEP + 1
 
 
@@ -129,12 +129,12 @@ def test_system_that_was_not_made_for_parts_is_refused(model: str) -> None:
     Path(model).write_text(OWN_STEP)
     finer, plain = (of_a_class(recipe(model, SINE, n)) for n in (4, 1))
     with pytest.raises(ValueError, match="in 4 parts of a sample step for a system that is not"):
-        drawn_outputs(recipe_system(plain), drawn(finer))
+        drawn_outputs(case_of(plain).system, drawn(finer))
 
 
 def test_class_with_a_step_of_its_own_is_refused(model: str) -> None:
     Path(model).write_text(OWN_STEP)
-    system = recipe_system(of_a_class(recipe(model, SINE, 4)))
+    system = case_of(of_a_class(recipe(model, SINE, 4))).system
     assert system.finer is not None
     with pytest.raises(LoadError, match=r"0\.1 s; expected 0\.025 s.*or set data\.substeps = 1"):
         _ = system.finer.system
@@ -159,7 +159,7 @@ def test_rates_of_inputs_that_bend_are_those_of_the_moment(model: str) -> None:
     Path(model).write_text(RATES)
     one = drawn(recipe(model, SINE, 8))
     assert one.between is not None
-    found = drawn_outputs(recipe_system(recipe(model, SINE, 8)), one)[
+    found = drawn_outputs(case_of(recipe(model, SINE, 8)).system, one)[
         2:-1, 0
     ]  # the first step begins at rest
     # central differences about the samples, an eighth of a step to both sides

@@ -10,8 +10,8 @@ import pytest
 from slide_fmu.data import draws
 from slide_fmu.data.draws import ATTEMPTS, TEST, Stream, draw
 from slide_fmu.data.unseen import measured_motions, unseen_motions
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe, with_resolved
-from slide_fmu.recipe.systems import recipe_source, reference_system
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -23,8 +23,10 @@ STREAM = Stream(TEST, 3, (1.0, 1.0), 1.0)
 
 def test_motions_are_the_draws_with_what_the_reference_does_on_them() -> None:
     recipe, calls = tiny_recipe(), []
-    found = list(unseen_motions(recipe, STREAM, 2, lambda *a: calls.append(a)))
-    system = reference_system(recipe)
+    found = list(
+        unseen_motions(recipe, case_of(recipe).reference, STREAM, 2, lambda *a: calls.append(a))
+    )
+    system = case_of(recipe).reference
     for index, motion in enumerate(found):
         drawn = draw(recipe, system, STREAM, index)
         np.testing.assert_array_equal(motion.inputs, drawn.inputs)
@@ -45,15 +47,15 @@ def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.Monk
         return simulate(*arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr(draws, "simulate", sometimes)
-    (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
-    second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
+    (motion,) = unseen_motions(recipe, case_of(recipe).reference, STREAM, 1, lambda *_: None)
+    second = draw(recipe, case_of(recipe).reference, STREAM, 0, attempt=1)
     np.testing.assert_array_equal(motion.inputs, second.inputs)
 
 
 def test_another_start_is_drawn_where_one_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """A model may fail while it looks for a start."""
     recipe, failing = tiny_recipe(), [True]
-    system = type(reference_system(recipe))
+    system = type(case_of(recipe).reference)
     random_state = system.random_state
 
     def sometimes(self: object, *arguments: object) -> object:
@@ -63,8 +65,8 @@ def test_another_start_is_drawn_where_one_fails(monkeypatch: pytest.MonkeyPatch)
         return random_state(self, *arguments)
 
     monkeypatch.setattr(system, "random_state", sometimes)
-    (motion,) = unseen_motions(recipe, STREAM, 1, lambda *_: None)
-    second = draw(recipe, reference_system(recipe), STREAM, 0, attempt=1)
+    (motion,) = unseen_motions(recipe, case_of(recipe).reference, STREAM, 1, lambda *_: None)
+    second = draw(recipe, case_of(recipe).reference, STREAM, 0, attempt=1)
     np.testing.assert_array_equal(motion.inputs, second.inputs)
 
 
@@ -79,7 +81,11 @@ def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(
         SimulationError, match=r"5 motions in a row, of the kinds \['.*: no convergence"
     ):
-        list(unseen_motions(tiny_recipe(), STREAM, 1, lambda *_: None))
+        list(
+            unseen_motions(
+                tiny_recipe(), case_of(tiny_recipe()).reference, STREAM, 1, lambda *_: None
+            )
+        )
     assert len(calls) == ATTEMPTS
 
 
@@ -88,7 +94,7 @@ def test_motions_of_a_record_are_its_blocks_that_nothing_learnt_from(tmp_path: P
     text = RECIPE.replace("bench.csv", str(path))
     lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
     recipe = with_resolved(parse_recipe(text, "bench.toml"), lengths, "bench.toml")
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     (motion,) = measured_motions(recipe, source)
     measured = np.loadtxt(path, delimiter=",", skiprows=1)

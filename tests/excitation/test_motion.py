@@ -13,8 +13,8 @@ from pydantic import ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.point_to_point import Moves, trapezoid_way
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.systems import recipe_system
 from tests.excitation.drawn import HIGH, JOINTS, LOW, STEP, TIME, kind_of, motion
 from tests.recipes import tiny_state_space_recipe
 from tests.strategies import point_to_point_tables
@@ -368,7 +368,7 @@ def test_recipe_whose_excitation_does_not_fit_is_refused_at_once() -> None:
     with pytest.raises(
         RecipeError, match=r"'tiny': 2nd \[\[data\.excitation\]\]: kind = 'speed_ramps' for 1 "
     ):
-        recipe_system(recipe)
+        _ = case_of(recipe).system
 
 
 @pytest.mark.parametrize(

@@ -30,8 +30,8 @@ from slide_fmu.fitting.error_bound import (
 from slide_fmu.fitting.fit import BOUND, COMPANION, Fit, fit_surrogate
 from slide_fmu.fitting.plain_call import useless_estimate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.progress import no_stages, silent
@@ -53,9 +53,9 @@ FRESH = 60
 
 
 def fitted(recipe: Recipe, folder: Path) -> Fit:
-    store, system = folder / "store", recipe_system(recipe)
+    store, system = folder / "store", case_of(recipe).system
     with ThreadPoolExecutor(1) as pool:
-        generate(recipe, store, pool, silent)
+        generate(case_of(recipe), store, pool, silent)
     return fit_surrogate(recipe, system, store, folder / "checkpoints", no_stages)
 
 
@@ -80,7 +80,7 @@ class Unseen:
 
 @pytest.fixture(scope="module")
 def unseen(fit: Fit) -> Unseen:
-    surrogate, system = fit.surrogate, recipe_system(RECIPE)
+    surrogate, system = fit.surrogate, case_of(RECIPE).system
     stream = Stream(TEST, 91, (1.0, 1.0), RECIPE.data.duration)
     runs = [simulate_draw(system, draw(RECIPE, system, stream, i)) for i in range(FRESH)]
     inputs, outputs = (np.stack([getattr(run, name) for run in runs]) for name in NAMES)
@@ -207,7 +207,7 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     assert isinstance(taught.bound, ErrorBound)
     assert isinstance(fit.surrogate.bound, ErrorBound)
     assert np.array_equal(taught.bound.limits, fit.surrogate.bound.limits)
-    others, system = recipe.with_further_kinds(), recipe_system(recipe)
+    others, system = recipe.with_further_kinds(), case_of(recipe).system
     stream = Stream(TEST, 92, (1.0, 1.0), recipe.data.duration)
     runs = [simulate_draw(system, draw(others, system, stream, i)) for i in range(40)]
     inputs = np.stack([run.inputs for run in runs])
@@ -323,7 +323,7 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
         update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4})}
     )
     other = fit_surrogate(
-        recipe, recipe_system(recipe), folder / "store", folder / "checkpoints", no_stages
+        recipe, case_of(recipe).system, folder / "store", folder / "checkpoints", no_stages
     ).surrogate
     assert not fit.surrogate.estimates_errors
     assert np.array_equal(

@@ -29,9 +29,9 @@ from slide_fmu.fitting.preparation import (
 )
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
@@ -59,7 +59,7 @@ LEARNING = tiny_recipe(
 
 
 def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
-    return fit_surrogate(recipe, recipe_system(recipe), store, checkpoints, no_stages)
+    return fit_surrogate(recipe, case_of(recipe).system, store, checkpoints, no_stages)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Holds the trajectories, and checkpoints after the first fit."""
     path = tmp_path_factory.mktemp("fit")
     with ThreadPoolExecutor(1) as pool:
-        generate(LEARNING, path / "store", pool, silent)
+        generate(case_of(LEARNING), path / "store", pool, silent)
     return path
 
 
@@ -86,7 +86,7 @@ def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
 
 
 def test_learnt_matrix_is_the_exact_one(fit: Fit) -> None:
-    exact = exact_matrix(recipe_system(LEARNING), fit.surrogate.window)
+    exact = exact_matrix(case_of(LEARNING).system, fit.surrogate.window)
     figures = response_figures(learnt_matrix(fit.surrogate), exact)
     assert figures.max_deviation_relative < SMALL_ERROR
     assert figures.max_above_diagonal_relative < SMALL_ERROR
@@ -202,7 +202,7 @@ def test_state_space_network_reaches_a_small_error(state_space: Fit, folder: Pat
 
 
 def test_order_comes_from_the_eigenvalues_of_the_system(state_space: Fit) -> None:
-    (value,) = eigenvalues_at_rest(recipe_system(STATE_SPACE))
+    (value,) = eigenvalues_at_rest(case_of(STATE_SPACE).system)
     # m = 1 kg, d = 40 N s/m, k = 1600 N/m
     assert complex(value) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
     network = state_space.surrogate.network
@@ -239,7 +239,7 @@ def test_broken_fit_gives_the_same_bytes(
 
         return stop
 
-    system, store = recipe_system(STATE_SPACE), folder / "store"
+    system, store = case_of(STATE_SPACE).system, folder / "store"
     with pytest.raises(Broken):
         fit_surrogate(STATE_SPACE, system, store, tmp_path, stopping)
     again = fitted(STATE_SPACE, store, tmp_path)
@@ -264,7 +264,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
         counts = {"train": 2, "beyond": beyond, "beyond_factor": (1.5, 2.0)}
         recipe, store = tiny_state_space_recipe(data=counts), tmp_path / str(beyond)
         with ThreadPoolExecutor(1) as pool:
-            generate(recipe, store, pool, silent)
+            generate(case_of(recipe), store, pool, silent)
         with pytest.raises(Reached) as caught:
             fitted(recipe, store, tmp_path)
         problems.append(caught.value.args[0])
@@ -278,7 +278,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     assert torch.equal(three.training[1], without.training[1])
     largest = inputs.abs().amax((1, 2))
     assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
-    signal = recipe_system(STATE_SPACE).inputs[0]
+    signal = case_of(STATE_SPACE).system.inputs[0]
     split = read_split(tmp_path / "3", "beyond")
     assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
 

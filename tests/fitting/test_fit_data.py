@@ -23,8 +23,8 @@ from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.fitting.network import FITS
 from slide_fmu.fitting.preparation import STILL, require_motion
 from slide_fmu.fitting.problem import Problem
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 
@@ -38,7 +38,7 @@ STATE_SPACE = tiny_state_space_recipe(data=FEED_FORWARD.data.model_dump(mode="js
 def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("data") / "store"
     with ThreadPoolExecutor(1) as pool:
-        generate(FEED_FORWARD, path, pool, silent)
+        generate(case_of(FEED_FORWARD), path, pool, silent)
     return path
 
 
@@ -56,7 +56,7 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
         for table in FITS:
             patch.setitem(FITS, table, reached)
         with pytest.raises(Reached) as caught:
-            fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)
+            fit_surrogate(recipe, case_of(recipe).system, store, store, no_stages)
     found: Problem = caught.value.args[0]
     return found
 
@@ -98,7 +98,7 @@ def test_features_are_those_of_the_network_normalised_by_the_training_data(
     store: Path, recipe: Recipe
 ) -> None:
     problem = problem_of(recipe, store)
-    features, signal = problem.features, recipe_system(recipe).inputs[0]
+    features, signal = problem.features, case_of(recipe).system.inputs[0]
     assert features.chosen == (0, 1, 2)
     for (seen, _), name in ((problem.training, "train"), (problem.validation, "validation")):
         scaled = read_split(store, name).inputs / signal.high
@@ -120,7 +120,7 @@ def test_signs_of_features_that_do_not_follow_are_not_flipped(
     training = recipe.training.model_copy(update={"flip_signs": True})
     flipping = recipe.model_copy(update={"training": training})
     with pytest.raises(Reached) as caught:
-        fit_surrogate(flipping, recipe_system(recipe), store, store, no_stages)
+        fit_surrogate(flipping, case_of(recipe).system, store, store, no_stages)
     assert isinstance(caught.value.args[0], FeatureMap)
 
 
@@ -156,7 +156,7 @@ def test_checkpoints_belong_to_the_code(
     """Of the surrogate and of the estimator, both."""
 
     def names() -> set[str]:
-        fit_surrogate(FEED_FORWARD, recipe_system(FEED_FORWARD), store, tmp_path, no_stages)
+        fit_surrogate(FEED_FORWARD, case_of(FEED_FORWARD).system, store, tmp_path, no_stages)
         return {path.name for path in tmp_path.glob("*.pt")}
 
     before = names()
@@ -241,4 +241,4 @@ def test_fit_refuses_what_never_moves(
 
     monkeypatch.setattr(module, "read_split", still)
     with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
-        fit_surrogate(recipe, recipe_system(recipe), store, store, no_stages)
+        fit_surrogate(recipe, case_of(recipe).system, store, store, no_stages)

@@ -20,6 +20,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.pipeline import run as release
 from slide_fmu.pipeline.job import Job
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.case import Systems, case_of
 from slide_fmu.systems.errors import LoadError
 from tests.recipes import tiny_recipe
 
@@ -44,7 +45,7 @@ def finished(folder: Path, picture: str | None = None) -> Job:
     """A job whose run folder is there."""
     folder.mkdir(exist_ok=True)
     recipe = tiny_recipe(system={"picture": picture})
-    return Job("", recipe, RunFolder(folder), lambda stage: lambda *state: None)
+    return Job("", case_of(recipe), RunFolder(folder), lambda stage: lambda *state: None)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,7 @@ def test_picture_that_the_recipe_names_goes_into_the_run_folder(
 ) -> None:
     monkeypatch.setattr(drawing, "BEFORE", 0.1)
     monkeypatch.setattr(drawing, "DURATION", 0.8)
-    monkeypatch.setattr(release, "reference_system", lambda recipe: system)
+    monkeypatch.setattr(Systems, "reference", system)
     (tmp_path / "mechanism.png").write_bytes(b"an older one")
     job = finished(tmp_path, f"{drawing.__name__}:{draw.__name__}")
     assert release.draw_mechanism(job) == "mechanism.png"

@@ -9,10 +9,10 @@ import numpy as np
 from slide_fmu.core.measures import rms
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 
 REPOSITORY = Path(__file__).parents[2]
 ROBOT = REPOSITORY / "fmus" / "robot_6r" / "robot_6r.fmu"
@@ -26,7 +26,7 @@ def test_released_robot_gives_the_same_with_the_chain_of_its_urdf() -> None:
     values["system"]["chain"] = "mbs_models/robot_6r/puma_560.urdf"
     recipe = Recipe.model_validate(values)
     surrogate, other = read_fmu(ROBOT)[0], read_fmu(ROBOT)[0]
-    offered = offered_features(recipe, recipe_system(recipe), surrogate.input_scaling)
+    offered = offered_features(recipe, case_of(recipe).system, surrogate.input_scaling)
     names = recipe.network.feature_names()
     networks = [other.network, other.estimator.network] if other.estimator else [other.network]
     assert len(networks) == 2

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.recipe.systems import recipe_system, require_features
+from slide_fmu.recipe.systems import require_features
 from slide_fmu.systems.base import System
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
@@ -26,7 +27,7 @@ def arm() -> System:
     if place not in sys.path:
         sys.path.append(place)
     recipe = load_recipe(TUTORIALS / "two_link_arm.toml")
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     require_features(recipe, system)
     return system
 

@@ -15,8 +15,8 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Network
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.recipes import TINY, merged
 
@@ -29,7 +29,7 @@ def recipe_of(**stability: Any) -> Recipe:
 
 
 RECIPE = recipe_of()
-SYSTEM = recipe_system(RECIPE)
+SYSTEM = case_of(RECIPE).system
 
 
 INPUTS = FeatureMap(Differences(1))

@@ -15,7 +15,7 @@ from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.motions import motions_of
 from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import NotForgettingError, require_window, size_window
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import Linearization, State
 from tests.memory.test_lengths import of_lag
 from tests.memory.test_sizing import oscillator
@@ -32,7 +32,7 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def found(name: str, excitation: dict[str, Any] = HELD) -> Any:
     recipe = of_lag(name, window={"n_in": 120}, data={"excitation": [excitation]})
-    return lasting(motions_of(recipe, recipe_system(recipe), None, None, Patience()), 128)
+    return lasting(motions_of(recipe, case_of(recipe).system, None, None, Patience()), 128)
 
 
 @pytest.mark.parametrize("excitation", [HELD, STEPS], ids=["held", "steps"])
@@ -78,7 +78,7 @@ def test_noise_of_a_solver_is_no_past(noise: float, monkeypatch: pytest.MonkeyPa
 
 def test_states_that_are_drawn_are_the_pasts_of_a_system_that_draws_them() -> None:
     recipe = tiny_recipe()
-    assert lasting(motions_of(recipe, recipe_system(recipe), None, None, Patience()), 100) is None
+    assert lasting(motions_of(recipe, case_of(recipe).system, None, None, Patience()), 100) is None
 
 
 @pytest.mark.parametrize(
@@ -92,9 +92,9 @@ def test_states_that_are_drawn_are_the_pasts_of_a_system_that_draws_them() -> No
 def test_window_of_what_does_not_forget_is_refused_by_name(name: str, words: str) -> None:
     recipe = of_lag(name)
     with pytest.raises(NotForgettingError, match=rf"recipe 'tiny': {words}"):
-        find_lengths(recipe, recipe_system(recipe))
+        find_lengths(recipe, case_of(recipe).system)
     given = of_lag(name, window={"n_in": 120})
-    sizing = size_window(given, recipe_system(given))
+    sizing = size_window(given, case_of(given).system)
     assert not sizing.forgets
     with pytest.raises(NotForgettingError, match=words):
         require_window(given, sizing)

@@ -14,9 +14,9 @@ from slide_fmu.memory import lengths, motions
 from slide_fmu.memory.decay import MARGIN, Decay
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system
 from tests.memory.plain_systems import Lag
 from tests.recipe.test_automatic import KEYS, open_recipe
 from tests.recipes import ESTIMATOR
@@ -47,7 +47,7 @@ def of_lag(name: str = "Lag", parameters: dict[str, Any] | None = None, **change
 @pytest.mark.parametrize("model", ["plain", "oscillator"])
 def test_window_holds_the_decay_time_with_its_margin(model: str) -> None:
     recipe = of_lag() if model == "plain" else open_recipe()
-    found = find_lengths(recipe, recipe_system(recipe))
+    found = find_lengths(recipe, case_of(recipe).system)
     assert found.sizing is not None
     longest = max(found.sizing.needed, found.sizing.measured.slowest)
     if model == "plain":
@@ -60,17 +60,17 @@ def test_window_holds_the_decay_time_with_its_margin(model: str) -> None:
     assert found.recipe.data.duration >= 6 * window.n_in * window.step
     assert found.recipe.automatic == ()
     assert set(found.values) == {"window", "data"}
-    require_window(found.recipe, size_window(found.recipe, recipe_system(recipe), seed=99))
+    require_window(found.recipe, size_window(found.recipe, case_of(recipe).system, seed=99))
 
 
 def test_same_recipe_gives_the_same_lengths() -> None:
-    one, other = (find_lengths(of_lag(), recipe_system(of_lag())).values for _ in range(2))
+    one, other = (find_lengths(of_lag(), case_of(of_lag()).system).values for _ in range(2))
     assert one == other
 
 
 def test_what_is_given_stays() -> None:
     recipe = of_lag(window={"n_out": 7}, data={"duration": 9.0})
-    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    found = find_lengths(recipe, case_of(recipe).system).recipe
     assert (found.window.n_out, found.data.duration) == (7, 9.0)
     assert found.window.n_in - 7 == tidy(math.ceil(MARGIN * LAG / 0.05))
 
@@ -78,7 +78,7 @@ def test_what_is_given_stays() -> None:
 def test_given_window_needs_no_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lengths, "size_window", None)
     recipe = of_lag(window={"n_in": 90})
-    found = find_lengths(recipe, recipe_system(recipe))
+    found = find_lengths(recipe, case_of(recipe).system)
     assert found.values["window"] == {"n_out": 30}
     assert found.sizing is None
     assert found.values["data"]["burn_in"] == 4.5
@@ -88,7 +88,7 @@ def test_lags_of_an_estimator_fit_into_the_window() -> None:
     network = {**ESTIMATOR["network"], "time_invariant": True}
     estimator = {**ESTIMATOR, "network": network, "lags": [0, 150], "span": 4000}
     recipe = of_lag(estimator=estimator, data={"estimator": 2, "estimator_validation": 1})
-    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    found = find_lengths(recipe, case_of(recipe).system).recipe
     assert found.window.n_in - found.window.n_out == 150
     assert found.data.duration >= 4000 * 0.05
 
@@ -100,7 +100,7 @@ def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
         del tables[table][key]
     tables["bound"] = {"long_span": 40.0, "estimate_span": 60.0}
     recipe = Recipe.model_validate(tables)
-    found = find_lengths(recipe, recipe_system(recipe)).recipe
+    found = find_lengths(recipe, case_of(recipe).system).recipe
     assert found.data.duration == pytest.approx(bound_samples(found) * 0.05)
     assert found.data.duration > 0.05 * (1024 + found.window.n_in)
 
@@ -108,7 +108,7 @@ def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
 def test_given_duration_that_is_too_short_is_named() -> None:
     recipe = of_lag(data={"duration": 1.0})
     with pytest.raises(RecipeError, match=r"the lengths that its system needs: .*duration = 1 s"):
-        find_lengths(recipe, recipe_system(recipe))
+        find_lengths(recipe, case_of(recipe).system)
 
 
 def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
@@ -124,7 +124,7 @@ def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
     monkeypatch.setattr(motions, "_measure", note)
     recipe = of_lag("Undamped")
     with pytest.raises(ShortWindowError, match=r"never meet in the outputs \(4 of 4 measured"):
-        find_lengths(recipe, recipe_system(recipe))
+        find_lengths(recipe, case_of(recipe).system)
     assert counts[-1] == motions.GROWTH * counts[0]
     assert all(later == 2 * earlier for earlier, later in itertools.pairwise(counts))
 
@@ -134,7 +134,7 @@ def test_record_grows_until_the_motions_of_a_slow_system_meet() -> None:
     first = motions.MEASURED_DECAYS * recipe.window.n_in * 0.05
     decay = 20.0 * math.log(100)
     assert first < decay
-    sizing = size_window(recipe, recipe_system(recipe))
+    sizing = size_window(recipe, case_of(recipe).system)
     assert sizing.linearized is None
     assert sizing.measured.mean == pytest.approx(decay, rel=0.02)
 
@@ -150,7 +150,7 @@ def test_tidy_numbers_are_at_most_an_eighth_larger(count: int, rounded: int) -> 
 
 def test_all_keys_are_found() -> None:
     recipe = of_lag()
-    values = find_lengths(recipe, recipe_system(recipe)).values
+    values = find_lengths(recipe, case_of(recipe).system).values
     assert {f"{t}.{k}" for t, inner in values.items() for k in inner} == set(KEYS)
 
 

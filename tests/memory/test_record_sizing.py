@@ -10,9 +10,9 @@ import pytest
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.record_sizing import RecordSizing, size_records
 from slide_fmu.memory.sizing import NotForgettingError, ShortWindowError, require_window
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RATE, RECIPE, STEP, force_and_travel, write_record
 
@@ -29,7 +29,7 @@ def sized(path: Path, text: str = RECIPE) -> RecordSizing:
 
 
 def source_of(recipe: Recipe) -> MeasuredRecords:
-    source = recipe_source(recipe)
+    source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     return source
 

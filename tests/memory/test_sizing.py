@@ -28,9 +28,9 @@ from slide_fmu.memory.sizing import (
     size_window,
 )
 from slide_fmu.pipeline import stages
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.learning_sections import sizing_section
 from slide_fmu.report.learning_tables import decay_table
 from slide_fmu.systems.base import Linearization, State
@@ -87,7 +87,7 @@ def oscillator(model: str, **window: Any) -> Recipe:
     ids=["linear", "base_motion", "duffing"],
 )
 def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: float) -> None:
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     expected = -math.log(recipe.window.remaining_amplitude) / RATE
     assert eigenvalues(found).mean == pytest.approx(expected, rel=1e-3)
     assert eigenvalues(found).worst == pytest.approx(expected, rel=1e-3)
@@ -99,7 +99,7 @@ def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: fl
 @pytest.mark.usefixtures("few_motions")
 def test_figures_of_a_linear_oscillator_are_those_of_its_one_mode() -> None:
     recipe = oscillator("LinearOscillator")
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     assert len(eigenvalues(found).times) == 10  # motions of 4.25 s, shorter than two windows
     assert len(found.measured.times) == 10
     figures = json.loads(json.dumps(plain(found.figures())))
@@ -115,7 +115,7 @@ def test_figures_of_a_linear_oscillator_are_those_of_its_one_mode() -> None:
 @pytest.mark.usefixtures("few_motions")
 def test_motions_depend_on_the_seed() -> None:
     recipe = oscillator("DuffingOscillator")
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     first, again, other = (size_window(recipe, system, seed) for seed in (None, 7, 8))
     assert first.figures() == again.figures()  # 7 is the recipe's own
     assert first.measured.mean != other.measured.mean
@@ -124,7 +124,7 @@ def test_motions_depend_on_the_seed() -> None:
 @pytest.mark.usefixtures("few_motions")
 def test_smaller_remaining_amplitude_needs_a_longer_window() -> None:
     recipe = oscillator("LinearOscillator", remaining_amplitude=1e-4)
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     assert eigenvalues(found).mean == pytest.approx(2 * math.log(100) / 4, rel=1e-3)
     assert found.measured.mean == pytest.approx(eigenvalues(found).mean, rel=CLOSE)
 
@@ -132,7 +132,7 @@ def test_smaller_remaining_amplitude_needs_a_longer_window() -> None:
 @pytest.mark.usefixtures("few_motions")
 def test_too_short_window_is_refused_with_the_numbers() -> None:
     recipe = oscillator("LinearOscillator", n_in=80)
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     with pytest.raises(ShortWindowError) as caught:
         require_window(recipe, found)
     parts = ("'tiny'", "80 - 53 = 27 samples", "0.81 s", "39 samples", "1.151 s", "n_in >= 92")
@@ -153,7 +153,7 @@ REMARK = (
 def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
     """The eigenvalues fit: it is no mistake, but it is said wherever the decay times are."""
     recipe = oscillator("LinearOscillator")
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     shorter = replace(found, measured=replace(found.measured, rates=np.full(10, -5.0)))
     assert shorter.remark is None
     assert shorter.figures().remark is None
@@ -180,7 +180,7 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
 def test_measured_decay_that_the_window_just_holds_is_no_remark() -> None:
     recipe = oscillator("LinearOscillator")
     decay = Decay(np.array([-RATE]), 0.01)
-    sized = size_window(recipe, recipe_system(recipe))
+    sized = size_window(recipe, case_of(recipe).system)
     assert sized.linearized is not None
     found = replace(
         sized,
@@ -198,7 +198,7 @@ def test_worst_instant_is_that_of_all_motions(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(motions, "_decay_along_motions", lambda *work: along)
     monkeypatch.setattr(motions, "measured_decay", lambda *work: along[0])
     recipe = oscillator("LinearOscillator")
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     assert found.linearized is not None
     assert found.linearized.local_worst == pytest.approx(math.log(100) / 2)
 
@@ -208,7 +208,7 @@ def test_subcommand_window_prints_the_remark(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recipe = oscillator("LinearOscillator")
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     longer = replace(found, measured=replace(found.measured, rates=np.full(10, -2.0)))
     monkeypatch.setattr(stages, "size_recipe", lambda job, seed: longer)
     place = tmp_path / "tiny.toml"
@@ -222,7 +222,7 @@ def test_subcommand_window_prints_the_remark(
 @pytest.mark.usefixtures("few_motions")
 def test_short_window_is_accepted_with_allow_short() -> None:
     recipe = oscillator("LinearOscillator", n_in=80, allow_short=True)
-    found = size_window(recipe, recipe_system(recipe))
+    found = size_window(recipe, case_of(recipe).system)
     assert found.problem is not None
     require_window(recipe, found)
 
@@ -231,7 +231,7 @@ def test_short_window_is_accepted_with_allow_short() -> None:
 def test_motion_that_never_ends_is_refused_with_a_remedy() -> None:
     recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
     with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
-        size_window(recipe, recipe_system(recipe))
+        size_window(recipe, case_of(recipe).system)
 
 
 class Swaying(LinearOscillator):

@@ -115,7 +115,7 @@ def test_growth_and_differences_are_those_of_explicit_loops() -> None:
 def test_limit_is_allowed_and_more_is_not(
     factor: float, growth: float, gaps: list[float], limit: str | None
 ) -> None:
-    found = stability._problem(factor, growth, np.array(gaps), RECIPE)
+    found = stability._problem(factor, growth, np.array(gaps), RECIPE, "")
     assert (found is None) == (limit is None)
     assert found is None or found.endswith(limit or "")
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.memory.step_remark import after_jumps, between_samples, step_remark
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from tests.memory.test_lengths import of_lag
@@ -25,7 +26,7 @@ def test_error_between_samples_is_that_of_each_output() -> None:
 
 
 def test_step_of_a_released_recipe_has_no_remark() -> None:
-    assert step_remark(load_recipe(DUFFING)) is None
+    assert step_remark(case_of(load_recipe(DUFFING))) is None
 
 
 def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
@@ -35,24 +36,26 @@ def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
         window={"step": 0.08},
         data={"duration": 9.0},
     )
-    remark = step_remark(coarse)
+    remark = step_remark(case_of(coarse))
     assert remark is not None
     assert remark.startswith("window.step = 0.08 s: between its samples outputs differ by")
     slow = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
     fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]})
-    remark = step_remark(fine)
+    remark = step_remark(case_of(fine))
     assert remark is not None
     assert remark.startswith("window.step = 0.01 s: samples that are 4 times rarer still show")
 
 
 def test_step_of_a_system_that_has_its_own_has_no_remark() -> None:
-    assert step_remark(of_lag("FixedStep", window={"step": 0.01, "n_in": 90})) is None
+    assert step_remark(case_of(of_lag("FixedStep", window={"step": 0.01, "n_in": 90}))) is None
 
 
 def of_here(name: str, step: float, kind: dict[str, Any], **parameters: float) -> str | None:
     """The remark on a recipe of a plain system, with one kind of excitation."""
     data = {"excitation": [{"weight": 1.0, **kind}]}
-    return step_remark(of_lag(name, parameters, window={"step": step, "n_in": 90}, data=data))
+    return step_remark(
+        case_of(of_lag(name, parameters, window={"step": step, "n_in": 90}, data=data))
+    )
 
 
 HELD = {"kind": "held_random", "amplitude": [0.5, 1.0], "samples": [1, 5]}
@@ -78,7 +81,7 @@ def test_outputs_that_follow_rates_of_inputs_jump_without_a_remark() -> None:
             "data": {"duration": 1.0, "burn_in": 0.2, "train": 2, "validation": 2},
         }
     )
-    assert step_remark(recipe) is None
+    assert step_remark(case_of(recipe)) is None
 
 
 def test_course_after_a_jump_that_samples_miss_is_a_loss() -> None:

@@ -7,18 +7,18 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.pipeline.checks import check_recipe, guarded_recipe, require_names_in_fmu
+from slide_fmu.pipeline.checks import check_case, guarded_case, require_names_in_fmu
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.parameters import ParameterRecipe
-from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.recipe import RecipeError
 from tests.acceptance.conftest import invoke
 from tests.recipes import TINY, tiny_recipe, tiny_state_space_recipe
 
 FMUS = Path(__file__).parents[2] / "fmus"
 
 
-def fail(recipe: Recipe, kind: type[ValueError]) -> None:
+def fail(case: Case, kind: type[ValueError]) -> None:
     raise kind("decay time = inf s")
 
 
@@ -35,7 +35,7 @@ def test_mistake_that_knows_no_recipe_is_told_with_its_name(
 ) -> None:
     recipe = tiny_recipe()
     with pytest.raises(kind, match=message.replace("NAME", recipe.name)):
-        guarded_recipe(recipe, recipe_system(recipe), fail, kind)
+        guarded_case(case_of(recipe), fail, kind)
 
 
 STARTS = {
@@ -51,7 +51,7 @@ def test_fmu_that_no_training_can_begin_with_is_refused_before_data_are_made(cas
     start, message = STARTS[case]
     recipe = tiny_state_space_recipe(training={"start": start})
     with pytest.raises(RecipeError, match=rf"^recipe 'tiny': training\.start = .*{message}"):
-        check_recipe(recipe)
+        check_case(case_of(recipe))
 
 
 def test_network_of_its_own_is_refused_where_a_training_begins_with_an_fmu() -> None:
@@ -59,10 +59,10 @@ def test_network_of_its_own_is_refused_where_a_training_begins_with_an_fmu() -> 
     start, place = f"{FMUS}/duffing/duffing.fmu", "training.start = .* with the table network"
     tables = {"network": {"parameter_degree": 1}, "training": {"start": start}}
     with pytest.raises(RecipeError, match=rf"{place} = {{'parameter_degree': 1}}; expected none"):
-        check_recipe(tiny_state_space_recipe(**tables))
+        check_case(case_of(tiny_state_space_recipe(**tables)))
     mass = {"parameters": {"mass": {"range": [1.0, 2.0]}}}
     with pytest.raises(RecipeError, match=r"has the step 0\.03; expected 0\.015625"):
-        check_recipe(tiny_state_space_recipe(**tables, **mass))
+        check_case(case_of(tiny_state_space_recipe(**tables, **mass)))
 
 
 @pytest.mark.parametrize("subcommand", ["try", "run"])
@@ -83,9 +83,9 @@ def test_parameter_whose_name_the_fmu_needs_is_refused_before_any_data(name: str
     parameters = {name: ParameterRecipe(range=(1.0, 2.0))}
     recipe = tiny_recipe().model_copy(update={"parameters": parameters})
     with pytest.raises(RecipeError, match=rf"parameter '{name}'.*rename the signal or"):
-        require_names_in_fmu(recipe, recipe_system(tiny_recipe()))
+        require_names_in_fmu(recipe, case_of(tiny_recipe()).system)
 
 
 def test_names_of_a_usual_recipe_are_free() -> None:
     recipe = tiny_recipe()
-    require_names_in_fmu(recipe, recipe_system(recipe))
+    require_names_in_fmu(recipe, case_of(recipe).system)

@@ -12,8 +12,8 @@ from slide_fmu.cli.app import app
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import SimulationError
 from tests.own_models.quarter_car import build_in_c
 from tests.pipeline.test_own_fmu import TEXT
@@ -47,7 +47,7 @@ def recipe_text(trap: Path, crash_above: float, text: str = SLOW) -> str:
 def highest_of_probe(text: str) -> float:
     """Give the highest road, in m, of the short motion on which every recipe is checked."""
     recipe = parse_recipe(text, "recipe")
-    drawn = next(probe_draws(recipe, recipe_system(recipe)))
+    drawn = next(probe_draws(recipe, case_of(recipe).system))
     return float(np.max(np.abs(drawn.inputs)))
 
 
@@ -99,4 +99,4 @@ def test_crash_in_a_worker_that_makes_data_is_named(trap: Path, tmp_path: Path) 
         process_pool(1) as pool,
         pytest.raises(SimulationError, match=rf"trap\.fmu' \(kind 'fmu'\) {ENDED}"),
     ):
-        generate(recipe, tmp_path / "store", pool, silent)
+        generate(case_of(recipe), tmp_path / "store", pool, silent)

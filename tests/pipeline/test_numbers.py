@@ -20,7 +20,7 @@ from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.pipeline import numbers
-from slide_fmu.pipeline.job import Job, open_job, provenance
+from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
@@ -64,7 +64,7 @@ def pays(monkeypatch: pytest.MonkeyPatch, part: float) -> None:
 
 
 def curve_of(job: Job) -> Curve:
-    return numbers.kept_curve(job.recipe, job.folder)
+    return numbers.kept_curve(job.case, job.folder)
 
 
 def without_times(curve: Curve) -> list[tuple[int, float]]:
@@ -124,7 +124,7 @@ def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert again.recipe == job.recipe
     assert again.resolved == job.resolved == {"data": {"train": 2 * FEW, "validation": FEW}}
     other = opened(tmp_path, OPEN.replace("damping = 40.0", "damping = 41.0"))
-    assert known_numbers(other.recipe, other.folder) is None
+    assert known_numbers(other.case, other.folder) is None
 
 
 @pytest.mark.extended
@@ -146,7 +146,7 @@ def test_curve_follows_physical_parameters(
     shapes = [physical.training.shape for physical in seen if physical is not None]
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
     wider = opened(tmp_path, text.replace("3.0]", "3.5]"))
-    assert known_numbers(wider.recipe, wider.folder) is None
+    assert known_numbers(wider.case, wider.folder) is None
 
 
 def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -271,7 +271,7 @@ def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
 
 
 def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
-    job = opened(tmp_path, with_data("train = 2\nvalidation = 1"))
+    job = checked(opened(tmp_path, with_data("train = 2\nvalidation = 1")))
     generate_data(job, Workplace())
     assert choose_numbers(job, Workplace(), overwrite=True) is job
     assert not job.folder.store.exists()

@@ -15,8 +15,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.side_by_side import write_reference, write_side_by_side
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
@@ -69,21 +69,21 @@ def text_of(car: Path, parameters: str = "") -> str:
 
 def test_a_co_simulation_fmu_is_copied_as_reference(car: Path, tmp_path: Path) -> None:
     recipe = parse_recipe(text_of(car), "recipe")
-    written = write_reference(recipe, tmp_path / "reference.fmu")
+    written = write_reference(case_of(recipe), tmp_path / "reference.fmu")
     assert written.read_bytes() == car.read_bytes()
     with pytest.raises(ValueError, match=r"expected a name ending in \.fmu"):
-        write_reference(recipe, tmp_path / "reference.zip")
+        write_reference(case_of(recipe), tmp_path / "reference.zip")
 
 
 def test_an_fmu_with_parameters_is_no_reference_by_itself(car: Path, tmp_path: Path) -> None:
     recipe = parse_recipe(text_of(car, "parameters = { spring = 20e3 }"), "recipe")
     with pytest.raises(LoadError, match=r"with parameters \['spring'\]; expected a co-simulation"):
-        write_reference(recipe, tmp_path / "reference.fmu")
+        write_reference(case_of(recipe), tmp_path / "reference.fmu")
 
 
 def test_an_ssp_holds_the_fmu_of_the_user_beside_the_surrogate(car: Path, tmp_path: Path) -> None:
     text = text_of(car)
-    system = recipe_system(parse_recipe(text, "recipe"))
+    system = case_of(parse_recipe(text, "recipe")).system
     build_libraries()
     surrogate = replace(
         sum_surrogate(16),
@@ -131,7 +131,7 @@ def test_an_open_parameter_of_the_fmu_of_the_user_is_set_by_the_ssp(
     text += '[parameters.spring]\nrange = [10e3, 40e3]\nunit = "N/m"\n'
     recipe, given = parse_recipe(text, "recipe"), {"spring": 31e3}
     build_libraries()
-    surrogate = with_open_spring(recipe_system(recipe))
+    surrogate = with_open_spring(case_of(recipe).system)
     fmu = export_fmu(surrogate, tmp_path / "surrogate.fmu", provenance={"recipe": text})
     path, remark = write_side_by_side(fmu, tmp_path / "side.ssp", 1, None, given)
     assert remark is not None
@@ -140,6 +140,6 @@ def test_an_open_parameter_of_the_fmu_of_the_user_is_set_by_the_ssp(
     road, travel = run_libcosim(path, places, 0.005, 100).T
     before = np.append(0.0, road[:-1])[:, None]
     for values, same in ((given, True), ({}, False)):
-        system = recipe_system(recipe.at({"spring": SPRING.start_value, **values}))
+        system = case_of(recipe.at({"spring": SPRING.start_value, **values})).system
         expected = simulate(system, before, None).outputs[1:, 0]
         assert np.allclose(travel, expected, rtol=0, atol=1e-3 * np.ptp(expected)) == same

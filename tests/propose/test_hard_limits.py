@@ -19,8 +19,8 @@ from slide_fmu.memory import motions
 from slide_fmu.memory.contradiction import _rate_near_rest
 from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, remarks_of_beyond, tasks
 from slide_fmu.propose import first_look
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.validation.comparison import Task
@@ -214,7 +214,7 @@ def test_trajectories_beyond_the_range_that_fail_are_not_measured(
 ) -> None:
     build_libraries()
     recipe = failing_recipe(level)
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     surrogate = replace(
         sum_surrogate(20),
         name="tiny",
@@ -226,15 +226,15 @@ def test_trajectories_beyond_the_range_that_fail_are_not_measured(
     task = Task(3, trajectories=6, amplitude=(1.3, 3.0))
     if level == 1.0:
         with pytest.raises(SimulationError, match=r"lies outside of its range -1\.\.1"):
-            validate(fmu, surrogate, recipe, task, silent)
+            validate(fmu, surrogate, case_of(recipe), task, silent)
         return
-    found = validate(fmu, surrogate, recipe, task, silent)
+    found = validate(fmu, surrogate, case_of(recipe), task, silent)
     assert found.left_out
     assert len(found.left_out) + len(found.comparisons) == 6
     assert found.figures().left_out == found.left_out
     (remark,) = remarks_of_beyond(found)
     assert remark.startswith(f"{len(found.left_out)} of 6 trajectories beyond the range could")
-    inside = validate(fmu, surrogate, recipe, Task(3, trajectories=6), silent)
+    inside = validate(fmu, surrogate, case_of(recipe), Task(3, trajectories=6), silent)
     assert inside.left_out == ()
     assert remarks_of_beyond(inside) == []
 

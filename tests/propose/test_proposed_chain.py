@@ -12,9 +12,10 @@ from slide_fmu.cli.app import app
 from slide_fmu.features.urdf import UrdfError
 from slide_fmu.propose import first_look
 from slide_fmu.propose.proposal import Proposal, Wish, propose
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system, require_features
+from slide_fmu.recipe.systems import require_features
 from tests.progress import silent
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
@@ -67,7 +68,7 @@ def test_robot_beside_its_urdf_gets_chain_drive_and_motions(arm: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(arm / "recipes"))
         (arm / "recipes").mkdir()
-        require_features(recipe, recipe_system(recipe))
+        require_features(recipe, case_of(recipe).system)
     # limits in the inputs' own units: a range of 6 rad and one of 2 rad, each in 2 s
     assert 'drive = "quadratic_b_spline"' in proposal.text
     assert "speed = [3.0, 1.0]" in proposal.text

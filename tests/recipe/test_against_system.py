@@ -10,9 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system, require_features
+from slide_fmu.recipe.systems import require_features
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe
 
 TRAINING = Path(__file__).parents[2] / "training"
@@ -34,7 +35,7 @@ ROBOT: dict[str, Any] = {
 
 def refused(recipe: Recipe, message: str) -> None:
     with pytest.raises(RecipeError, match=rf"^recipe 'tiny': {message}"):
-        require_features(recipe, recipe_system(recipe))
+        require_features(recipe, case_of(recipe).system)
 
 
 def robot(**network: Any) -> Recipe:
@@ -47,7 +48,7 @@ def robot(**network: Any) -> Recipe:
 @pytest.mark.parametrize("path", sorted(TRAINING.glob("*.toml")), ids=lambda path: path.stem)
 def test_the_recipes_of_this_repository_pass(path: Path) -> None:
     recipe = load_recipe(path)
-    require_features(recipe, recipe_system(recipe))
+    require_features(recipe, case_of(recipe).system)
 
 
 def test_names_of_no_set_or_of_several_are_refused() -> None:
@@ -82,7 +83,7 @@ def test_what_the_system_has_not_is_refused() -> None:
 
 def test_angle_is_what_the_signals_say_and_not_their_number() -> None:
     fine = load_recipe(TRAINING / "slider_crank.toml")
-    system = recipe_system(fine)
+    system = case_of(fine).system
     require_features(fine, system)
     system.inputs = tuple(replace(signal, angle=None) for signal in system.inputs)
     with pytest.raises(RecipeError, match="expected an angle among them"):
@@ -91,8 +92,8 @@ def test_angle_is_what_the_signals_say_and_not_their_number() -> None:
 
 def test_pairs_turn_with_a_chain_and_have_two_states_each() -> None:
     fine = robot()
-    require_features(fine, recipe_system(fine))
-    require_features(robot(order="auto"), recipe_system(fine))
+    require_features(fine, case_of(fine).system)
+    require_features(robot(order="auto"), case_of(fine).system)
     refused(
         robot(order=3),
         r"network: network\.turned_pairs = 2 with an order of 3; expected two states for each "

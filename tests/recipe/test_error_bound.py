@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_case
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import (
     bound_filling,
     bound_samples,
@@ -123,7 +124,7 @@ def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
     with pytest.raises(
         RecipeError, match=rf"2nd \[\[{table}.excitation\]\]: kind = 'speed_ramps'"
     ):
-        check_recipe(recipe)
+        check_case(case_of(recipe))
 
 
 def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:

@@ -9,8 +9,8 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import finer_steps, reference_at_finer_step, reference_system
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
@@ -20,8 +20,8 @@ from tests.recipes import TINY, merged, tiny_recipe
 
 def test_a_finer_reference_moves_alike_under_the_same_held_input() -> None:
     recipe = tiny_recipe()
-    times = finer_steps(recipe)
-    coarse, fine = reference_system(recipe), reference_at_finer_step(recipe, times)
+    case = case_of(recipe)
+    times, coarse, fine = case.finer_steps, case.reference, case.reference_as_it_runs()
     assert (times, fine.step) == (8, recipe.window.step / 8)
     held = np.random.default_rng(1).uniform(-1, 1, (40, len(coarse.inputs)))
     wanted = simulate(coarse, held).outputs
@@ -34,15 +34,16 @@ def test_a_model_that_names_its_step_goes_on_by_that(
     own: float, times: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(System, "own_step", own)
-    assert finer_steps(tiny_recipe()) == times
+    assert case_of(tiny_recipe()).finer_steps == times
 
 
 def test_a_class_with_a_step_of_its_own_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     recipe = tiny_recipe()
-    coarse = reference_system(recipe)
-    monkeypatch.setattr("slide_fmu.recipe.systems.load_system", lambda _: coarse)
+    case = case_of(recipe)
+    coarse = case.reference
+    monkeypatch.setattr("slide_fmu.recipe.case.load_system", lambda _: coarse)
     with pytest.raises(LoadError, match=r"expected 0\.00195312 s, which is 1/8 of window\.step"):
-        reference_at_finer_step(recipe, 8)
+        case.reference_as_it_runs()
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
@@ -57,8 +58,8 @@ def test_an_fmu_runs_at_its_own_step_as_fmpy_runs_it(tmp_path: Path, hold: str) 
     }
     tables = merged(tomllib.loads(TINY), {"window": {"step": 0.02}})
     recipe = Recipe.model_validate({**tables, "system": system})
-    assert finer_steps(recipe) == 4
-    fine = reference_at_finer_step(recipe, 4, as_it_runs=True)
+    assert case_of(recipe).finer_steps == 4
+    fine = case_of(recipe).reference_as_it_runs()
     times = 0.005 * np.arange(201)
     road = 0.02 * np.sin(9 * times)
     table = np.array([*zip(times, road, strict=True)], dtype=[("time", float), ("road", float)])

@@ -13,10 +13,11 @@ from mbs_models.robot_6r.puma_560 import puma_560
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.urdf import UrdfError
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system, require_features
+from slide_fmu.recipe.systems import require_features
 from tests.recipes import TINY
 
 REPOSITORY = Path(__file__).parents[2]
@@ -34,7 +35,7 @@ def numbers(chain: object) -> list[list[float]]:
 
 
 def test_chain_of_the_recipe_takes_the_place_of_the_systems_own() -> None:
-    system = recipe_system(robot())
+    system = case_of(robot()).system
     scaling = range_scaling(system.inputs)
     own = offered_features(robot(), system, scaling)
     assert numbers(own.chain) == numbers(puma_560(np.zeros(3)))
@@ -58,7 +59,7 @@ def test_path_alone_is_short_for_the_table() -> None:
 def test_urdf_is_found_where_models_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the current folder, or on the search path, where the recipe's own folder is."""
     recipe = robot(chain="arm.urdf")
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     scaling = range_scaling(system.inputs)
     with pytest.raises(UrdfError, match=r"system\.chain: no file 'arm\.urdf' in .* or beside"):
         offered_features(recipe, system, scaling)
@@ -75,7 +76,7 @@ def test_inputs_that_are_no_set_points_of_the_chain_are_refused() -> None:
     text = TINY.replace("[system]\n", f'[system]\nchain = "{URDF}"\n', 1)
     recipe = parse_recipe(text, "mine.toml")
     with pytest.raises(RecipeError, match=r"has the joints \['joint_1', .*found \['force'\] in"):
-        require_features(recipe, recipe_system(recipe))
+        require_features(recipe, case_of(recipe).system)
 
 
 def test_weights_of_a_law_may_be_given() -> None:

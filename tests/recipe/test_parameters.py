@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.parameters import ITERATIONS
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import data_specification, recipe_system, reference_specification
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
@@ -41,7 +41,10 @@ def test_tables_are_parameters_in_their_order() -> None:
 
 def test_system_has_the_start_values() -> None:
     recipe = with_mass(system={"reference": {"substeps": 12}})
-    for specification in (data_specification(recipe), reference_specification(recipe)):
+    for specification in (
+        case_of(recipe).systems.specification,
+        case_of(recipe).systems.reference_specification,
+    ):
         assert specification.parameters["mass"] == pytest.approx(2.0)
         assert specification.parameters["damping"] == 40.0
 
@@ -50,8 +53,8 @@ def test_recipe_at_values_is_a_recipe_of_a_fixed_system() -> None:
     recipe = with_mass()
     heavy = recipe.at({"mass": 4.2})
     assert heavy.physical() == ()
-    assert data_specification(heavy).parameters["mass"] == 4.2
-    assert recipe_system(heavy).inputs == recipe_system(recipe).inputs
+    assert case_of(heavy).systems.specification.parameters["mass"] == 4.2
+    assert case_of(heavy).system.inputs == case_of(recipe).system.inputs
     assert heavy.model_dump(exclude={"system", "parameters"}) == recipe.model_dump(
         exclude={"system", "parameters"}
     )
@@ -127,7 +130,7 @@ def test_parameters_are_those_of_functions_too() -> None:
     step = np.ones((10, 1))
     step[0] = 0.0  # it begins at rest under its first input
     slow, quick = (
-        simulate(recipe_system(recipe.at({"time_constant": time})), step, None).outputs[1:, 0]
+        simulate(case_of(recipe.at({"time_constant": time})).system, step, None).outputs[1:, 0]
         for time in (0.4, 0.1)
     )
     assert np.all(slow[1:] < quick[1:])
@@ -136,6 +139,6 @@ def test_parameters_are_those_of_functions_too() -> None:
 def test_parameter_that_the_model_has_not_is_refused() -> None:
     recipe = parse_recipe(FUNCTION.replace("NAME", "mass"), "recipe")
     with pytest.raises(LoadError, match="mass"):
-        recipe_system(recipe)
+        _ = case_of(recipe).system
     with pytest.raises(LoadError, match="mass"):
-        recipe_system(tiny_state_space_recipe(parameters={"weight_of_mass": MASS}))
+        _ = case_of(tiny_state_space_recipe(parameters={"weight_of_mass": MASS})).system

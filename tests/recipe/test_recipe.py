@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe, parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import data_specification, recipe_system, reference_specification
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe
 
 TRAINING = Path(__file__).parents[2] / "training"
@@ -20,7 +20,7 @@ TRAINING = Path(__file__).parents[2] / "training"
 def test_recipe_of_the_project_loads(path: Path) -> None:
     recipe = load_recipe(path)
     assert recipe.name == path.stem
-    assert recipe_system(recipe).step == recipe.window.step
+    assert case_of(recipe).system.step == recipe.window.step
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
 
 
@@ -104,8 +104,11 @@ def test_reference_may_have_parameters_of_its_own() -> None:
     text = TINY.replace("substeps = 6 }", "substeps = 6 }\nreference = { substeps = 48 }")
     recipe = parse_recipe(text, "mine.toml")
     assert recipe.system.reference == {"substeps": 48}
-    assert reference_specification(recipe).parameters == {"damping": 40.0, "substeps": 48}
-    assert data_specification(recipe).parameters == {"damping": 40.0, "substeps": 6}
+    assert case_of(recipe).systems.reference_specification.parameters == {
+        "damping": 40.0,
+        "substeps": 48,
+    }
+    assert case_of(recipe).systems.specification.parameters == {"damping": 40.0, "substeps": 6}
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
     assert parse_recipe(TINY, "mine.toml").system.reference == {}
     with pytest.raises(RecipeError, match=r"system\.reference = 48: expected a table of keys"):

@@ -11,7 +11,8 @@ import pytest
 from mbs_models.oscillators.oscillators import DuffingOscillator, LinearOscillator
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import require_unit
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_case
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.systems.base import Linearization, State
 from slide_fmu.systems.contract import ContractError, check_system
@@ -55,7 +56,7 @@ def test_system_with_all_offers_passes(kind: Any) -> None:
 
 @pytest.mark.parametrize("name", ["linear", "duffing", "mass_chain", "slider_crank"])
 def test_recipe_of_the_project_passes(name: str) -> None:
-    check_recipe(load_recipe(TRAINING / f"{name}.toml"))
+    check_case(case_of(load_recipe(TRAINING / f"{name}.toml")))
 
 
 @pytest.mark.parametrize("step", [0.1, None, "0.05", True])
@@ -169,7 +170,7 @@ def test_offer_that_does_not_keep_its_word_is_refused(kind: Any, message: str) -
 def test_recipe_of_a_system_that_breaks_the_contract_is_refused() -> None:
     recipe = tiny_recipe(system={"model": "tests.systems.test_contract:Moving"})
     with pytest.raises(ContractError, match="changes the current state"):
-        check_recipe(recipe)
+        check_case(case_of(recipe))
 
 
 def test_message_about_a_system_of_this_package_names_the_model_of_the_user() -> None:

@@ -200,9 +200,9 @@ def test_a_first_step_that_fails_names_the_step_of_the_fmu(trap: str) -> None:
 def test_a_co_simulation_fmu_of_fmi_2_alone_is_its_own_reference(car: str, tank: str) -> None:
     system = made(car)
     assert isinstance(system, FmuSystem)
-    assert system.slave() == Path(car)
+    assert system.own_fmu() == Path(car)
     assert system.may_crash
     for other in (made(car, spring=1e4), made(car, **{"fmu-interface": "model_exchange"})):
         assert isinstance(other, FmuSystem)
         with pytest.raises(LoadError, match=r"expected a co-simulation FMU of FMI 2\.0 without"):
-            other.slave()
+            other.own_fmu()

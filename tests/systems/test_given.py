@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from types import ModuleType
 
 import pytest
 
 from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.recipe.case import Case
 from slide_fmu.systems import given
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
@@ -15,24 +17,20 @@ from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
 from tests.memory.plain_systems import Lag
+from tests.recipes import case_of_object
 from tests.systems.function_models import specifications as models
 from tests.systems.refusals import refused
 
 
-@pytest.fixture(autouse=True)
-def _nothing_given(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(given, "_given", {})
+def object_of(**more: object) -> Specification:
+    values = {"given": Lag(step=0.02), **more}
+    return Specification("oscillator", kind="object", **values)  # type: ignore[arg-type]
 
 
-def named(**more: object) -> Specification:
-    return Specification("oscillator", kind="object", **more)  # type: ignore[arg-type]
-
-
-def test_given_system_is_found_by_its_name() -> None:
+def test_given_system_is_itself_and_no_copy() -> None:
     system = Lag(step=0.02)
-    given.give("oscillator", system)
-    assert load_system(named()) is system
-    assert load_system(named(step=0.02)) is system
+    assert load_system(object_of(given=system)) is system
+    assert load_system(object_of(given=system, step=0.02)) is system
 
 
 @pytest.mark.parametrize(
@@ -47,35 +45,32 @@ def test_given_system_is_found_by_its_name() -> None:
 def test_recipe_says_nothing_else_about_a_given_system(
     more: dict[str, object], found: str, expected: str
 ) -> None:
-    given.give("oscillator", Lag(step=0.02))
     with refused(LoadError, found, expected):
-        load_system(named(**more))
+        load_system(object_of(**more))
 
 
 def test_system_of_another_session_is_refused_with_a_remedy() -> None:
     with pytest.raises(
         LoadError, match=r"'oscillator' is an object of the Python session .* file"
     ):
-        load_system(named())
+        load_system(object_of(given=None))
 
 
-def step_of_the_oscillator() -> float:
-    return load_system(named()).step
+def step_of(case: Case) -> float:
+    return case.system.step
 
 
 def test_given_system_crosses_to_worker_processes() -> None:
-    given.give("oscillator", Lag(step=0.02))
+    case = case_of_object(Lag(step=0.02))
     with process_pool(1) as pool:
-        assert in_parallel(pool, step_of_the_oscillator, [()], lambda done: None) == [0.02]
+        assert in_parallel(pool, step_of, [(case,)], lambda done: None) == [0.02]
 
 
 def test_no_workers_are_this_process_with_its_progress() -> None:
-    given.give("oscillator", Lag(step=0.02))
-    set_up: list[str] = []
     heard: list[int] = []
-    with process_pool(0, set_up.append, ("here",)) as pool:
-        found = in_parallel(pool, step_of_the_oscillator, [(), ()], heard.append)
-    assert (pool, found, set_up, heard) == (None, [0.02, 0.02], ["here"], [1, 2])
+    with process_pool(0) as pool:
+        found = in_parallel(pool, math.sqrt, [(4.0,), (9.0,)], heard.append)
+    assert (pool, found, heard) == (None, [2.0, 3.0], [1, 2])
 
 
 def test_system_of_functions_in_a_session_does_not_cross(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.data.fingerprint import data_fingerprint
-from slide_fmu.recipe.systems import data_specification, recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, describe_model, load_system
@@ -93,14 +93,14 @@ def test_recipe_of_a_registered_kind_makes_its_system(
     monkeypatch.setitem(sys.modules, "kind_of_twins", module)
     monkeypatch.setitem(KINDS, "twin", "kind_of_twins")
     recipe = tiny_recipe(system={"kind": "twin", "model": "a twin"})
-    system = recipe_system(recipe)
-    assert (system.step, asked) == (0.02, [data_specification(recipe)])
+    system = case_of(recipe).system
+    assert (system.step, asked) == (0.02, [case_of(recipe).systems.specification])
     assert data_fingerprint(recipe)["system"]["kind"] == "twin"
 
 
 def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
     with pytest.raises(LoadError, match=r"'unheard'; expected one of \['class'"):
-        recipe_system(tiny_recipe(system={"kind": "unheard"}))
+        _ = case_of(tiny_recipe(system={"kind": "unheard"})).system
 
 
 def test_data_of_a_class_do_not_depend_on_its_picture() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -23,7 +24,7 @@ TASK = Task(seed=3, trajectories=3)
 
 
 def measured(fmu: Path, surrogate: Surrogate, recipe: Recipe, **more: Any) -> Validation:
-    return validate(fmu, surrogate, recipe, TASK, silent, **more)
+    return validate(fmu, surrogate, case_of(recipe), TASK, silent, **more)
 
 
 def same(one: Comparison, other: Comparison) -> bool:

@@ -11,8 +11,8 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.trust_sections import search_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
@@ -30,7 +30,7 @@ RECIPE = tiny_state_space_recipe(bound={}, data={"duration": 4.0}, validation={"
 
 def surrogate_of(recipe: Recipe, limit: float, window: tuple[int, int] = (9, 4)) -> Surrogate:
     """A surrogate that has learnt nothing, with bounds that follow from nothing."""
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     found = bounded_surrogate(Shape(*window, cell=CellShape(contraction=0.9)))
     assert found.bound is not None
     bound = replace(found.bound, limits=np.full(found.bound.limits.shape, limit))
@@ -47,7 +47,7 @@ def surrogate_of(recipe: Recipe, limit: float, window: tuple[int, int] = (9, 4))
 
 @pytest.fixture(scope="module")
 def attacks() -> list[Attack]:
-    return attack(surrogate_of(RECIPE, 1e9), RECIPE, 3, 2, silent)
+    return attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
 
 
 def test_search_makes_errors_larger_beside_their_bounds(attacks: list[Attack]) -> None:
@@ -57,7 +57,7 @@ def test_search_makes_errors_larger_beside_their_bounds(attacks: list[Attack]) -
 def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
     attacks: list[Attack],
 ) -> None:
-    (signal,) = recipe_system(RECIPE).inputs
+    (signal,) = case_of(RECIPE).system.inputs
     for found in attacks:
         assert signal.low <= found.inputs.min() < found.inputs.max() <= signal.high
         ratio = found.errors / found.bounds
@@ -66,7 +66,7 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
 
 
 def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
-    (again, _) = attack(surrogate_of(RECIPE, 1e9), RECIPE, 3, 2, silent)
+    (again, _) = attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
     assert np.array_equal(again.inputs, attacks[0].inputs)
 
 
@@ -83,7 +83,7 @@ def searched(goes_on: bool, system: System) -> Attack:
 def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    system = recipe_system(LONGER)
+    system = case_of(LONGER).system
     assert isinstance(system, RandomStates)
     steps: list[int] = []
     advance = system.advance
@@ -107,7 +107,7 @@ def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
 def test_changes_on_which_the_reference_fails_are_not_kept(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    system = recipe_system(LONGER)
+    system = case_of(LONGER).system
     assert isinstance(system, RandomStates)
     count = [0]
     advance, length = system.advance, round(8.0 / LONGER.window.step)
@@ -125,9 +125,9 @@ def test_changes_on_which_the_reference_fails_are_not_kept(
 
 
 def test_system_without_states_simulates_whole_records() -> None:
-    drawn = draw(LONGER, recipe_system(LONGER), Stream(TEST, 5, (1.0, 1.0), 8.0), 0)
+    drawn = draw(LONGER, case_of(LONGER).system, Stream(TEST, 5, (1.0, 1.0), 8.0), 0)
     target = Target(
-        surrogate_of(LONGER, 1e9), Sum(recipe_system(LONGER)), replace(drawn, initial=None)
+        surrogate_of(LONGER, 1e9), Sum(case_of(LONGER).system), replace(drawn, initial=None)
     )
     parent = target.run(drawn.inputs)
     assert parent.states == ()
@@ -148,7 +148,7 @@ class Sum(System):
 
 
 def test_errors_outside_of_the_domain_do_not_count() -> None:
-    found = attack(surrogate_of(RECIPE, 1e-20), RECIPE, 3, 1, silent)
+    found = attack(surrogate_of(RECIPE, 1e-20), case_of(RECIPE), 3, 1, silent)
     assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.importer_sections import box_sections
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.box import box_figures
@@ -30,7 +30,7 @@ RECIPE = tiny_recipe(data={"burn_in": 0.5, "duration": 2.0})
 def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Validation]:
     """The sum of the last inputs in place of an oscillator."""
     build_libraries()
-    system = recipe_system(RECIPE)
+    system = case_of(RECIPE).system
     surrogate = dataclasses.replace(
         sum_surrogate(SAMPLES),
         name="tiny",
@@ -39,16 +39,16 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Validation]:
         outputs=system.outputs,
     )
     fmu = export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
-    return fmu, validate(fmu, surrogate, RECIPE, Task(3, trajectories=1), silent)
+    return fmu, validate(fmu, surrogate, case_of(RECIPE), Task(3, trajectories=1), silent)
 
 
 def test_error_at_corners_is_that_of_the_rest_under_constant_inputs(
     found: tuple[Path, Validation],
 ) -> None:
     fmu, validation = found
-    figures = box_figures(fmu, validation, silent)
+    figures = box_figures(fmu, validation, case_of(validation.recipe), silent)
     assert figures is not None
-    (signal,), system = validation.surrogate.inputs, recipe_system(RECIPE)
+    (signal,), system = validation.surrogate.inputs, case_of(RECIPE).system
     errors = []
     for end in (signal.low, signal.high):
         constant = np.full((400, 1), end)
@@ -69,7 +69,7 @@ def test_error_at_corners_is_that_of_the_rest_under_constant_inputs(
 def test_report_has_a_row_for_corners_and_one_for_points_inside(
     found: tuple[Path, Validation],
 ) -> None:
-    figures = box_figures(*found, silent)
+    figures = box_figures(*found, case_of(found[1].recipe), silent)
     assert figures is not None
     (section,) = box_sections(figures)
     assert section.table is not None
@@ -85,4 +85,12 @@ def test_planned_motions_and_drives_have_no_such_figures(found: tuple[Path, Vali
     driven = Recipe.model_validate(
         {**RECIPE.model_dump(), "data": {**RECIPE.data.model_dump(), "excitation": [moves]}}
     )
-    assert box_figures(fmu, dataclasses.replace(validation, recipe=driven), silent) is None
+    assert (
+        box_figures(
+            fmu,
+            dataclasses.replace(validation, recipe=driven),
+            case_of(dataclasses.replace(validation, recipe=driven).recipe),
+            silent,
+        )
+        is None
+    )

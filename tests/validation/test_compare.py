@@ -16,8 +16,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
@@ -41,7 +41,7 @@ def recipe_of(burn_in: int) -> Recipe:
 
 def surrogate_of(recipe: Recipe) -> Surrogate:
     """The sum of the last inputs, with an estimator that answers the same everywhere."""
-    system, features = recipe_system(recipe), FeatureMap(Differences(1))
+    system, features = case_of(recipe).system, FeatureMap(Differences(1))
     flat = Layer(np.zeros((1, 1), np.float32), np.zeros(1, np.float32), "identity")
     ranges = np.array([[-1e9], [1e9]], np.float32)
     estimator = ErrorEstimator(FeedForward((flat,), 1, features), LogError(-3, 1), SPAN, ranges)
@@ -64,7 +64,9 @@ def measured(
     recipe = recipe_of(request.param)
     surrogate = surrogate_of(recipe)
     fmu = export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
-    found = validate(fmu, surrogate, recipe, Task(3, trajectories=1), lambda done, total: None)
+    found = validate(
+        fmu, surrogate, case_of(recipe), Task(3, trajectories=1), lambda done, total: None
+    )
     return recipe, surrogate, found.comparisons[0]
 
 
@@ -78,7 +80,7 @@ def first_scored(recipe: Recipe) -> int:
 
 def test_scores_begin_after_the_burn_in_where_all_inputs_were_set(measured: Measured) -> None:
     recipe, _, found = measured
-    system, first = recipe_system(recipe), first_scored(recipe)
+    system, first = case_of(recipe).system, first_scored(recipe)
     drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), recipe.data.duration), 0)
     true = simulate(system, drawn.inputs, drawn.initial).outputs
     assert found.time[0] == pytest.approx(first * recipe.window.step)
@@ -114,7 +116,9 @@ def test_fmu_that_is_as_short_as_its_span_still_has_one_true_error(
 
     def run(duration: float) -> Comparison:
         task = Task(3, trajectories=1, duration=duration)
-        return validate(fmu, surrogate, recipe, task, lambda *numbers: None).comparisons[0]
+        return validate(fmu, surrogate, case_of(recipe), task, lambda *numbers: None).comparisons[
+            0
+        ]
 
     assert np.isfinite(run(shortest).true_error).sum() == 1
     assert np.isnan(run(shortest - recipe.window.step).true_error).all()

@@ -12,7 +12,7 @@ from slide_fmu.core.figures import plain
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline import measurement
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
@@ -26,13 +26,13 @@ COUNT = 12
 
 def measured(level: float, path: Path) -> Validation:
     recipe = failing(fail=level)
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     window = Window(recipe.window.step, 8, 1)
     signals = {"inputs": system.inputs, "outputs": system.outputs}
     surrogate = replace(sum_surrogate(8), name="tiny", window=window, **signals)
     build_libraries()
     fmu = export_fmu(surrogate, path / "tiny.fmu")
-    return validate(fmu, surrogate, recipe, Task(seed=3, trajectories=COUNT), silent)
+    return validate(fmu, surrogate, case_of(recipe), Task(seed=3, trajectories=COUNT), silent)
 
 
 def test_another_draw_is_measured_and_the_failures_are_counted(tmp_path: Path) -> None:
@@ -58,8 +58,9 @@ def test_a_failure_says_what_was_being_measured(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(measurement, "validate", failing)
     fmu = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    case = measurement.released_case(fmu)
     with pytest.raises(
         SimulationError, match=r"^validation on kinds that were held out: no solution$"
     ) as raised:
-        measurement.measured(fmu, Task(seed=3, held_out=True), lambda stage: silent)
+        measurement.measured(fmu, case, Task(seed=3, held_out=True), lambda stage: silent)
     assert raised.value.time == 0.5

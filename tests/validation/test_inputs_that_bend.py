@@ -10,8 +10,8 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.validation import validate as measuring
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
@@ -49,7 +49,7 @@ STAIRS = {"kind": "held_random", "weight": 1.0}
 
 def measured(folder: Path, kinds: list[dict[str, Any]], trajectories: int) -> Validation:
     recipe = slow_recipe(folder, kinds)
-    system = recipe_system(recipe)
+    system = case_of(recipe).system
     surrogate = forecasting(
         replace(
             sum_surrogate(4, "first_order"),
@@ -62,7 +62,7 @@ def measured(folder: Path, kinds: list[dict[str, Any]], trajectories: int) -> Va
     )
     build_libraries()
     fmu = export_fmu(surrogate, folder / "tiny.fmu")
-    return validate(fmu, surrogate, recipe, Task(3, trajectories), silent)
+    return validate(fmu, surrogate, case_of(recipe), Task(3, trajectories), silent)
 
 
 def slow_recipe(folder: Path, kinds: list[dict[str, Any]]) -> Recipe:

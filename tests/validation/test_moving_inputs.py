@@ -12,7 +12,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.pipeline.side_by_side import as_the_reference
-from slide_fmu.recipe.systems import recipe_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -35,7 +35,7 @@ RECIPE = tiny_recipe(
 
 def surrogate_of(at_step_end: bool) -> Surrogate:
     """The sum of the last inputs."""
-    system = recipe_system(RECIPE)
+    system = case_of(RECIPE).system
     summing = replace(
         sum_surrogate(SAMPLES, "first_order"),
         name="tiny",
@@ -51,12 +51,12 @@ def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     build_libraries()
     surrogate = surrogate_of(request.param)
     fmu = export_fmu(surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
-    return validate(fmu, surrogate, RECIPE, Task(3, trajectories=1), silent)
+    return validate(fmu, surrogate, case_of(RECIPE), Task(3, trajectories=1), silent)
 
 
 def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Validation) -> None:
     """The true motion under inputs that are reached by the ends of steps."""
-    one, system = found.comparisons[0], recipe_system(RECIPE)
+    one, system = found.comparisons[0], case_of(RECIPE).system
     drawn = draw(RECIPE, system, Stream(TEST, 3, (1.0, 1.0), RECIPE.data.duration), 0)
     true = simulate(system, drawn.inputs, drawn.initial).outputs[SAMPLES:]
     assert one.reference == pytest.approx(true, abs=1e-12)

@@ -19,8 +19,8 @@ from slide_fmu.fitting.fit import Fit, fit_surrogate
 from slide_fmu.fitting.preparation import require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_system
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.systems.simulation import simulate
@@ -47,17 +47,17 @@ SMALL = 2e-3
 @pytest.fixture(scope="module")
 def fit(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     folder = tmp_path_factory.mktemp("learnt")
-    generate(RECIPE, folder / "data.zarr", None, silent)
+    generate(case_of(RECIPE), folder / "data.zarr", None, silent)
     store, states = folder / "data.zarr", folder / "states"
     with kept_estimates():
-        return fit_surrogate(RECIPE, recipe_system(RECIPE), store, states, lambda _name: silent)
+        return fit_surrogate(RECIPE, case_of(RECIPE).system, store, states, lambda _name: silent)
 
 
 @pytest.fixture(scope="module")
 def found(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Validation:
     fmu = export_fmu(fit.surrogate, tmp_path_factory.mktemp("fmu") / "tiny.fmu")
     task = Task(3, trajectories=4, duration=2.0)
-    return validate(fmu, fit.surrogate, RECIPE, task, silent)
+    return validate(fmu, fit.surrogate, case_of(RECIPE), task, silent)
 
 
 @needs_app("credentials")
@@ -65,7 +65,7 @@ def test_experiment_has_the_start_values_of_parameters(fit: Fit, tmp_path: Path)
     from slide_fmu.apps.credentials.make_experiment import make_experiment
 
     fmu = export_fmu(fit.surrogate, tmp_path / "tiny.fmu")
-    experiment = make_experiment(fmu, fit.surrogate, RECIPE, 3)
+    experiment = make_experiment(fmu, fit.surrogate, case_of(RECIPE), 3)
     (mass,) = RECIPE.physical()
     assert experiment.parameters == {"mass": mass.start_value}
     (error,) = experiment.relative_errors().values()
@@ -79,7 +79,7 @@ def test_surrogate_of_a_recipe_follows_its_parameters(fit: Fit) -> None:
     rng = np.random.default_rng(5)
     record = rng.uniform(-2000, 2000, (300, 1))
     for mass in (1.0, 1.3, 2.0):
-        system = recipe_system(RECIPE.at({"mass": mass}))
+        system = case_of(RECIPE.at({"mass": mass})).system
         expected = simulate(system, record, None).outputs[1:]
         error = surrogate.predict_newest(record, {"mass": mass}) - expected
         settled = slice(surrogate.window.n_in, None)
@@ -128,7 +128,7 @@ def test_card_tells_the_errors_by_values_and_what_the_estimator_does_not_see(
 
 
 def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
-    system = recipe_system(RECIPE)
+    system = case_of(RECIPE).system
     tests = check_stability(fit.surrogate, RECIPE, system)
     corners = [
         check_stability(fit.surrogate.at(corner), RECIPE, system)
@@ -142,7 +142,7 @@ def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
 
 def test_failure_names_the_corner(fit: Fit) -> None:
     strict = tiny_state_space_recipe(**TABLES, stability={"growth": 1e-3})
-    for test in check_stability(fit.surrogate, strict, recipe_system(strict)):
+    for test in check_stability(fit.surrogate, strict, case_of(strict).system):
         assert test.problem is not None
         assert test.problem.startswith("with mass = ")
 

@@ -24,13 +24,14 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_at_finer_step, reference_system
 from slide_fmu.report.importer_sections import plain_call_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
+from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.error_figures import PlainCallFigures
@@ -79,7 +80,7 @@ def lag_recipe(folder: Path, hold: Hold) -> Recipe:
 
 def lag_surrogate(recipe: Recipe, hold: Hold) -> Surrogate:
     """The exact answer to inputs that are held, or move along lines, over a window of 20 lags."""
-    system, ratio = reference_system(recipe), STEP / LAG
+    system, ratio = case_of(recipe).reference, STEP / LAG
     pole = np.exp(-ratio)
     now, before = 1 - (1 - pole) / ratio, (1 - pole) / ratio - pole
     weights = pole ** np.arange(WINDOW)
@@ -118,8 +119,8 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     recipe = lag_recipe(folder, request.param)
     fmu = export_fmu(lag_surrogate(recipe, request.param), folder / "tiny.fmu")
     surrogate, _ = read_fmu(fmu)
-    validation = validate(fmu, surrogate, recipe, Task(3, trajectories=2), silent)
-    found = plain_call_figures(fmu, validation)
+    validation = validate(fmu, surrogate, case_of(recipe), Task(3, trajectories=2), silent)
+    found = plain_call_figures(fmu, validation, case_of(validation.recipe))
     assert found is not None
     return fmu, validation, found
 
@@ -183,7 +184,7 @@ def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
 def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None:
     """The exact surrogate errs by the same in its FMU's plain call."""
     _, validation, found = case
-    cost = cost_of_holding(validation.recipe)
+    cost = cost_of_holding(case_of(validation.recipe))
     if found.hold == "first_order":
         assert cost is None
         return
@@ -229,9 +230,9 @@ def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
     case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fmu, validation, measured = case
-    coarse = reference_system(validation.recipe)
-    monkeypatch.setattr("slide_fmu.recipe.systems.load_system", lambda _: coarse)
-    found = plain_call_figures(fmu, validation)
+    coarse = case_of(validation.recipe).reference
+    monkeypatch.setattr("slide_fmu.recipe.case.load_system", lambda _: coarse)
+    found = plain_call_figures(fmu, validation, case_of(validation.recipe))
     assert found is not None
     assert found.sentence.startswith("smooth inputs were not measured: system")
     (output,) = found.outputs
@@ -245,7 +246,7 @@ def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training
     """Angles and planned motions, held or moving."""
     fmu, validation, _ = case
     monkeypatch.setattr(Surrogate, "planned", True)
-    found = plain_call_figures(fmu, validation)
+    found = plain_call_figures(fmu, validation, case_of(validation.recipe))
     assert found is not None
     assert found.smooth_hz is None
     rough = f"{100 * found.outputs[0].rough:.3g} %"
@@ -258,8 +259,8 @@ def test_model_that_names_its_step_runs_as_its_importer_would(
     """Its moving inputs are held over its own step."""
     recipe = lag_recipe(tmp_path, "first_order")
     monkeypatch.setattr(System, "own_step", STEP / 4)
-    assert reference_at_finer_step(recipe, 4).inputs[0].hold == "first_order"
-    system = reference_at_finer_step(recipe, 4, as_it_runs=True)
+    assert case_of(recipe).reference.inputs[0].hold == "first_order"
+    system = case_of(recipe).reference_as_it_runs()
     assert system.inputs[0].hold == "zero_order"
     assert system.step == STEP / 4
 
@@ -270,8 +271,8 @@ def test_model_that_holds_its_inputs_over_the_step_makes_nothing_late(
     """Beside itself it would cost 0 %, and what the FMU errs by is no delay."""
     fmu, validation, before = case
     monkeypatch.setattr(System, "own_step", STEP)
-    assert cost_of_holding(validation.recipe) is None
-    found = plain_call_figures(fmu, validation)
+    assert cost_of_holding(case_of(validation.recipe)) is None
+    found = plain_call_figures(fmu, validation, case_of(validation.recipe))
     assert found is not None
     (output,) = found.outputs
     assert found.late_s is output.smooth_if_held is None
@@ -293,7 +294,7 @@ def test_released_fmus_err_by_what_is_printed(name: str) -> None:
     printed = measured.plain_call
     assert printed is not None
     assert IN_RANGE in measured.validation
-    validation = validate(fmu, surrogate, recipe, Task(77, trajectories=6), silent)
+    validation = validate(fmu, surrogate, case_of(recipe), Task(77, trajectories=6), silent)
     errors, truths = [], []
     for c in validation.comparisons:
         errors.append((c.surrogate if c.plain is None else c.plain) - c.reference)
@@ -307,7 +308,9 @@ def test_released_fmus_err_by_what_is_printed(name: str) -> None:
 
 def under_smooth_forces(fmu: Path, surrogate: Surrogate, recipe: Recipe) -> FloatArray:
     """By ``fmpy.simulate_fmu``, and the model at a step 16 times finer."""
-    system, step, hz = reference_at_finer_step(recipe, 16), recipe.window.step, band_of(recipe)
+    step, hz = recipe.window.step, band_of(recipe)
+    made = case_of(recipe).systems.reference_specification
+    system = load_system(replace(made, step=step / 16))
     errors, truths = [], []
     for index in range(TRAJECTORIES):
         times = step * np.arange(1200)

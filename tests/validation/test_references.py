@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.pipeline.checks import check_recipe
+from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.side_by_side import write_reference
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
 from tests.recipes import tiny_recipe
@@ -22,8 +22,8 @@ from tests.validation.measured import FINER
 def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
     from slide_fmu.cosim.run import run_fmu, unpacked
 
-    path = write_reference(FINER, tmp_path / "reference.fmu")
-    system = reference_system(FINER)
+    path = write_reference(case_of(FINER), tmp_path / "reference.fmu")
+    system = case_of(FINER).reference
     force = np.random.default_rng(0).uniform(-1000, 1000, 40)
     expected = simulate(system, force[:, None], system.rest_state(force[:1])).outputs
     with unpacked(path) as files:
@@ -34,12 +34,12 @@ def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) 
 
 def reference_refused(**system: Any) -> str:
     """What is said about a reference, before data and before a validation."""
-    recipe = tiny_recipe(system=system)
+    case = case_of(tiny_recipe(system=system))
     with pytest.raises(RecipeError) as caught:
-        reference_system(recipe)
-    for other in (check_recipe, lambda recipe: write_reference(recipe, Path("never.fmu"))):
+        _ = case.reference
+    for other in (check_case, lambda case: write_reference(case, Path("never.fmu"))):
         with pytest.raises(RecipeError, match=re.escape(str(caught.value))):
-            other(recipe)
+            other(case)
     return str(caught.value)
 
 
@@ -50,7 +50,7 @@ def test_reference_with_other_signals_is_refused() -> None:
     said = reference_refused(reference={"position_limit": 9.0})
     assert "changes the outputs to [('position', 'm', -9.0, 9.0)]; expected, as with" in said
     with pytest.raises(LoadError, match=r"unknown parameters \['substep'\]"):
-        reference_system(tiny_recipe(system={"reference": {"substep": 3}}))
+        _ = case_of(tiny_recipe(system={"reference": {"substep": 3}})).reference
 
 
 def test_reference_with_another_tool_is_refused() -> None:
@@ -61,10 +61,10 @@ def test_reference_with_another_tool_is_refused() -> None:
     robot = tiny_recipe(system=model, data=data)
     robot.system.parameters.pop("damping")
     robot.system.reference["authors_gains"] = True
-    assert reference_system(robot).chain is not None
+    assert case_of(robot).reference.chain is not None
     robot.system.reference["tool_length"] = 0.2
     with pytest.raises(RecipeError, match=r"changes the geometry of the serial chain to .*0\.2\]"):
-        reference_system(robot)
+        _ = case_of(robot).reference
 
 
 @pytest.mark.parametrize("table", ["parameters", "reference"])

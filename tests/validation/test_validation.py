@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.recipe.systems import recipe_system, reference_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
@@ -22,7 +22,7 @@ from tests.validation.measured import FINER, MODEL, PLAIN, TASK, measured, same
 
 def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:
     """All of it against a computation from the models themselves."""
-    reference, model = reference_system(FINER), recipe_system(FINER)
+    reference, model = case_of(FINER).reference, case_of(FINER).system
     true, rough, scored = [], [], []
     for index, comparison in enumerate(finer.comparisons):
         stream = Stream(TEST, 3, (1.0, 1.0), 2.0)
@@ -70,18 +70,20 @@ def test_task_without_numbers_takes_those_of_the_recipe(fmu: Path, surrogate: Su
     recipe = tiny_recipe(
         system={"parameters": MODEL}, validation={"trajectories": 2, "duration": 1.5}
     )
-    found = validate(fmu, surrogate, recipe, Task(seed=3), silent)
+    found = validate(fmu, surrogate, case_of(recipe), Task(seed=3), silent)
     assert [comparison.time[-1] for comparison in found.comparisons] == [1.75, 1.75]  # burn-in too
-    given = validate(fmu, surrogate, recipe, Task(3, trajectories=1, duration=1.25), silent)
+    given = validate(
+        fmu, surrogate, case_of(recipe), Task(3, trajectories=1, duration=1.25), silent
+    )
     assert [comparison.time[-1] for comparison in given.comparisons] == [1.5]
     plain = tiny_recipe(system={"parameters": MODEL}, validation={"trajectories": 1})
-    (alone,) = validate(fmu, surrogate, plain, Task(seed=3), silent).comparisons
+    (alone,) = validate(fmu, surrogate, case_of(plain), Task(seed=3), silent).comparisons
     assert alone.time[-1] == 0.25 + plain.data.duration
 
 
 def test_progress_of_a_validation_counts_every_trajectory(fmu: Path, surrogate: Surrogate) -> None:
     calls: list[tuple[int, int]] = []
-    found = validate(fmu, surrogate, PLAIN, TASK, lambda *numbers: calls.append(numbers))
+    found = validate(fmu, surrogate, case_of(PLAIN), TASK, lambda *numbers: calls.append(numbers))
     assert calls == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len({comparison.reference.tobytes() for comparison in found.comparisons}) == 3
 
@@ -93,9 +95,9 @@ def test_duration_may_be_short_of_the_least_by_half_a_step(
     step = PLAIN.window.step
     task = Task(3, trajectories=1, duration=PLAIN.shortest_validation() - missing * step)
     if fits:
-        assert len(validate(fmu, surrogate, PLAIN, task, silent).comparisons) == 1
+        assert len(validate(fmu, surrogate, case_of(PLAIN), task, silent).comparisons) == 1
     else:
         with pytest.raises(
             ValueError, match=r"expected at least 0\.5 s, so that the FMU's windows"
         ):
-            validate(fmu, surrogate, PLAIN, task, silent)
+            validate(fmu, surrogate, case_of(PLAIN), task, silent)

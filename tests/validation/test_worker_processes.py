@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import validate as validation
 from slide_fmu.validation.comparison import Validation
@@ -24,7 +25,7 @@ def test_validation_by_several_processes_measures_the_same(
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 0.0)
     calls: list[tuple[int, int]] = []
     found = validate(
-        fmu, surrogate, FINER, TASK, lambda *numbers: calls.append(numbers), workers=2
+        fmu, surrogate, case_of(FINER), TASK, lambda *numbers: calls.append(numbers), workers=2
     )
     assert calls == [(done, 3) for done in range(4)]
     assert len(found.comparisons) == 3
@@ -44,7 +45,7 @@ def test_validation_of_few_trajectories_needs_no_second_one(
     fmu: Path, surrogate: Surrogate
 ) -> None:
     task = replace(TASK, trajectories=1)
-    found = validate(fmu, surrogate, FINER, task, silent, workers=None)
+    found = validate(fmu, surrogate, case_of(FINER), task, silent, workers=None)
     assert len(found.comparisons) == 1
 
 

@@ -29,12 +29,12 @@ from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.pipeline.job import Job
+from slide_fmu.pipeline.job import Job, checked
 from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import recipe_source, reference_system
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.either import either
 
 FOLDER = "compare"
 
@@ -64,21 +64,21 @@ class Terms:
             raise ValueError(f"budget = {self.budget} s; expected a positive, finite CPU time")
 
 
-def require_comparable(recipe: Recipe) -> None:
+def require_comparable(case: Case) -> None:
     """Refuse a recipe that models of other kinds cannot learn.
 
     Raises:
         RecipeError: it has physical parameters, or records that lack outputs.
         LoadError: its records cannot be read.
     """
+    recipe = case.recipe
     if recipe.parameters:
         raise RecipeError(
             f"recipe {recipe.name!r}: a comparison with parameters {list(recipe.parameters)}; "
             "expected none: models of other kinds follow no parameters. Compare with a recipe "
             "that has fixed values (system.parameters)"
         )
-    source = recipe_source(recipe) if recipe.system.is_record else None
-    if isinstance(source, MeasuredRecords) and source.lacks_outputs:
+    if either(case.source, lambda _: False, lambda records: records.lacks_outputs):
         raise RecipeError(
             f"recipe {recipe.name!r}: a comparison with records in which outputs are missing; "
             "expected all of them, since models of other kinds look back at outputs: cut the "
@@ -113,14 +113,14 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
             of the stages that make data and surrogate.
     """
-    require_comparable(job.recipe)
+    require_comparable(job.case)
     import torch
 
     require_sysidentpy()
     torch.set_num_threads(1)
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
-    require_origin(job.folder.store, recipe, identity(recipe, recipe_source(recipe)))
+    require_origin(job.folder.store, recipe, identity(recipe, job.case.source))
     training, validation = (
         read_split(job.folder.store, name, recipe.count(name)) for name in ("train", "validation")
     )
@@ -157,6 +157,7 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
     try:
         return job, job.folder.load_surrogate(job.recipe)
     except StageError:
+        job = checked(job)
         check_window(job)
         job = choose_numbers(job, Workplace(terms.workers), overwrite=False)
         generate_data(job, Workplace(terms.workers))
@@ -166,13 +167,19 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
 
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
     """Return the unseen motions, the same as those of ``validate``."""
-    recipe, source = job.recipe, recipe_source(job.recipe)
-    if isinstance(source, MeasuredRecords):
-        return measured_motions(recipe, source)[: terms.trajectories]
+    return either(
+        job.case.source,
+        lambda _: _simulated(job, terms, kept),
+        lambda records: measured_motions(job.recipe, records)[: terms.trajectories],
+    )
+
+
+def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
+    """Return unseen motions of the reference system."""
+    recipe, reference = job.recipe, job.case.reference
     duration = recipe.validation.duration or recipe.data.duration
     count = terms.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
-    reference = reference_system(recipe)
     key = key_of(
         data_fingerprint(recipe),
         recipe.system.model_dump(mode="json", include={"reference"}),
@@ -180,7 +187,9 @@ def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
         probe(recipe, reference).tolist(),
     )
     progress = job.bar("unseen motions")
-    return kept.motions(key, lambda: list(unseen_motions(recipe, stream, count, progress)))
+    return kept.motions(
+        key, lambda: list(unseen_motions(recipe, reference, stream, count, progress))
+    )
 
 
 def _key(test: UnseenTest, splits: tuple[Split, Split], seed: int) -> str:

@@ -55,10 +55,10 @@ def members_of(release: Release) -> dict[str, bytes]:
         CredentialError: the experiment of the former FMU is damaged.
         SimulationError: the reference could not be simulated on any draw.
     """
-    surrogate, recipe = release.surrogate, release.recipe
+    surrogate, recipe = release.surrogate, release.case.recipe
     experiment = None if release.former is None else read_experiment(release.former)
     if experiment is None and release.fmu is not None:
-        experiment = make_experiment(release.fmu, surrogate, recipe, release.seed)
+        experiment = make_experiment(release.fmu, surrogate, release.case, release.seed)
     entries = statements(surrogate, recipe, release.provenance)
     payload, name = surrogate.to_bytes(), surrogate.name
     found = {members.METADATA: resource_metadata(name, recipe.description, entries, payload)}

@@ -22,8 +22,9 @@ from slide_fmu.fmu.description.variables import (
     NOVELTY,
     WINDOW_FILLED,
 )
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import recipe_source, reference_system
+from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -45,7 +46,7 @@ class _Truth(NamedTuple):
     parameters: Mapping[str, float]
 
 
-def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) -> Experiment:
+def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> Experiment:
     """Run an FMU and its reference on the beginning of the first unseen trajectory of a seed.
 
     Inputs have the digits that a file keeps. Physical parameters have their start values; of
@@ -54,7 +55,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) 
     Args:
         fmu: the FMU, whose library is run.
         surrogate: what it carries.
-        recipe: what it was made from; records must be the same.
+        case: what it was made from; records must be the same.
         seed: that of the validation.
 
     Raises:
@@ -62,9 +63,11 @@ def make_experiment(fmu: Path, surrogate: Surrogate, recipe: Recipe, seed: int) 
         LoadError, RecipeError: the reference, or the records, cannot be used.
         SimulationError: the reference could not be simulated on any draw.
     """
-    truth = _measured(surrogate, recipe) if recipe.system.is_record else None
-    if truth is None:
-        truth = _simulated(surrogate, recipe, seed)
+    truth = either(
+        case.source,
+        lambda _: _simulated(surrogate, case.recipe, case.reference, seed),
+        lambda records: _measured(surrogate, case.recipe, records),
+    )
     first = _first(surrogate, truth.burn_in)
     set_before = truth.inputs
     if forecasts(surrogate):  # inputs[k] is reached at t_k+1: so it is set before the step from it
@@ -95,10 +98,12 @@ def _first(surrogate: Surrogate, burn_in: int) -> int:
     return max(burn_in + 1, surrogate.network.memory_length)
 
 
-def _simulated(surrogate: Surrogate, recipe: Recipe, seed: int) -> _Truth:
-    """Simulate the reference system on the first draw that it does not fail on."""
+def _simulated(surrogate: Surrogate, recipe: Recipe, system: System, seed: int) -> _Truth:
+    """Simulate the reference system on the first draw that it does not fail on.
+
+    Its parameters have their start values too.
+    """
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
-    system = reference_system(recipe)  # its parameters have their start values too
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
 
@@ -124,10 +129,8 @@ def _beginning(system: System, drawn: Draw, count: int) -> Draw:
     return replace(drawn, inputs=inputs, between=between)
 
 
-def _measured(surrogate: Surrogate, recipe: Recipe) -> _Truth:
+def _measured(surrogate: Surrogate, recipe: Recipe, source: MeasuredRecords) -> _Truth:
     """Take the beginning of the first block of the records that nothing was learnt from."""
-    source = recipe_source(recipe)
-    assert isinstance(source, MeasuredRecords)
     stretch = unseen_stretches(recipe, source)[0]
     steps = _first(surrogate, stretch.lead) + COMPARED
     inputs = rounded(stretch.trajectory.inputs[:steps])

@@ -25,8 +25,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.systems import reference_system
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
@@ -162,7 +162,7 @@ def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, floa
         LoadError: the reference model is not installed here.
     """
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
-    return reference_system(recipe.at({**starts, **values}))
+    return case_of(recipe.at({**starts, **values})).reference
 
 
 def write_set_points(solved: Solved, path: Path) -> Path:

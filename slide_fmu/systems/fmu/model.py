@@ -118,9 +118,6 @@ class FmuSystem(Stepping):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
     Interface: never instantiated.
-
-    Attributes:
-        climbs: whether its steps hold their inputs, so that moving ones are stairs.
     """
 
     may_crash = True
@@ -138,15 +135,10 @@ class FmuSystem(Stepping):
         exchanged = self._plan.file.interface == "model_exchange"
         return SolverSteps(self._plan) if exchanged else CoSimulationSteps(self._plan)
 
-    def slave(self, settable: Collection[str] = ()) -> Path:
-        """Give the file of the FMU, which runs by itself in a co-simulation as it is here.
+    def own_fmu(self, settable: Collection[str] = ()) -> Path:
+        """Give the file of the FMU, as ``System.own_fmu`` does.
 
-        Args:
-            settable: parameters that the importer sets; all others have their start values.
-
-        Raises:
-            LoadError: it does not run so, since SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone,
-                or it has other parameters here than its start values.
+        SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone.
         """
         file, parameters = self._plan.file, sorted(set(self._plan.parameters) - set(settable))
         if file.interface == "co_simulation" and not file.fmi_3 and not parameters:

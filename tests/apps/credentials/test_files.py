@@ -25,7 +25,7 @@ from slide_fmu.pipeline.apps import Release
 from slide_fmu.pipeline.documents import PAGE, documents, write_release
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
-from slide_fmu.recipe.systems import reference_system
+from slide_fmu.recipe.case import case_of
 from slide_fmu.report.model_card import without_pictures
 from slide_fmu.surrogate.input_forecast import InputForecast
 from tests.fmu.moving_inputs import forecasting
@@ -50,7 +50,7 @@ def test_same_arguments_give_the_same_bytes_whatever_the_order_of_the_provenance
     recipe = recipe_of_provenance(found, "x")
     turned = dict(reversed(list(found.items())))
     turned = {**turned, "versions": dict(reversed(list(found["versions"].items())))}
-    one = Release(surrogate, recipe, found, DOCUMENTS, former=LINEAR)
+    one = Release(surrogate, case_of(recipe), found, DOCUMENTS, former=LINEAR)
     other = dataclasses.replace(one, provenance=json.loads(json.dumps(turned)))
     assert members_of(one) == members_of(other)
 
@@ -58,7 +58,7 @@ def test_same_arguments_give_the_same_bytes_whatever_the_order_of_the_provenance
 def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: Path) -> None:
     surrogate, found = read_fmu(LINEAR)
     origin = {key: value for key, value in (found or {}).items() if key != "measured"}
-    release = Release(surrogate, recipe_of_provenance(origin, "x"), origin)
+    release = Release(surrogate, case_of(recipe_of_provenance(origin, "x")), origin)
     path = write_release(release, tmp_path / "linear.fmu")
     assert credential_problems(path, surrogate) == []
     metadata, manifest = read_member(path, members.METADATA), read_member(path, members.MANIFEST)
@@ -69,7 +69,7 @@ def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: P
 
 def test_report_links_to_the_other_pages_once() -> None:
     surrogate, found = read_fmu(LINEAR)
-    arguments = surrogate, recipe_of_provenance(found, "x"), found or {}
+    arguments = surrogate, case_of(recipe_of_provenance(found, "x")), found or {}
     once = members_of(Release(*arguments, DOCUMENTS))[PAGE]
     for place in ("fmi-ls-ref.html", "model_card.md", "licenses/license.txt"):
         assert once.count(f'href="{place}"'.encode()) == 1
@@ -102,14 +102,14 @@ def test_fmu_that_is_exported_again_keeps_its_credentials(tmp_path: Path) -> Non
 def test_experiment_is_the_begin_of_the_first_unseen_trajectory() -> None:
     surrogate, found = read_fmu(LINEAR)
     recipe = recipe_of_provenance(found, "x")
-    experiment = make_experiment(LINEAR, surrogate, recipe, 3)
+    experiment = make_experiment(LINEAR, surrogate, case_of(recipe), 3)
     assert experiment.compared == COMPARED + 1
     burn_in = round(recipe.data.burn_in / recipe.window.step)
     first = max(burn_in + 1, surrogate.network.memory_length)
     assert experiment.steps == first + COMPARED
     force = experiment.inputs["force"]
     np.testing.assert_array_equal(force, rounded(force))
-    other = make_experiment(LINEAR, surrogate, recipe, 4)
+    other = make_experiment(LINEAR, surrogate, case_of(recipe), 4)
     assert not np.array_equal(other.inputs["force"], force)
     # 3e-7 of its RMS is what the linear surrogate errs
     assert experiment.relative_errors()["position"] < 1e-6
@@ -138,7 +138,7 @@ def test_reference_of_the_experiment_is_driven_by_inputs_as_they_bend(tmp_path: 
         window={"step": 0.1, "n_in": 8, "n_out": 4},
         data={"duration": 40.0, "substeps": 4, "excitation": [sine]},
     )
-    system = reference_system(recipe)
+    system = case_of(recipe).reference
     known = dataclasses.replace(
         sum_surrogate(8, "first_order"),
         window=Window(0.1, 8, 1),
@@ -147,7 +147,7 @@ def test_reference_of_the_experiment_is_driven_by_inputs_as_they_bend(tmp_path: 
     )
     surrogate = forecasting(known, True)
     fmu = export_fmu(surrogate, tmp_path / "mass.fmu")
-    found = make_experiment(fmu, surrogate, recipe, 3)
+    found = make_experiment(fmu, surrogate, case_of(recipe), 3)
     drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 40.0), 0)
     bent = drawn_outputs(system, drawn)[: found.steps + 1][-found.compared :, 0]
     straight = drawn_outputs(system, dataclasses.replace(drawn, between=None))
@@ -168,8 +168,8 @@ def test_inputs_that_the_fmu_forecasts_are_set_to_what_they_are_now(tmp_path: Pa
     forecast = InputForecast(False, False, straight, np.array([0.5, 0.0]))
     other = dataclasses.replace(surrogate, forecast=forecast)
     fmu = export_fmu(other, tmp_path / "slider_crank.fmu")
-    ahead = make_experiment(known, surrogate, recipe, 3)
-    now = make_experiment(fmu, other, recipe, 3)
+    ahead = make_experiment(known, surrogate, case_of(recipe), 3)
+    now = make_experiment(fmu, other, case_of(recipe), 3)
     for name, values in ahead.inputs.items():
         np.testing.assert_array_equal(now.inputs[name][1:], values[:-1])
     np.testing.assert_array_equal(now.reference["deflection"], ahead.reference["deflection"])

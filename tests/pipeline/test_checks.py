@@ -40,7 +40,7 @@ def test_mistake_that_knows_no_recipe_is_told_with_its_name(
 
 STARTS = {
     "missing file": ("nowhere.fmu", r"no file 'nowhere\.fmu' in .*; expected the path of one"),
-    "no FMU": (__file__, "test_checks.py is no FMU or is damaged"),
+    "no FMU": (__file__, "is a Python file by its name; expected an FMU"),
     "other step": (f"{FMUS}/duffing/duffing.fmu", r"has the step 0\.03; expected 0\.015625"),
     "other names": (f"{FMUS}/slider_crank/slider_crank.fmu", "has the .*; expected"),
 }

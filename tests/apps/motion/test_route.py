@@ -133,7 +133,7 @@ def test_fastest_profile_along_a_curve_keeps_its_limits_and_uses_one() -> None:
     route = Route(points, 0.1 * one, one)
     profile, time = fastest_along(route, limits)
     done = step * np.arange(1, int(np.ceil(time / step)) + 2) / time
-    used = limits.used(points[0], route.at(profile.route(done[None])[0]), step)
+    used = limits.used(points[0], route.at(profile.way(done[None])[0]), step)
     assert max(used.values()) == pytest.approx(1.0, abs=0.02)
 
 

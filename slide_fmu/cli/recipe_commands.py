@@ -292,8 +292,8 @@ def generate(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make the data of a recipe, alone or with others; go on where that was stopped."""
-    from slide_fmu.pipeline.generate import generate_recipe
     from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve
 
     with progress_bars(GOES_ON) as bar:

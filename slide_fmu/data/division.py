@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.record_rules import shares_of
 from slide_fmu.recipe.specimens import too_few_specimens
 from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.model import MeasuredRecords

@@ -25,8 +25,8 @@ from slide_fmu.data.zarr_group import (
     read_rows,
     require_store,
 )
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.recipe.record_rules import KIND
 
 
 @dataclass(frozen=True, eq=False)

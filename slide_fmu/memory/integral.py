@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, on_circles
-from slide_fmu.memory.lasting import Lasting
+from slide_fmu.memory.path_dependence import PathDependence
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -29,7 +29,7 @@ SEVERAL = 6
 """So many pasts lead to as many ends, where outputs integrate; to few where rests are several."""
 
 
-def integral(system: System) -> Lasting | None:
+def integral(system: System) -> PathDependence | None:
     """Find out whether the outputs integrate; None if they do not, or if it cannot be simulated.
 
     Motions with several pasts are compared while their inputs are constant. Their differences
@@ -40,7 +40,7 @@ def integral(system: System) -> Lasting | None:
             return None
         apart = _apart(_rests(system, 2, LATE))
         part, soon = _part(apart), _part(apart[: SOON + 1])
-        found = Lasting("integral", part, LATE * system.step, SEVERAL)
+        found = PathDependence("integral", part, LATE * system.step, SEVERAL)
         if part > GROWN * max(soon, 1.0):
             return found
         if part < FLAT * soon or soon < FLAT * part:

@@ -16,9 +16,9 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.division import longest_scored
 from slide_fmu.memory.decay import MARGIN
 from slide_fmu.memory.motions import LEAST_MEASURED
-from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.recipe.automatic import LENGTHS, nested
 from slide_fmu.recipe.error_bound import bound_samples
 from slide_fmu.recipe.reading import with_resolved
@@ -55,7 +55,7 @@ class Lengths:
     sizing: AnySizing | None
 
 
-def find_lengths(recipe: Recipe, system: Source, patience: Patience | None = None) -> Lengths:
+def find_lengths(recipe: Recipe, system: Source, patience: TimeBudget | None = None) -> Lengths:
     """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
 
     A window that turns out to be much too long, since a few motions had a rare one among them, is
@@ -68,12 +68,12 @@ def find_lengths(recipe: Recipe, system: Source, patience: Patience | None = Non
     """
     return either(
         system,
-        lambda one: _of_system(recipe, one, patience or Patience()),
+        lambda one: _of_system(recipe, one, patience or TimeBudget()),
         lambda records: _of_records(recipe, records),
     )
 
 
-def _of_system(recipe: Recipe, system: System, patience: Patience) -> Lengths:
+def _of_system(recipe: Recipe, system: System, patience: TimeBudget) -> Lengths:
     """Find the lengths of a recipe whose system is simulated."""
     if "window.n_in" not in recipe.automatic:
         return _with_window(recipe, recipe.window.n_in, None)

@@ -14,6 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import Draw, Stream, draw, split_stream
+from slide_fmu.memory.convergence import measured_decay
 from slide_fmu.memory.decay import (
     Decay,
     decay_along,
@@ -21,9 +22,8 @@ from slide_fmu.memory.decay import (
     recommend_window,
 )
 from slide_fmu.memory.failing import Failing
-from slide_fmu.memory.meeting import measured_decay
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
-from slide_fmu.memory.patience import TIMED_SAMPLES, Patience
+from slide_fmu.memory.time_budget import TIMED_SAMPLES, TimeBudget
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.tables import WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
@@ -86,7 +86,7 @@ class Motions:
     stream: Stream
     most: int
     failing: Failing
-    patience: Patience
+    patience: TimeBudget
 
     def inputs(self, index: int, count: int) -> FloatArray:
         """Draw the inputs of a motion of at least so many samples, shape (count, n_inputs)."""
@@ -105,7 +105,7 @@ class Motions:
 
 
 def motions_of(
-    recipe: Recipe, system: System, seed: int | None, most: int | None, patience: Patience
+    recipe: Recipe, system: System, seed: int | None, most: int | None, patience: TimeBudget
 ) -> Motions:
     """Return the motions along which a recipe's window is sized.
 

@@ -21,7 +21,6 @@ from slide_fmu.memory.decay_figures import (
     linearized_times,
     mode_figures,
 )
-from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.motions import (
     MEETING,
     Linearized,
@@ -31,7 +30,8 @@ from slide_fmu.memory.motions import (
     measure_motions,
     motions_of,
 )
-from slide_fmu.memory.patience import Patience
+from slide_fmu.memory.path_dependence import path_dependence
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, System
 
@@ -178,7 +178,7 @@ def size_window(
     system: System,
     seed: int | None = None,
     most: int | None = None,
-    patience: Patience | None = None,
+    patience: TimeBudget | None = None,
 ) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
@@ -195,7 +195,7 @@ def size_window(
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
     window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    patience = patience or Patience()
+    patience = patience or TimeBudget()
     motions = motions_of(recipe, system, seed, most, patience)
     linearized, expected = None, window.n_in * window.step
     tolerated = motions.failing.tolerated
@@ -203,7 +203,7 @@ def size_window(
         linearized = tolerated(lambda: _linearized(recipe, motions))
         expected = linearized.decay.worst
     count = first_record(motions, expected)
-    found = tolerated(lambda: lasting(motions, count))
+    found = tolerated(lambda: path_dependence(motions, count))
     measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
     refusal = None if found is None else str(found)
     compared = linearized is not None and refusal is None and measured.meeting >= MEETING
@@ -220,7 +220,7 @@ def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
     try:
         return linearize_motions(motions)
     except ValueError as error:
-        found = lasting(motions, recipe.window.n_in)
+        found = path_dependence(motions, recipe.window.n_in)
         if found is None:
             raise
         raise NotForgettingError(f"recipe {recipe.name!r}: {found}") from error

@@ -14,7 +14,7 @@ from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_all_kinds, require_features
-from slide_fmu.systems import given
+from slide_fmu.systems import session_objects
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.contract import check_system
 from slide_fmu.systems.errors import SimulationError
@@ -73,7 +73,7 @@ def guarded_case(
     recipe, system = case.recipe, case.system
     model = recipe.system.model, recipe.system.kind
     try:
-        if recipe.system.kind == "object" and not given.crosses(system):
+        if recipe.system.kind == "object" and not session_objects.crosses(system):
             return function(case, *arguments, **named)
         return guarded(system, model, function, case, *arguments, **named)
     except ValueError as error:

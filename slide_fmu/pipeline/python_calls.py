@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import html
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from slide_fmu.core.extras import require_training
@@ -18,11 +21,10 @@ from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
-from slide_fmu.pipeline.script import unguarded_place
-from slide_fmu.recipe.measured import KIND
+from slide_fmu.recipe.record_rules import KIND
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems import given
+from slide_fmu.systems import session_objects
 from slide_fmu.systems.base import System
 
 ALONE = (
@@ -221,7 +223,7 @@ def simulating_processes(
     """
     if isinstance(system, Mapping) and system.get("kind") == KIND:
         return 0, None  # records are not simulated
-    if isinstance(system, System) and not given.crosses(system):
+    if isinstance(system, System) and not session_objects.crosses(system):
         return 0, None if workers == 0 else NOT_DEFINED_HERE
     place = unguarded_place()
     if place is None or workers == 0:
@@ -229,3 +231,41 @@ def simulating_processes(
     if workers is None:
         return 0, ALONE.format(place=place)
     raise ValueError(AGAIN.format(call=call, workers=workers, place=place))
+
+
+def unguarded_place() -> str | None:
+    """Say which line of the script that runs leads here, if no guard keeps workers from it.
+
+    Worker processes import the script that Python was started with. What stands under
+    ``if __name__ == "__main__":`` they leave out. The result is None there, and where there is no
+    script: in notebooks, and where a module of another program calls.
+    """
+    main = sys.modules["__main__"]
+    path, line = getattr(main, "__file__", None), _line_in(vars(main), sys._getframe())
+    if path is None or line is None:
+        return None
+    try:
+        script = ast.parse(Path(path).read_bytes())
+    except (OSError, SyntaxError, ValueError):  # it is no longer what runs
+        return None
+    if any(_guards(node, line) for node in ast.walk(script)):
+        return None
+    return f"{Path(path).name}, line {line}"
+
+
+def _line_in(names: dict[str, object], frame: FrameType | None) -> int | None:
+    """Return the line of a module, of these global names, that is running; None if none is."""
+    while frame is not None:
+        if frame.f_globals is names and frame.f_code.co_name == "<module>":
+            return frame.f_lineno
+        frame = frame.f_back
+    return None
+
+
+def _guards(node: ast.AST, line: int) -> bool:
+    """Tell whether a statement runs a line only in the script that Python was started with."""
+    if not isinstance(node, ast.If) or not any(
+        isinstance(name, ast.Name) and name.id == "__name__" for name in ast.walk(node.test)
+    ):
+        return False
+    return node.body[0].lineno <= line <= (node.body[-1].end_lineno or 0)

@@ -12,8 +12,8 @@ from slide_fmu.core.kept import Memo
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
-from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.recipe.case import Case
 from slide_fmu.records.either import either
@@ -50,7 +50,7 @@ def resolved_lengths(
     found = either(
         source,
         lambda _: guarded_case(case, _lengths, patience),
-        lambda records: find_lengths(recipe, records, Patience(patience)),
+        lambda records: find_lengths(recipe, records, TimeBudget(patience)),
     )
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
@@ -64,7 +64,7 @@ def _lengths(case: Case, patience: float) -> Lengths:
     There the memory is longest, and the eigenvalues alone do not tell it.
     """
     cases = [case.at_ends(corner) for corner in case.corners()]
-    found = [find_lengths(one.recipe, one.source, Patience(patience)) for one in cases]
+    found = [find_lengths(one.recipe, one.source, TimeBudget(patience)) for one in cases]
     return max(found, key=lambda lengths: lengths.recipe.window.n_in)
 
 

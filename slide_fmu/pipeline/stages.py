@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +14,11 @@ from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, TriedSize
-from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.known_start import known_start
@@ -93,7 +94,7 @@ def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
     found = []
     for corner in case.corners():
         at = case.at_ends(corner)
-        found.append(size_window(at.recipe, at.system, seed, patience=Patience(patience)))
+        found.append(size_window(at.recipe, at.system, seed, patience=TimeBudget(patience)))
     return max(found, key=_memory)
 
 
@@ -229,3 +230,35 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
         write_whole(page, report.html().encode("utf-8"))
     require_stability(tests, job.recipe, str(page))
     return tests
+
+
+def generate_recipe(
+    job: Job, workers: int | None, executor: str | None, overwrite: bool
+) -> DataFigures:
+    """Make the trajectories of a recipe, and return the figures of ``generate_data``.
+
+    Several programs may do so in one run folder. To find numbers that the recipe leaves open, or
+    to remove a store, a program must be alone there.
+
+    Args:
+        job: the recipe and its run folder.
+        workers: number of processes of this machine; one per core if None.
+        executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
+        overwrite: whether data that are there are made again.
+
+    Raises:
+        ClaimError: the disk cannot lock files.
+        ClusterError: the cluster cannot be used.
+        LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
+            of ``check_window``, ``choose_numbers`` and ``generate_data``.
+        StageError: another program works in the run folder alone.
+        ValueError: workers and executor do not go together, or the address is of another form.
+    """
+    place = Workplace(workers, executor)
+    job = checked(job)
+    check_window(job)
+    is_open = "data.train" in job.recipe.automatic
+    with job.folder.alone() if is_open or overwrite else nullcontext():
+        job = choose_numbers(job, place, overwrite)
+    with job.folder.together(job.bar):
+        return generate_data(job, place)

@@ -15,9 +15,9 @@ from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.record_rules import shares_of
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.records.either import either, no_answer
 from slide_fmu.records.model import MeasuredRecords

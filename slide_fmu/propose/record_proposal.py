@@ -17,8 +17,8 @@ from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
 from slide_fmu.propose.record_columns import RecordWish, read_wished, wished_columns
 from slide_fmu.propose.record_lengths import held_against
-from slide_fmu.recipe.measured import KIND
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.record_rules import KIND
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.records.clock import clock_of_record, neat_step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Iterator, Mapping
@@ -25,7 +26,6 @@ from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.reading import with_resolved
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.sampling_remarks import remarks_on_sampling
 from slide_fmu.records.either import either
 from slide_fmu.systems.base import OFFERS, Source
 from slide_fmu.systems.errors import SimulationError
@@ -285,3 +285,26 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
     if estimator is not None and estimator.beyond:
         yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
     yield "data.excitation", kinds, 1.0
+
+
+def remarks_on_sampling(recipe: Recipe) -> list[str]:
+    """Say which kinds of excitation ask for frequencies that samples cannot show.
+
+    There is one sentence for each of them. Sampled, a sine beyond the frequency of Nyquist, which
+    is pi over the step, becomes a slower one.
+    """
+    tables = {
+        "data": recipe.data.excitation,
+        "bound": recipe.further_kinds(),
+        "validation": recipe.validation.excitation,
+    }
+    limit = math.pi / recipe.window.step
+    return [
+        f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "
+        f"rad/s, but samples that are {recipe.window.step:g} s apart show at most {limit:.4g} "
+        "rad/s; faster vibrations become slower ones: lower it, or give a smaller window.step"
+        for table, kinds in tables.items()
+        for number, kind in enumerate(kinds, 1)
+        for highest in [max(getattr(kind, "angular_frequency", None) or (0.0,))]
+        if highest > limit
+    ]

@@ -29,15 +29,15 @@ from slide_fmu.recipe.learning import (
     Table,
     TrainingTable,
 )
-from slide_fmu.recipe.measured import (
-    is_measured,
-    require_fitting_tables,
-    require_no_numbers,
-)
 from slide_fmu.recipe.parameters import (
     ParameterRecipe,
     require_parameters,
     with_iterations,
+)
+from slide_fmu.recipe.record_rules import (
+    is_measured,
+    require_fitting_tables,
+    require_no_numbers,
 )
 from slide_fmu.recipe.specimens import with_division
 from slide_fmu.recipe.system import SystemRecipe

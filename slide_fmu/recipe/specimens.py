@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.recipe.learning import StateSpaceRecipe
-from slide_fmu.recipe.measured import is_measured
+from slide_fmu.recipe.record_rules import is_measured
 
 if TYPE_CHECKING:
     from slide_fmu.recipe.recipe import Recipe

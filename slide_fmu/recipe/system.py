@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
-from slide_fmu.recipe.measured import KIND
+from slide_fmu.recipe.record_rules import KIND
 from slide_fmu.systems.declared import Parameter, SignalTable
 
 

@@ -22,7 +22,7 @@ KINDS: dict[str, str] = {
     "class": "slide_fmu.systems.python_class",
     "fmu": "slide_fmu.systems.fmu.model",
     "function": "slide_fmu.systems.function.model",
-    "object": "slide_fmu.systems.given",
+    "object": "slide_fmu.systems.session_objects",
     "exudyn": "slide_fmu.systems.exudyn.model",
     "record": "slide_fmu.records.model",
 }

@@ -28,7 +28,7 @@ from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
-from slide_fmu.validation.measured import validate_records
+from slide_fmu.validation.on_records import validate_records
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""

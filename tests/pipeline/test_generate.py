@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.pipeline.generate import generate_recipe
 from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.pipeline.stages import generate_recipe
 from tests.pipeline.test_numbers import opened, with_data
 
 WITH_NUMBERS = with_data("train = 2\nvalidation = 1")

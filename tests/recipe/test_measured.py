@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from slide_fmu.recipe.measured import shares_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.record_rules import shares_of
 from tests.own_records import RECIPE
 from tests.recipes import tiny_recipe
 

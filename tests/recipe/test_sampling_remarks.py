@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.propose.trial import remarks_on_sampling
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.recipe.sampling_remarks import remarks_on_sampling
 from tests.recipes import tiny_state_space_recipe
 
 RELEASED = sorted(Path(__file__).parents[2].joinpath("training").glob("*.toml"))

@@ -2,7 +2,7 @@
 #include "page.h"
 
 #include "calls.h"
-#include "given.h"
+#include "host_bytes.h"
 #include "payload.h"
 #include "variables.h"
 
@@ -36,7 +36,7 @@ SlidePage *slide_page_open(const unsigned char *data, size_t size) {
     if (page == NULL || !slide_payload_read(&payload, data, size, &page->message)) {
         return page;
     }
-    const SlideGiven given = {data, size};
+    const SlideHostBytes given = {data, size};
     const SlideRequest request = {
         .function = __func__,
         .name = "page",

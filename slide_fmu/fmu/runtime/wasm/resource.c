@@ -1,11 +1,11 @@
 /* In place of resource.c in a page: the surrogate file lies in memory. */
-#include "given.h"
+#include "host_bytes.h"
 
 #include "resource.h"
 
 const unsigned char *slide_surrogate_open(const char *location, bool is_uri, size_t *size,
                                           SlideMessage *message) {
-    const SlideGiven *given = (const void *)location;
+    const SlideHostBytes *given = (const void *)location;
     (void)is_uri;
     (void)message;
     *size = given->size;

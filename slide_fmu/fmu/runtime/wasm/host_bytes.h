@@ -1,6 +1,6 @@
 /* Where the surrogate comes from in a page: bytes that the host has written. */
-#ifndef SLIDE_GIVEN_H
-#define SLIDE_GIVEN_H
+#ifndef SLIDE_HOST_BYTES_H
+#define SLIDE_HOST_BYTES_H
 
 #include <stddef.h>
 
@@ -8,6 +8,6 @@
 typedef struct {
     const unsigned char *data;
     size_t size;
-} SlideGiven;
+} SlideHostBytes;
 
 #endif

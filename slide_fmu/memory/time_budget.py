@@ -16,8 +16,8 @@ TIMED_SAMPLES, PART = 50, 0.1
 """So many samples are timed, and one motion may take this part of the time."""
 
 
-class Patience:
-    """A Patience ends after a time; it hears what was left out since then. Final.
+class TimeBudget:
+    """A TimeBudget ends after a time; it hears what was left out since then. Final.
 
     Attributes:
         seconds: the time in s; infinite if there is no hurry.

@@ -47,7 +47,7 @@ Reason = Literal["hysteresis", "rests", "integral"]
 
 
 @dataclass(frozen=True)
-class Lasting:
+class PathDependence:
     """A difference lasts at rest: the system does not forget what it went through.
 
     Attributes:
@@ -92,7 +92,7 @@ class Lasting:
         )
 
 
-def lasting(motions: Motions, count: int) -> Lasting | None:
+def path_dependence(motions: Motions, count: int) -> PathDependence | None:
     """Find out whether a difference lasts at rest; None if the outputs meet, however slowly.
 
     It is None too where the outputs still move, as without damping: that is no rest; and where
@@ -119,7 +119,7 @@ def lasting(motions: Motions, count: int) -> Lasting | None:
     return None
 
 
-def _reason(pasts: _Pasts, samples: int, part: float) -> Lasting:
+def _reason(pasts: _Pasts, samples: int, part: float) -> PathDependence:
     ends = pasts.at_rest(CERTAIN_PASTS, pasts.count)[:, -1]
     rests = _different(ends)
     strong = pasts.under_motion(PASTS)
@@ -128,7 +128,7 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> Lasting:
     reason: Reason = "rests"
     if rests > FEW:
         reason = "integral" if change < ALONE else "hysteresis"
-    return Lasting(reason, part, samples * pasts.step, rests)
+    return PathDependence(reason, part, samples * pasts.step, rests)
 
 
 class _Pasts:

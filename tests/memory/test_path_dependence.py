@@ -10,11 +10,11 @@ import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.memory import motions
-from slide_fmu.memory.lasting import lasting
 from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.motions import motions_of
-from slide_fmu.memory.patience import Patience
+from slide_fmu.memory.path_dependence import path_dependence
 from slide_fmu.memory.sizing import NotForgettingError, require_window, size_window
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import Linearization, State
 from tests.memory.test_lengths import of_lag
@@ -32,7 +32,9 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def found(name: str, excitation: dict[str, Any] = HELD) -> Any:
     recipe = of_lag(name, window={"n_in": 120}, data={"excitation": [excitation]})
-    return lasting(motions_of(recipe, case_of(recipe).system, None, None, Patience()), 128)
+    return path_dependence(
+        motions_of(recipe, case_of(recipe).system, None, None, TimeBudget()), 128
+    )
 
 
 @pytest.mark.parametrize("excitation", [HELD, STEPS], ids=["held", "steps"])
@@ -78,7 +80,10 @@ def test_noise_of_a_solver_is_no_past(noise: float, monkeypatch: pytest.MonkeyPa
 
 def test_states_that_are_drawn_are_the_pasts_of_a_system_that_draws_them() -> None:
     recipe = tiny_recipe()
-    assert lasting(motions_of(recipe, case_of(recipe).system, None, None, Patience()), 100) is None
+    assert (
+        path_dependence(motions_of(recipe, case_of(recipe).system, None, None, TimeBudget()), 100)
+        is None
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.memory.decay import Decay
-from slide_fmu.memory.patience import Patience
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.simulation import simulate
 
@@ -51,7 +51,7 @@ def measured_rate(
     if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     one, other = (simulate(system, inputs, state).outputs for state in (first, second))
-    return meeting_rate(system, one - other, remaining_amplitude)
+    return convergence_rate(system, one - other, remaining_amplitude)
 
 
 def rate_after(
@@ -74,10 +74,10 @@ def rate_after(
         simulate(system, np.concatenate([history, inputs])).outputs[len(history) + first :]
         for history in histories
     )
-    return meeting_rate(system, one - other, remaining_amplitude)
+    return convergence_rate(system, one - other, remaining_amplitude)
 
 
-def meeting_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
+def convergence_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
     """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
 
     The result is 0 if it has not closed after three quarters of the record.
@@ -111,7 +111,7 @@ def measured_decay(
     inputs: Sequence[FloatArray],
     rng: np.random.Generator,
     remaining_amplitude: float = 0.01,
-    patience: Patience | None = None,
+    patience: TimeBudget | None = None,
 ) -> Decay:
     """Measure the decay on several input records, (N, n_inputs), each from its own random states.
 

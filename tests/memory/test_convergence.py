@@ -14,8 +14,8 @@ from mbs_models.oscillators.oscillators import (
     LinearOscillator,
 )
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.memory.convergence import NoGapError, measured_decay, measured_rate
 from slide_fmu.memory.decay import decay_along
-from slide_fmu.memory.meeting import NoGapError, measured_decay, measured_rate
 from slide_fmu.systems.base import State
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
 from tests.memory.plain_systems import Lag

@@ -8,21 +8,21 @@ import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.memory.lengths import find_lengths
-from slide_fmu.memory.patience import Patience
 from slide_fmu.memory.sizing import size_window
+from slide_fmu.memory.time_budget import TimeBudget
 from tests.memory.plain_systems import Lag
 from tests.memory.test_lengths import of_lag
 from tests.memory.test_sizing import oscillator
 
 
 def test_patience_without_end_leaves_nothing_out() -> None:
-    patience = Patience()
+    patience = TimeBudget()
     assert not patience.gone("motions")
     assert patience.remark is None
 
 
 def test_patience_that_is_gone_says_once_what_was_left_out() -> None:
-    patience = Patience(0.0)
+    patience = TimeBudget(0.0)
     assert all(patience.gone("motions") for _ in range(2))
     assert patience.gone("records")
     assert patience.remark is not None
@@ -30,7 +30,7 @@ def test_patience_that_is_gone_says_once_what_was_left_out() -> None:
 
 
 def test_window_of_a_first_estimate_holds_what_was_seen() -> None:
-    found = find_lengths(of_lag(), Lag(), Patience(0.0))
+    found = find_lengths(of_lag(), Lag(), TimeBudget(0.0))
     sizing = found.sizing
     assert sizing is not None
     assert len(sizing.measured.rates) == 1
@@ -44,7 +44,7 @@ def test_window_of_a_first_estimate_holds_what_was_seen() -> None:
 
 def test_equations_of_a_slow_system_are_linearized_along_a_short_motion() -> None:
     recipe, system = oscillator("LinearOscillator"), LinearOscillator(damping=8.0, step=0.03)
-    found = size_window(recipe, system, patience=Patience(0.0))
+    found = size_window(recipe, system, patience=TimeBudget(0.0))
     assert found.linearized is not None
     whole = size_window(recipe, system, most=1)
     assert found.needed == pytest.approx(whole.needed, rel=0.01)

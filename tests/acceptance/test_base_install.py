@@ -11,6 +11,8 @@ import pytest
 from tests.acceptance.conftest import Finished
 from tests.limits import HANGS
 
+pytestmark = pytest.mark.extended
+
 TRAINING = ("torch", "exudyn", "zarr")
 """The packages of the extra ``train``."""
 SLOW_TO_IMPORT = ("matplotlib", "scipy", "fmpy", "pythonfmu", "jinja2", *TRAINING)
@@ -37,7 +39,6 @@ def call(
     return subprocess.run(command, capture_output=True, text=True, timeout=HANGS)
 
 
-@pytest.mark.extended
 def test_check_and_info_and_export_need_no_training_packages(duffing: Finished) -> None:
     for subcommand in ("check", "info"):
         result = call(subcommand, duffing.fmu)

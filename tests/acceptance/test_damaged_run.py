@@ -14,6 +14,8 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from tests.acceptance.conftest import Finished, invoke
 from tests.marks import essential
 
+pytestmark = pytest.mark.extended
+
 
 def other_zip() -> bytes:
     """Return a zip archive that is no FMU."""
@@ -76,7 +78,6 @@ def test_export_to_another_place_says_so_too_and_leaves_the_damaged_fmu(
     read_fmu(tmp_path / "x.fmu")
 
 
-@pytest.mark.extended
 @pytest.mark.parametrize("kind", essential(["half", "empty"], "empty"))
 def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: str) -> None:
     damage(copied.fmu, kind)

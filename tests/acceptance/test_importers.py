@@ -33,6 +33,8 @@ from tests.acceptance.importers import (
     write_container,
 )
 
+pytestmark = pytest.mark.extended
+
 ROOT = Path(__file__).parents[2]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 STEP = 0.03
@@ -93,7 +95,6 @@ def closed_loop() -> FloatArray:
     return np.array(positions)
 
 
-@pytest.mark.extended
 @pytest.mark.parametrize("run", IMPORTERS)
 def test_importer_runs_a_loop_with_a_controller_as_numpy_does(
     run: Importer, controller: Path, closed_loop: FloatArray, tmp_path: Path
@@ -120,7 +121,6 @@ def test_container_of_a_loop_gives_what_numpy_gives(
     np.testing.assert_allclose(found, closed_loop, rtol=0, atol=SAME)
 
 
-@pytest.mark.extended
 @needs_toolbox
 @pytest.mark.parametrize("fmu", sorted((ROOT / "fmus").glob("*/*.fmu")), ids=lambda p: p.stem)
 def test_fmu_manipulation_toolbox_reports_no_problem(fmu: Path) -> None:
@@ -187,7 +187,6 @@ PAIRS = [
 ]
 
 
-@pytest.mark.extended
 @pytest.mark.parametrize(("run", "name"), PAIRS)
 def test_importer_runs_surrogate_and_reference_side_by_side(
     run: Importer, name: str, side_by_side: Callable[[str, float], Path]

@@ -106,6 +106,7 @@ def test_training_refuses_data_of_another_recipe(linear: Finished, tmp_path: Pat
     assert "generated from other values" in result.output
 
 
+@pytest.mark.extended
 def test_training_refuses_a_window_that_was_made_too_short(
     duffing: Finished, tmp_path: Path
 ) -> None:

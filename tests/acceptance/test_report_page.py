@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 from slide_fmu.cli.app import app
 from tests.browser import Browser
 
+pytestmark = pytest.mark.extended
+
 FMUS = Path(__file__).parents[2] / "fmus"
 MOST_BYTES = 3_000_000
 SIZES = [(400, 900), (1400, 900)]
@@ -48,13 +50,11 @@ def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "report.html"
 
 
-@pytest.mark.extended
 def test_report_with_its_page_is_smaller_than_3_mb(report: Path) -> None:
     print(f"{report.stat().st_size} bytes")
     assert report.stat().st_size < MOST_BYTES
 
 
-@pytest.mark.extended
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_report_fits_phones_and_screens_dark_and_light(
     chromium: Browser, report: Path, tmp_path: Path, width: int, height: int

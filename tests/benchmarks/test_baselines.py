@@ -23,6 +23,8 @@ from slide_fmu.network.state_space.network import StateSpace
 from tests.bounds import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
+pytestmark = pytest.mark.extended
+
 TIMES = (
     *("fmu_step", "fmu_set_step_get", "runtime_step", "kernel", "memory_bound", "numpy"),
     *("pythonfmu_step", "pythonfmu_set_step_get", "read_gb_per_s"),
@@ -38,7 +40,6 @@ def _binaries() -> None:
     build_all()
 
 
-@pytest.mark.extended
 @pytest.mark.parametrize(
     "shape",
     [

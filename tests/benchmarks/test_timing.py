@@ -13,6 +13,8 @@ from timing import Part, TimedSurrogate, part_times, repeats
 
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
+pytestmark = pytest.mark.extended
+
 
 @pytest.mark.parametrize("shape", [Shape(positions=3), Shape(cell=CellShape(), positions=3)])
 def test_every_part_of_a_step_takes_time(shape: Shape) -> None:

@@ -118,6 +118,7 @@ def _library(narrow: bool) -> ctypes.CDLL:
     ).hexdigest()[:16]
     path = BUILD / f"parts-{key}{'-narrow' if narrow else ''}.so"
     if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
         objects = [str(file) for file in compile_objects(target)]
         if narrow:
             objects = [file for file in objects if Path(file).stem != CHOICE.stem]

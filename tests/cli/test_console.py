@@ -63,6 +63,7 @@ def absent(folder: Path) -> Path:
     return folder / ("there is no such file " * 6).strip() / "absent.toml"
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("more", [{}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"}], ids=str)
 def test_error_message_in_a_pipe_is_one_line_whatever_the_terminal(
     tmp_path: Path, more: dict[str, str]

@@ -47,6 +47,7 @@ def children(process: int) -> list[int]:
     return [int(pid) for pid, parent in rows if int(parent) == process]
 
 
+@pytest.mark.extended
 @posix_alone
 @pytest.mark.parametrize("after", [0.0, 0.15, 0.6])
 def test_interrupt_while_workers_start_is_told_in_one_line(after: float, tmp_path: Path) -> None:

@@ -59,6 +59,7 @@ def test_what_needs_training_packages_names_the_extra_in_one_line(
     )
 
 
+@pytest.mark.extended
 def test_init_writes_the_recipe_of_a_function_without_training_packages(tmp_path: Path) -> None:
     (tmp_path / "lag.py").write_text(LAG, encoding="utf-8")
     done = called(tmp_path, MAIN, "init", "lag.py", "--step", "0.1")

@@ -58,6 +58,7 @@ def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatAr
     return np.array(found)[places]
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("fmi", "forecasts"), [(2, None), (2, False), (3, False), (2, True)])
 @pytest.mark.parametrize("steps", [[1.0], [0.5], [1.3], [2.0], [0.3, 2.1, 1.0]])
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)

@@ -206,6 +206,7 @@ def test_another_kind_of_draw_is_refused_as_before(tmp_path: Path) -> None:
     assert "beyond" not in data_fingerprint(asked(1.2))["estimator"]
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("name", ["inputs", "outputs", "done"])
 @pytest.mark.parametrize("lost", [True, False])
 def test_a_lost_or_damaged_trajectory_is_made_again_alone(

@@ -69,6 +69,7 @@ def test_another_draw_takes_the_place_of_one_that_fails(tmp_path: Path) -> None:
     assert np.max(split.inputs) <= level
 
 
+@pytest.mark.extended
 def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
     recipe = failing(fail=0.97)
     alone = made(recipe, tmp_path / "alone" / "store")

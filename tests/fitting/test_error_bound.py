@@ -192,6 +192,7 @@ def test_usual_inputs_are_in_the_domain_and_others_are_not(fit: Fit, unseen: Uns
     assert (surrogate.trust(shaken).novelty[100:] > 1).all()
 
 
+@pytest.mark.extended
 def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     fit: Fit, folder: Path
 ) -> None:
@@ -287,6 +288,7 @@ def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
 
 
+@pytest.mark.extended
 def test_companion_goes_on_from_the_surrogate_on_its_own_trajectories_or_on_others(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
@@ -342,6 +344,7 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     assert np.abs(ratios).mean() < 0.8 * np.abs(constant - np.median(constant)).mean()
 
 
+@pytest.mark.extended
 def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     fit: Fit, folder: Path, unseen: Unseen, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,6 +26,7 @@ from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surr
 from tests.marks import essential
 
 
+@pytest.mark.extended
 @both_holds
 @pytest.mark.parametrize("pattern", essential(PATTERNS, "switching"))
 @pytest.mark.parametrize("shape", SHAPES, ids=NAMES)

@@ -320,6 +320,7 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
     assert alone.rates == pytest.approx(found.rates[: len(alone.rates)])
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("damping", "duration", "followed", "measured"),
     [

@@ -70,6 +70,7 @@ def test_init_names_an_fmu_that_crashes(tmp_path: Path, monkeypatch: pytest.Monk
     assert_named(done, "bomb.fmu")
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("command", ["try", "window", "generate"])
 def test_crash_at_once_is_named(command: str, trap: Path, tmp_path: Path) -> None:
     recipe = tmp_path / "recipe.toml"

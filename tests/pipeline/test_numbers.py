@@ -71,6 +71,7 @@ def without_times(curve: Curve) -> list[tuple[int, float]]:
     return [(point.trajectories, point.validation_error) for point in curve.points]
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("part", "train"), [(0.0, 2 * FEW), (9.0, 4 * FEW)])
 def test_curve_ends_where_a_doubling_does_not_pay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float, train: int

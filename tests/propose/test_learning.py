@@ -88,6 +88,7 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
     assert not other.forecast.sampled
 
 
+@pytest.mark.extended
 def test_what_was_learnt_is_not_learnt_again(
     learnt: Learnt, runs: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -25,6 +25,8 @@ from tests.apps.compare.lessons import needs_sysidentpy
 from tests.libraries import build_libraries
 from tests.own_records import write_record
 
+pytestmark = pytest.mark.extended
+
 RECIPE = """
 name = "NAME"
 description = "an oscillator"
@@ -91,7 +93,6 @@ def error(model: ModelFigures) -> float:
     return float(model.outputs[0].rmse_over_deviation)
 
 
-@pytest.mark.extended
 @needs_sysidentpy
 def test_nonlinear_network_beats_linear_models_of_the_duffing_oscillator(
     duffing: tuple[Job, ComparisonFigures, Path],
@@ -132,7 +133,7 @@ def test_own_error_is_that_of_the_surrogate_on_the_unseen_motions(
     surrogate = job.folder.load_surrogate(job.recipe).surrogate
     stream = Stream(TEST, TERMS.seed, (1.0, 1.0), job.recipe.data.duration)
     parts = []
-    for motion in unseen_motions(job.recipe, stream, 3, lambda *_: None):
+    for motion in unseen_motions(job.recipe, job.case.system, stream, 3, lambda *_: None):
         first = 34  # the burn-in of 33 samples, and one; the network looks back 33
         truth = motion.outputs[first:]
         parts.append((surrogate.predict_newest(motion.inputs)[first - 1 :] - truth, truth))
@@ -141,7 +142,6 @@ def test_own_error_is_that_of_the_surrogate_on_the_unseen_motions(
     assert error(figures.models[0]) == pytest.approx(float(expected[0]), rel=1e-6)
 
 
-@pytest.mark.extended
 @needs_sysidentpy
 def test_comparison_that_was_killed_goes_on_with_the_next_model(
     duffing: tuple[Job, ComparisonFigures, Path], monkeypatch: pytest.MonkeyPatch
@@ -185,7 +185,6 @@ def test_other_terms_find_all_models_anew(
     assert own > 0
 
 
-@pytest.mark.extended
 @needs_sysidentpy
 def test_linear_model_of_a_linear_system_is_remarked(tmp_path: Path) -> None:
     build_libraries()
@@ -233,7 +232,6 @@ def test_budget_counts_cpu_time_from_its_begin() -> None:
     assert budget.left == pytest.approx(5 - budget.spent, abs=0.05)
 
 
-@pytest.mark.extended
 @needs_sysidentpy
 def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     tmp_path: Path,

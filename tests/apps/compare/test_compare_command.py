@@ -10,8 +10,9 @@ from tests.acceptance.conftest import Finished, invoke
 from tests.acceptance.test_base_install import call
 from tests.apps.compare.lessons import needs_sysidentpy
 
+pytestmark = pytest.mark.extended
 
-@pytest.mark.extended
+
 @needs_sysidentpy
 def test_compare_prints_a_table_and_writes_figures_and_report(state_space: Finished) -> None:
     command = ("compare", state_space.recipe, "--runs", state_space.runs)
@@ -28,7 +29,6 @@ def test_compare_prints_a_table_and_writes_figures_and_report(state_space: Finis
     assert page.exists()
 
 
-@pytest.mark.extended
 def test_compare_without_sysidentpy_names_the_extra(state_space: Finished) -> None:
     arguments = ("compare", state_space.recipe, "--runs", state_space.runs)
     result = call(*arguments, missing=("sysidentpy",))

@@ -46,6 +46,7 @@ def test_sizes_are_chosen(tmp_path: Path, eigenvalues: Any, cubic: float) -> Non
         assert found.error < 3 * SMALL
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("share", [0.5, 0.65, 0.8])
 def test_search_that_was_stopped_ends_as_one_that_was_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float
@@ -81,6 +82,7 @@ def test_given_sizes_are_kept(tmp_path: Path, given: dict[str, int], states: int
     assert len(cell.a) == states
 
 
+@pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize("shown", [3, 4, 6, 7])
 def test_order_falls_from_what_responses_seem_to_show_to_what_does_as_well(

@@ -190,7 +190,7 @@ def test_payload_with_impossible_features_is_refused() -> None:
         (0, 4, "network of kind 4"),
         (0, 3, "network of kind 3; expected 1 .feed-forward. or 2 .state space.: export it"),
         (1, 0, "features of set 0; expected one of .1, 4, 5."),
-        (1, 2, "director of 1 inputs; expected 2"),
+        (1, 2, "features of set 2; expected one of .1, 4, 5."),
         (2, 3, "differences = 3"),
         (3, 0, "chosen features .*; expected at least one"),
         (4, 2, "chosen features .* from 0 to 1"),

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.cli.console import progress_bars
+from slide_fmu.core.figures import read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import draw, split_stream
@@ -42,6 +43,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.error_figures import SearchFigures
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
@@ -120,8 +122,8 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
             shutil.copy(drawn, job.folder.path)
         trained = Trained(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
-        former = released_figures(found)
-        search = None if former is None else former.adversarial
+        search = (found or {}).get("measured", {}).get("adversarial")
+        search = None if search is None else read_figures(SearchFigures, search)
         made = measure_trained(job, trained, origin, check_window(job), wanted, None, search)
         for name in (PICTURE, MECHANISM_PICTURE):
             if (job.folder.path / name).exists():

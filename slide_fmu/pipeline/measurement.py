@@ -25,6 +25,7 @@ from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import Task, Validation
@@ -50,17 +51,18 @@ def validate_fmu_file(
     return measured(fmu, case, task, bar, workers)
 
 
-def released_case(fmu: Path) -> Case:
+def released_case(fmu: Path, system: System | None = None) -> Case:
     """Return the case of the recipe that an FMU of a user carries.
 
-    Its models are looked for near the FMU.
+    Its models are looked for near the FMU. If it was learnt from an object of a Python session,
+    that is the system.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
         StageError: it carries no recipe.
     """
     make_models_importable(fmu)
-    return case_of(recipe_of_provenance(read_fmu(fmu)[1], str(fmu)))
+    return case_of(recipe_of_provenance(read_fmu(fmu)[1], str(fmu)), system)
 
 
 def measured(

@@ -179,6 +179,7 @@ def validate(
     amplitude: tuple[float, float] = (1.0, 1.0),
     held_out: bool = False,
     workers: int | None = None,
+    system: System | None = None,
 ) -> dict[str, Any]:
     """Run an FMU beside its reference system on unseen inputs, as ``slide-fmu validate`` does.
 
@@ -190,6 +191,7 @@ def validate(
         amplitude: range of the factor on the excitation.
         held_out: whether the kinds of excitation are drawn that the recipe holds out.
         workers: processes that simulate, as of ``learn``.
+        system: the object that ``learn`` was given, of an FMU that was learnt from one.
 
     Returns:
         The figures that ``slide-fmu validate --json`` writes: among them ``"outputs"`` with the
@@ -204,9 +206,9 @@ def validate(
     from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
     from slide_fmu.validation.comparison import Task
 
-    processes, _ = simulating_processes({}, workers, "validate")
+    processes, _ = simulating_processes(system or {}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)
-    case = released_case(Path(fmu))
+    case = released_case(Path(fmu), system)
     found = validate_fmu_file(Path(fmu), case, task, quiet_stages, processes)
     return dict(plain(found.figures()))
 

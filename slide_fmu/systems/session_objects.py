@@ -23,8 +23,8 @@ def make(specification: Specification) -> System:
     if system is None:
         raise LoadError(
             f"system {name!r} is an object of the Python session that learnt it (slide.learn), "
-            "and is not here; expected a model that every process can make: give it in a file "
-            '(system.kind = "function" or "class")'
+            "and is not here; expected the object again (slide.validate(..., system=...)), or a "
+            'model that every process can make, in a file (system.kind = "function" or "class")'
         )
     if specification.parameters or specification.inputs or specification.outputs:
         raise LoadError(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu import Learnt, learn
+from slide_fmu import Learnt, learn, validate
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
@@ -86,6 +86,13 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
     other = load(learn(oscillator(hold="first_order"), "straight", runs=tmp_path, **straight).fmu)
     assert other.forecast is not None
     assert not other.forecast.sampled
+
+
+def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: Learnt) -> None:
+    with pytest.raises(LoadError, match=r"Python session .* system="):
+        validate(learnt.fmu, trajectories=1, workers=0)
+    found = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
+    assert found["outputs"][0]["relative_rmse"] == learnt.errors["position"]
 
 
 @pytest.mark.extended

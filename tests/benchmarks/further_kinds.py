@@ -126,7 +126,6 @@ def _runs(
     for motion in unseen_motions(
         recipe,
         case_of(recipe).reference,
-        case_of(recipe).reference,
         stream,
         count,
         stages("fresh trajectories"),

@@ -53,7 +53,8 @@ def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     job = open_job(arguments.recipe, arguments.runs, bar)
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
-    job = dataclasses.replace(job, recipe=with_train(base, counts[-1]))
+    case = job.case.with_recipe(with_train(base, counts[-1]))
+    job = dataclasses.replace(job, case=case)
     generate_data(job, Workplace())
     recipes = {
         f"{count} trajectories, seed {seed}": with_training_seed(with_train(base, count), seed)

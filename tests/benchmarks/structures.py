@@ -140,7 +140,7 @@ def study(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     for recipe in variants.values():
         check_case(case_of(recipe))
     most = max(variants.values(), key=lambda recipe: recipe.data.train)
-    generate_data(dataclasses.replace(job, recipe=most), Workplace())
+    generate_data(dataclasses.replace(job, case=job.case.with_recipe(most)), Workplace())
     found = trained(variants, job.folder, arguments.workers, bar)
     motions = motions_of(job.recipe, arguments, bar("test motions"))
     times = step_times([one.surrogate for one in found], arguments.rounds)

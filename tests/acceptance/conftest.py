@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import shutil
+import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import filelock
 import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
 from tests.estimates import kept_estimates
 from tests.recipes import LINEAR_NETWORK
+
+ROOT = Path(__file__).parents[2]
+KEPT = ROOT / "build" / "finished_runs"
 
 SMALL_DUFFING = """
 name = "small_duffing"
@@ -188,15 +196,48 @@ def invoke(*arguments: object) -> Result:
 
 
 def run_recipe(folder: Path, name: str, text: str) -> Finished:
-    """Take a recipe the whole way."""
-    recipe, runs = folder / f"{name}.toml", folder / "runs"
+    """Take a recipe the whole way, once for all test processes and for the same sources.
+
+    What was finished is kept in ``build/finished_runs``, and every test process gets a copy.
+    """
+    kept = KEPT / name / _key(text)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with filelock.FileLock(KEPT / f"{name}.lock"):
+        if not kept.exists():
+            made = Path(tempfile.mkdtemp(dir=KEPT))
+            _run(made, name, text)
+            shutil.rmtree(kept.parent)
+            kept.parent.mkdir()
+            made.rename(kept)
+        shutil.copytree(kept, folder, dirs_exist_ok=True)
+    figures = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+    return Finished(folder / f"{name}.toml", folder / "runs", name, figures)
+
+
+def _run(folder: Path, name: str, text: str) -> None:
+    recipe, figures = folder / f"{name}.toml", folder / f"{name}.json"
     recipe.write_text(text, encoding="utf-8")
-    figures = folder / f"{name}.json"
     result = invoke(
-        "run", recipe, "--runs", runs, "--trajectories", 4, "--workers", 2, "--json", figures
+        *("run", recipe, "--runs", folder / "runs"),
+        *("--trajectories", 4, "--workers", 2, "--json", figures),
     )
     assert result.exit_code == 0, result.output
-    return Finished(recipe, runs, name, json.loads(figures.read_text(encoding="utf-8")))
+
+
+@cache
+def _sources() -> bytes:
+    """A hash of all that a run depends on, but for its recipe."""
+    ends = {".py", ".c", ".h", ".js", ".css", ".html", ".md", ".xsd", ".lock"}
+    found = hashlib.sha256()
+    for part in ("slide_fmu", "mbs_models", "requirements.lock"):
+        for path in sorted([ROOT / part, *(ROOT / part).rglob("*")]):
+            if path.is_file() and path.suffix in ends:
+                found.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
+    return found.digest()
+
+
+def _key(text: str) -> str:
+    return hashlib.sha256(_sources() + text.encode()).hexdigest()[:16]
 
 
 @pytest.fixture(scope="session")

@@ -73,6 +73,7 @@ def test_rebuild_twice_gives_the_same_bytes(folder: Path) -> None:
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == once
 
 
+@needs_app("credentials")
 def test_rebuild_keeps_the_experiment_and_says_what_is_known(folder: Path) -> None:
     fmu = rebuild(folder / "linear.fmu")
     found = read_folder(fmu, EXTRA)

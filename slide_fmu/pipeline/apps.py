@@ -112,7 +112,7 @@ def service(name: str) -> Callable[..., Any] | None:
 
 
 def check_app_tables(recipe: Recipe) -> None:
-    """Refuse tables of apps that are not installed, or that an app cannot use.
+    """Refuse tables that an installed app cannot use.
 
     Raises:
         RecipeError: the message names the table.
@@ -121,15 +121,22 @@ def check_app_tables(recipe: Recipe) -> None:
 
     for name, table in recipe.apps.items():
         if name not in apps():
-            raise RecipeError(
-                f"[apps.{name}]: no installed app has this name; expected one of "
-                f"{sorted(apps())}: install the package that has it, or delete the table"
-            )
+            continue  # ``remarks_on_app_tables`` says so
         check = apps()[name].check_table
         if check is not None:
             check(table)
         elif table:
             raise RecipeError(f"[apps.{name}]: the app {name!r} reads no table; delete it")
+
+
+def remarks_on_app_tables(recipe: Recipe) -> list[str]:
+    """Say which tables count for nothing here, since their apps are not installed."""
+    return [
+        f"[apps.{name}] counts for nothing here: no installed app has this name; expected one of "
+        f"{sorted(apps())}: correct it, or install the package that has the app"
+        for name in recipe.apps
+        if name not in apps()
+    ]
 
 
 def with_origins(

@@ -12,6 +12,7 @@ from shlex import quote
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.pipeline.known_start import start_origin
@@ -168,6 +169,8 @@ def checked(job: Job) -> Job:
     if job.is_checked:
         return job
     check_case(job.case)
+    for remark in remarks_on_app_tables(job.recipe):
+        job.tell(remark)
     return replace(job, is_checked=True)
 
 

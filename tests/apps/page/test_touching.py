@@ -15,7 +15,12 @@ from mbs_models.pictures import page_drawings
 from slide_fmu.apps.page.drawing import DrawingError
 from slide_fmu.apps.page.page import page_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.pipeline.apps import check_app_tables, last_section, with_origins
+from slide_fmu.pipeline.apps import (
+    check_app_tables,
+    last_section,
+    remarks_on_app_tables,
+    with_origins,
+)
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.apps.page.conftest import FMUS
@@ -84,7 +89,6 @@ def test_drawing_that_cannot_be_found_is_refused(
     [
         ({"page": {"drawings": NAME}}, ("[apps.page]", "drawings")),
         ({"page": {"drawing": "oscillator"}}, ("[apps.page]", "module:function")),
-        ({"pages": {}}, ("[apps.pages]", "'page'")),
         ({"motion": {"speed": 1}}, ("[apps.motion]", "delete")),
     ],
 )
@@ -94,3 +98,9 @@ def test_tables_of_apps_are_checked(
     with pytest.raises(RecipeError) as error:
         check_app_tables(tiny_recipe(apps=tables))
     assert all(word in str(error.value) for word in words)
+
+
+def test_table_of_an_app_that_is_not_installed_is_remarked() -> None:
+    (remark,) = remarks_on_app_tables(tiny_recipe(apps={"pages": {}, "page": {}}))
+    assert "[apps.pages]" in remark
+    assert "'page'" in remark

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.limits import HANGS
+from tests.marks import needs_app
 
 WITHOUT = """
 import sys
@@ -42,7 +43,11 @@ def called(folder: Path, program: str, *arguments: str) -> subprocess.CompletedP
 
 
 @pytest.mark.parametrize(
-    "subcommand", ["try", "run", "compare", "train", "generate", "window", "learn"]
+    "subcommand",
+    [
+        *("try", "run", "train", "generate", "window", "learn"),
+        pytest.param("compare", marks=needs_app("compare")),
+    ],
 )
 def test_what_needs_training_packages_names_the_extra_in_one_line(
     tmp_path: Path, subcommand: str

@@ -144,6 +144,8 @@ _HOMES = {
 if not TYPE_CHECKING:  # type checkers read the imports above and refuse names that are not there
 
     def __getattr__(name: str) -> object:
+        if name.startswith("__"):  # what Python itself asks for loads no apps
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         for module, names in _HOMES.items():
             if name in names:
                 found = getattr(import_module(module), name)

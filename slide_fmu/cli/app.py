@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
@@ -15,7 +14,7 @@ from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
 from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
-from slide_fmu.pipeline.apps import apps
+from slide_fmu.pipeline.apps import subcommands_of_apps
 from slide_fmu.report.table import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
@@ -58,11 +57,7 @@ class _Subcommands(TyperGroup):
 app = typer.Typer(
     name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
 )
-OF_APPS: tuple[Callable[..., None], ...] = tuple(
-    getattr(import_module(module), name)
-    for found in apps().values()
-    for name, module in found.subcommands.items()
-)
+OF_APPS: tuple[Callable[..., None], ...] = tuple(subcommands_of_apps().values())
 """The subcommands of installed apps, which stand behind the others."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.metadata import entry_points
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,11 +97,54 @@ class App:
     services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
 
 
+class AppError(ValueError):
+    """An installed app cannot be used."""
+
+
 @cache
 def apps() -> Mapping[str, App]:
-    """Return all installed apps by their names, sorted."""
+    """Return all installed apps by their names, sorted.
+
+    Raises:
+        AppError: one of them cannot be loaded.
+    """
     found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
-    return {entry.name: entry.load() for entry in found}
+    return {entry.name: _loaded(entry) for entry in found}
+
+
+def _loaded(entry: EntryPoint) -> App:
+    try:
+        app = entry.load()
+    except (ImportError, AttributeError) as error:
+        raise AppError(_unusable(entry.name, entry.value, str(error))) from error
+    if not isinstance(app, App):
+        raise AppError(_unusable(entry.name, entry.value, f"it is {app!r}"))
+    return app
+
+
+def _unusable(name: str, place: str, reason: str) -> str:
+    return (
+        f"the app {name!r} ({place}) cannot be loaded: {reason}; expected an App of "
+        "slide_fmu.pipeline.apps: install its package again, or uninstall it"
+    )
+
+
+def subcommands_of_apps() -> dict[str, Callable[..., None]]:
+    """Return the subcommands of all installed apps by their names.
+
+    Raises:
+        AppError: an app or its subcommand cannot be loaded, or two apps have the same one.
+    """
+    found: dict[str, Callable[..., None]] = {}
+    for owner, app in apps().items():
+        for name, module in app.subcommands.items():
+            if name in found:
+                raise AppError(_unusable(owner, module, f"another app has {name!r} already"))
+            try:
+                found[name] = getattr(import_module(module), name)
+            except (ImportError, AttributeError) as error:
+                raise AppError(_unusable(owner, module, str(error))) from error
+    return found
 
 
 def service(name: str) -> Callable[..., Any] | None:

@@ -191,7 +191,7 @@ def test_scheduler_that_dies_ends_the_work_with_a_message(
                 ("worker", ("--nthreads", "1")),
             )
         )
-        wait_until(file.exists, "no scheduler")
+        wait_until(lambda: file.exists() and _is_json(file), "no scheduler")
 
         def kill_scheduler(done: int, total: int) -> None:
             if done == 5:
@@ -203,6 +203,15 @@ def test_scheduler_that_dies_ends_the_work_with_a_message(
                 case_of(LONG), None, tmp_path / "data.zarr", kill_scheduler
             )
     assert len(missing_trajectories(tmp_path / "data.zarr", "train")) <= 55
+
+
+def _is_json(file: Path) -> bool:
+    """Say whether a file is written to its end, which Dask does in several steps."""
+    try:
+        json.loads(file.read_text())
+    except json.JSONDecodeError:
+        return False
+    return True
 
 
 @contextmanager

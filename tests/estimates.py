@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from slide_fmu.fitting import fit
+from slide_fmu.bounds import fit
 
 
 @contextmanager

@@ -1,6 +1,5 @@
-"""This room trains networks in PyTorch, with progress and checkpoints, and error bounds.
+"""This room fits networks in PyTorch, with progress and checkpoints.
 
-Only it, the reader of layers of torch in ``network.foreign``, and one module of the app
-``autodiff`` import torch at the top. What a fit gives is a ``Surrogate``, which is data and needs
-no torch.
+What a fit gives is data and needs no torch. Here is nothing that a released FMU needs. How wrong a
+fitted network may be is learnt in ``bounds``.
 """

@@ -66,9 +66,9 @@ def reading(path: Path) -> Iterator[None]:
 PACKAGE = Path(__file__).parents[1]
 ROOMS = (
     *("core", "features", "excitation", "network", "systems", "records"),
-    *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting"),
+    *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting", "bounds"),
 )
-"""A training runs the code of these rooms: all that this one imports, directly or by others. A
+"""A training runs the code of these rooms: all that ``bounds`` imports, directly or by others. A
 test compares this list with the imports, so that no change of their code can pass unseen by the
 checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 

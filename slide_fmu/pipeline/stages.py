@@ -192,7 +192,7 @@ def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
     """
     import torch
 
-    from slide_fmu.fitting.fit import fit_surrogate
+    from slide_fmu.bounds.fit import fit_surrogate
 
     recipe, system, folder = job.recipe, job.case.source, job.folder
     torch.set_num_threads(threads)

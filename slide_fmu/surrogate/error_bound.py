@@ -265,7 +265,7 @@ class ErrorBound:
 def least_trajectories(confidence: float) -> int:
     """Return how many trajectories the calibration for a confidence needs.
 
-    Of N of them a share of c (N + 1) / N is to be covered (``slide_fmu.fitting.error_bound``).
+    Of N of them a share of c (N + 1) / N is to be covered (``slide_fmu.bounds.error_bound``).
     """
     return math.floor(confidence / (1 - confidence) + ROUNDING) + 1
 

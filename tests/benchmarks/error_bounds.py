@@ -23,10 +23,10 @@ import numpy as np
 from figures_out import measure_and_write
 from scipy.ndimage import uniform_filter1d
 
+from slide_fmu.bounds.error_bound import conformal_factors
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
-from slide_fmu.fitting.error_bound import conformal_factors
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of

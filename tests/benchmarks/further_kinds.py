@@ -23,6 +23,7 @@ import torch
 from figures_out import measure_and_write
 from seeds import FURTHER_KINDS
 
+from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
@@ -31,7 +32,6 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.excitation.mix import names_of
-from slide_fmu.fitting.error_bound import fit_bound
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of

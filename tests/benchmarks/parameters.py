@@ -27,13 +27,13 @@ import numpy as np
 import torch
 from figures_out import measure_and_write
 
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.measures import rms
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate

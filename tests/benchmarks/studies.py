@@ -19,10 +19,10 @@ import torch
 from figures_out import write_figures
 from numpy.typing import ArrayLike
 
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.trajectories import read_split
-from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

@@ -20,7 +20,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import build_all
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from tests.bounds import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 pytestmark = pytest.mark.extended

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 

@@ -14,7 +14,7 @@ from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting import preparation as module
-from slide_fmu.fitting.fit import fit_surrogate
 from slide_fmu.fitting.network import FITS
 from slide_fmu.fitting.preparation import STILL, require_motion
 from slide_fmu.fitting.problem import Problem
@@ -193,7 +193,7 @@ def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
 
 def test_rooms_of_a_training_are_all_that_it_imports() -> None:
     graph = grimp.build_graph("slide_fmu")
-    own = graph.find_descendants("slide_fmu.fitting")
+    own = graph.find_descendants("slide_fmu.bounds")
     reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
     assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint.ROOMS)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)

@@ -14,7 +14,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import local_scales, statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate

@@ -14,7 +14,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 

@@ -17,7 +17,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate, random_bound, with_span
+from tests.bounded import bounded_surrogate, random_bound, with_span
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_refused_payloads import refused

@@ -158,7 +158,7 @@ def test_estimate_is_over_about_its_span(seconds: float, block: int, samples: in
 def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_known(
     window: tuple[int, int], seconds: float
 ) -> None:
-    """As ``slide_fmu.fitting.error_bound`` takes them: 9 blocks behind what a bound must know."""
+    """As ``slide_fmu.bounds.error_bound`` takes them: 9 blocks behind what a bound must know."""
     n_in, n_out = window
     recipe = tiny_state_space_recipe(
         window={"n_in": n_in, "n_out": n_out},

@@ -21,7 +21,7 @@ from slide_fmu.surrogate.error_bound import (
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounds import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SHAPE = Shape(

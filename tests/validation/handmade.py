@@ -17,7 +17,7 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
 from slide_fmu.validation.trust import Told
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, sum_surrogate
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
 

@@ -20,7 +20,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
 from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, search, search_figures
 from slide_fmu.validation.attacked import Target
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
@@ -15,7 +16,7 @@ from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.features.base import Offered
-from slide_fmu.fitting.fit import Fit, fit_surrogate
+from slide_fmu.fitting.network import Fit
 from slide_fmu.fitting.preparation import require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability

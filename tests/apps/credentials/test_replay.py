@@ -19,7 +19,7 @@ from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import export_fmu, read_member
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.credentials.conftest import LINEAR, Changed
-from tests.bounds import bounded_surrogate
+from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 
 FMUS = LINEAR.parents[1]

@@ -28,7 +28,7 @@ from slide_fmu.apps.motion.motion_report import motion_report, remark_on_moves
 from slide_fmu.apps.motion.move import Move
 from slide_fmu.apps.motion.solve import solve
 from slide_fmu.network.state_space.network import StateSpace
-from tests.bounds import random_bound
+from tests.bounded import random_bound
 
 ROOT = Path(__file__).parents[3]
 FREE = np.array([np.inf])

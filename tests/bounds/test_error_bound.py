@@ -13,13 +13,9 @@ import pytest
 import torch
 from crepes import ConformalRegressor
 
-from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
-from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Split, read_split
-from slide_fmu.fitting import error_bound
-from slide_fmu.fitting import fit as fit_module
-from slide_fmu.fitting.error_bound import (
+from slide_fmu.bounds import error_bound
+from slide_fmu.bounds import fit as fit_module
+from slide_fmu.bounds.error_bound import (
     _objective,
     _Seen,
     _span_factors,
@@ -27,8 +23,13 @@ from slide_fmu.fitting.error_bound import (
     fit_bound,
     scaling_of_statistics,
 )
-from slide_fmu.fitting.fit import BOUND, COMPANION, Fit, fit_surrogate
-from slide_fmu.fitting.plain_call import useless_estimate
+from slide_fmu.bounds.fit import BOUND, COMPANION, fit_surrogate
+from slide_fmu.bounds.plain_call import useless_estimate
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
+from slide_fmu.data.generation import generate
+from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.fitting.network import Fit
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

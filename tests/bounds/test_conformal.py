@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from crepes import ConformalRegressor
 
-from slide_fmu.fitting.error_bound import conformal_factors
+from slide_fmu.bounds.error_bound import conformal_factors
 
 
 def test_factor_covers_the_share_with_its_correction() -> None:

@@ -17,17 +17,17 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.bounds.error_bound import fit_bound
+from slide_fmu.bounds.estimator import fit_estimator
+from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.trajectories import Split, require_trajectories
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
-from slide_fmu.fitting.error_bound import fit_bound
-from slide_fmu.fitting.estimator import fit_estimator
 from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
-from slide_fmu.fitting.plain_call import useless_estimate
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import companion_recipe

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import range_scaling
@@ -20,8 +21,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.feed_forward import FeedForwardModule
-from slide_fmu.fitting.fit import Fit, fit_surrogate
-from slide_fmu.fitting.network import FITS
+from slide_fmu.fitting.network import FITS, Fit
 from slide_fmu.fitting.preparation import (
     eigenvalues_at_rest,
     require_symmetry,

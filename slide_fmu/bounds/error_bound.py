@@ -25,6 +25,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from slide_fmu.bounds.plain_call import plain_predictions
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, block_means
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine
@@ -36,7 +37,6 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import STILL
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.plain_call import plain_predictions
 from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.feed_forward.network import FeedForward

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.core.scaling import Affine, LogError
-from slide_fmu.core.signals import Angle, FloatArray
-from slide_fmu.data.trajectories import Split
-from slide_fmu.features.differences import Differences
-from slide_fmu.features.director import COSINE, SINE, Director
-from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.estimator import (
+from slide_fmu.bounds.estimator import (
     EstimatorModule,
     _ranges,
     block_errors,
     fit_estimator,
     streamed_errors,
 )
+from slide_fmu.core.scaling import Affine, LogError
+from slide_fmu.core.signals import Angle, FloatArray
+from slide_fmu.data.trajectories import Split
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.director import COSINE, SINE, Director
+from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.recipe.estimator import EstimatorRecipe

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from slide_fmu.bounds.plain_call import plain_predictions
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
@@ -27,7 +28,6 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.plain_call import plain_predictions
 from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.base import Float32Array

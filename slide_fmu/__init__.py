@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from slide_fmu.propose.learning import learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
-    from slide_fmu.surrogate.from_torch import from_torch
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
     from slide_fmu.surrogate.payload import PayloadError
     from slide_fmu.surrogate.surrogate import Surrogate
@@ -89,7 +88,6 @@ __all__ = [
     "__version__",
     "export",
     "export_fmu",
-    "from_torch",
     "gradient",
     "jacobian",
     "learn",
@@ -113,7 +111,6 @@ _HOMES = {
     "slide_fmu.pipeline.python_calls": ("Learnt", "export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
-    "slide_fmu.surrogate.from_torch": ("from_torch",),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),
     "slide_fmu.surrogate.surrogate": ("Surrogate",),
     "slide_fmu.systems.errors": ("LoadError", "SimulationError"),

@@ -33,3 +33,8 @@ def needs_app(name: str) -> pytest.MarkDecorator:
     """Return the mark of a test that holds only where an app of slide-fmu is installed."""
     there = (APPS / name / "__init__.py").exists()
     return pytest.mark.skipif(not there, reason=f"the app {name} was removed")
+
+
+def of_app(subcommand: str, app: str) -> ParameterSet:
+    """Return a subcommand of an app as a parameter of a test."""
+    return pytest.param(subcommand, marks=needs_app(app))

@@ -12,8 +12,8 @@ from typer.core import TyperGroup
 from slide_fmu import __version__
 from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
-from slide_fmu.cli.fmu_commands import bench, check, export, info, ssp, validate
-from slide_fmu.cli.recipe_commands import generate, init, reference, run, train, try_, window
+from slide_fmu.cli.fmu_commands import check, export, info, validate
+from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
 from slide_fmu.pipeline.apps import subcommands_of_apps
 from slide_fmu.report.table import ENDLESS
 
@@ -25,11 +25,8 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     generate,
     train,
     export,
-    reference,
-    ssp,
     validate,
     check,
-    bench,
     info,
 )
 """The subcommands of the way, in the order in which the help lists them; those of apps follow."""

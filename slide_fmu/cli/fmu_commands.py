@@ -15,7 +15,6 @@ from slide_fmu.cli.console import (
     console,
     errors,
     progress_bars,
-    show_json,
     show_remark,
     write_json,
 )
@@ -26,9 +25,7 @@ from slide_fmu.cli.options import (
     JsonOption,
     TrainingSeedOption,
     TrajectoriesOption,
-    numbers_of,
 )
-from slide_fmu.cosim.effort import Effort
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -65,44 +62,6 @@ def export(
     write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
     show_remark(written.remark)
     console.print(f"FMU     {written.path}")
-
-
-def ssp(
-    fmu: FmuArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the SSP here.")],
-    seed: Annotated[
-        int, typer.Option(min=0, help="Draw the inputs with this seed.")
-    ] = UNSEEN_SEED,
-    duration: Annotated[
-        float | None,
-        typer.Option(help="Drive it this long, in s; the recipe's if not given."),
-    ] = None,
-    parameters: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="PATH.ssv", help="Give physical parameters the values in this SSV file."
-        ),
-    ] = None,
-    given: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Give this physical parameter this value; once for each. All others have that "
-            "of the SSV file, or their start value.",
-        ),
-    ] = None,
-) -> None:
-    """Write an FMU, its reference system and unseen inputs as one SSP; runs the model's code."""
-    from slide_fmu.cosim.ssv import read_parameter_set
-    from slide_fmu.pipeline.side_by_side import write_side_by_side
-
-    with errors():
-        values = {} if parameters is None else read_parameter_set(parameters)
-        values |= numbers_of("set", given)
-        path, remark = write_side_by_side(fmu, output, seed, duration, values)
-    show_remark(remark)
-    console.print(f"SSP     {path}")
 
 
 def validate(
@@ -181,23 +140,6 @@ def check(
     if checked.problems:
         raise typer.Exit(1)
     console.print(f"{fmu}: no problems")
-
-
-def bench(
-    fmu: FmuArgument,
-    json_path: JsonOption = None,
-    rounds: Annotated[
-        int, typer.Option(min=1, help="Let all take this many turns.")
-    ] = Effort.rounds,
-    steps: Annotated[
-        int, typer.Option(min=1, help="Take this many steps in each turn.")
-    ] = Effort.steps,
-) -> None:
-    """Measure how long an FMU takes for a step, and for many windows at once."""
-    from slide_fmu.cosim.bench import bench_fmu
-
-    with errors():
-        show_json(json_path, bench_fmu(fmu, Effort(rounds, steps)))
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:

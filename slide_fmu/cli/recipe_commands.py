@@ -330,19 +330,3 @@ def train(
     print_sizes(figures.sizes_tried, console)
     show_remark(figures.remark)
     console.print(f"surrogate  {job.folder.surrogate}")
-
-
-def reference(
-    recipe: RecipeArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU here.")],
-) -> None:
-    """Write the model of a recipe itself as an FMU; it needs this Python to run."""
-    from slide_fmu.pipeline.importable import make_importable
-    from slide_fmu.pipeline.side_by_side import write_reference
-    from slide_fmu.recipe.case import case_of
-    from slide_fmu.recipe.reading import load_recipe
-
-    with errors():
-        make_importable(recipe.parent)
-        path = write_reference(case_of(load_recipe(recipe)), output)
-    console.print(f"FMU     {path}")

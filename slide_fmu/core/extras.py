@@ -9,7 +9,6 @@ EXTRAS = {
     "zarr": "train",
     "exudyn": "train",
     "sysidentpy": "compare",
-    "onnx": "onnx",
 }
 """Extras by the packages that they bring."""
 TRAINING = "zarr", "torch"

@@ -63,10 +63,12 @@ class Run:
         values: outputs at t_0 .. t_N in their units, shape (N + 1, n_outputs); Booleans are 0 or
             1.
         seconds: wall time in s of set, doStep and get of every step, shape (N,).
+        step_seconds: that of doStep alone, shape (N,).
     """
 
     values: FloatArray
     seconds: FloatArray
+    step_seconds: FloatArray
 
 
 @contextmanager
@@ -162,12 +164,14 @@ def run_fmu(
         slave.enter_initialization(0.0)
         slave.set_real(references, rows[0])
         slave.exit_initialization()
-        values, seconds = [read(slave)], np.empty(len(rows))
+        values, seconds, step_seconds = [read(slave)], np.empty(len(rows)), np.empty(len(rows))
         for k, row in enumerate(rows):
             begin = time.perf_counter()
             slave.set_real(references, row)
+            before = time.perf_counter()
             slave.do_step(k * step, step)
+            step_seconds[k] = time.perf_counter() - before
             values.append(read(slave))
             seconds[k] = time.perf_counter() - begin
         slave.terminate()
-    return Run(np.array(values, dtype=np.float64), seconds)
+    return Run(np.array(values, dtype=np.float64), seconds, step_seconds)

@@ -2,7 +2,6 @@
 
 ``bytes.py`` registers them; each has a package with its network, its byte layout and its
 gradient. ``activations.py`` and ``state_space/equations.py`` hold the formulas that numpy here
-and torch in ``fitting`` share. ``foreign`` makes a network of layers of torch or ONNX, which are
-imported nowhere else in this room. Nothing here is trained (that is ``fitting``) and nothing has
+and torch in ``fitting`` share. Nothing here is trained (that is ``fitting``) and nothing has
 units (that is ``surrogate``).
 """

@@ -137,6 +137,6 @@ def _compared(validation: Validation) -> str:
             "that the lead of a block shows."
         )
     return (
-        f"{count} trajectories that no training saw (seed {validation.task.seed}), the FMU and "
-        "the reference FMU run by the same importer."
+        f"{count} trajectories that no training saw (seed {validation.task.seed}): the FMU, "
+        "run by an importer, next to the reference system, simulated on the same inputs."
     )

@@ -80,9 +80,9 @@ def timing_table(timing: Timing) -> Table:
     """Return what a step takes, next to one of the reference."""
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
     if timing.speedup is not None:
-        rows.append(("reference FMU", f"{timing.reference_step_us:.3g} µs"))
+        rows.append(("reference system, simulated", f"{timing.reference_step_us:.3g} µs"))
         rows.append(("ratio", f"{timing.speedup:.3g}"))
-    return Table.of(("set, doStep and get through fmpy, median", "per step"), rows)
+    return Table.of(("median; of the FMU: set, doStep and get through fmpy", "per step"), rows)
 
 
 def plain_call_table(found: PlainCallFigures) -> Table:

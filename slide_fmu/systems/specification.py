@@ -1,6 +1,6 @@
 """A specification is what a recipe says about its reference system, as plain values.
 
-It crosses to other processes, and a reference FMU holds it as text.
+It crosses to other processes, also as text.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ class Comparison:
         kind: index of the excitation in the recipe, or of the file of records.
         time: times in s of the samples that are scored, shape (N,).
         inputs: inputs that led to them, shape (N, n_inputs).
-        reference: outputs of the reference FMU, shape (N, n_outputs).
+        reference: outputs of the reference, shape (N, n_outputs).
         surrogate: outputs of the surrogate FMU, same shape.
         estimate: its error estimates, same shape, or None.
         true_error: RMSE over the samples up to each one that the estimate is about, same shape;

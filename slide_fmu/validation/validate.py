@@ -1,13 +1,11 @@
-"""A surrogate FMU runs beside its reference FMU on unseen inputs, and the error is measured."""
+"""A surrogate FMU runs next to its reference system on unseen inputs; the error is measured."""
 
 from __future__ import annotations
 
 import os
 import pickle
-import tempfile
 import time
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,16 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.core.signals import FloatArray, hold_of, outside_of_range
-from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, run_fmu, unpacked
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import UnpackedFmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
-from slide_fmu.python_fmu.reference_slave import FROM_STATE, write_reference_fmu
 from slide_fmu.recipe.case import Case
 from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import RandomStates, State, System
+from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
@@ -36,13 +33,9 @@ WORTH_PROCESSES = 20.0
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """A bench is what every trajectory is measured with; it goes to worker processes.
-
-    There is no reference FMU of a system that simulates whole records by itself.
-    """
+    """A bench is what every trajectory is measured with; it goes to worker processes."""
 
     fmu: UnpackedFmu
-    reference: UnpackedFmu | None
     surrogate: Surrogate
     case: Case
     stream: Stream
@@ -56,26 +49,22 @@ def validate(
     progress: Progress,
     workers: int | None = 1,
 ) -> Validation:
-    """Run an FMU and the reference FMU of its recipe side by side on unseen trajectories.
+    """Run an FMU and the reference system of its recipe on the same unseen trajectories.
 
     Where the task is about kinds that are held out, the trajectories are of these.
 
-    Of records, the FMU runs on the blocks of the part "test", beside what was measured there.
+    Of records, the FMU runs on the blocks of the part "test", next to what was measured there.
 
     Trajectories beyond the range on which the reference fails are left out.
 
-    A reference system whose states cannot be set is no FMU: it simulates each record by itself.
-
     Where the recipe has physical parameters, every trajectory has unseen values of them, from a
-    Sobol sequence of the task's seed; one more is at each corner of their box. Then the reference
-    simulates by itself too.
+    Sobol sequence of the task's seed; one more is at each corner of their box.
 
     Samples are scored from the end of the burn-in on, and not before the input window is filled
     with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
     recipe has a reference of its own, the model that made the data is simulated on the same
     inputs, so that its error is known apart from that of the surrogate. Worker processes (one per
-    core if None, none if 0) measure when there is much to do; both FMUs of a trajectory run in one
-    process.
+    core if None, none if 0) measure when there is much to do.
 
     Raises:
         CoSimulationError: an FMU reports an error.
@@ -115,22 +104,15 @@ def _validate_systems(
             "are filled and outputs are left to score"
         )
     progress(0, total)
-    with tempfile.TemporaryDirectory() as folder:
-        reference_path = Path(folder) / "reference.fmu"
-        with ExitStack() as stack:
-            fmu_files, reference_files = stack.enter_context(unpacked(fmu)), None
-            # of other values of physical parameters every time: those simulate by themselves
-            if _is_co_simulated(case) and not recipe.parameters:
-                write_reference_fmu(case.systems.reference_specification, reference_path)
-                reference_files = stack.enter_context(unpacked(reference_path))
-            bench = _Bench(fmu_files, reference_files, surrogate, case, stream)
-            comparisons = _measure_all(bench, count, workers, lambda n, _: progress(n, total))
-            at_corners = []
-            for index, corner in enumerate(corners):
-                at_corners.append(_measure(bench, count + index, corner))
-                progress(count + index + 1, total)
-            found, lost = _divided(comparisons)
-            found = _timed(bench, found)
+    with unpacked(fmu) as files:
+        bench = _Bench(files, surrogate, case, stream)
+        comparisons = _measure_all(bench, count, workers, lambda n, _: progress(n, total))
+        at_corners = []
+        for index, corner in enumerate(corners):
+            at_corners.append(_measure(bench, count + index, corner))
+            progress(count + index + 1, total)
+        found, lost = _divided(comparisons)
+        found = _timed(bench, found)
     return Validation(task, surrogate, recipe, found, tuple(at_corners), left_out=lost)
 
 
@@ -153,8 +135,7 @@ def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ..
     system = bench.case.reference
 
     def run(drawn: Draw) -> FloatArray:
-        straight = replace(drawn, between=None)
-        return _true_outputs(bench.reference, system, straight)[1]
+        return _true_outputs(system, replace(drawn, between=None))[1]
 
     seconds = first_that_runs(bench.case.recipe, system, stream, 0, run)
     first = replace(found[0], step_seconds=(found[0].step_seconds[0], seconds))
@@ -216,8 +197,7 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
     case = bench.case.at(values)
 
     def run(drawn: Draw) -> Comparison:
-        fmus = bench.fmu, bench.reference
-        found = compare(*fmus, bench.surrogate, case.reference, drawn, values or None)
+        found = compare(bench.fmu, bench.surrogate, case.reference, drawn, values or None)
         found = replace(found, failed=drawn.attempt)
         if not recipe.system.reference:
             return found
@@ -228,50 +208,26 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
     return first_that_runs(recipe, case.reference, stream, index, run)
 
 
-def _is_co_simulated(case: Case) -> bool:
-    """Tell whether a reference system runs as an FMU, which is started in drawn states.
-
-    An object of a session cannot be made again there.
-    """
-    given = case.systems.specification.given
-    return isinstance(case.reference, RandomStates) and given is None
-
-
-def _true_outputs(
-    reference: UnpackedFmu | None, system: System, drawn: Draw
-) -> tuple[FloatArray, FloatArray]:
+def _true_outputs(system: System, drawn: Draw) -> tuple[FloatArray, FloatArray]:
     """Return true outputs, (N + 1, n_outputs), and the wall time in s of every step, (N,).
 
     No times are returned where inputs bend: the system then goes by finer steps than it needs for
     other inputs.
     """
-    if drawn.between is not None:
-        return drawn_outputs(system, drawn), np.empty(0)
-    if reference is None or drawn.initial is None:
-        begin = time.perf_counter()
-        outputs = drawn_outputs(system, drawn)
-        seconds = (time.perf_counter() - begin) / len(drawn.inputs)
-        return outputs, np.full(len(drawn.inputs), seconds)
-    names = [signal.name for signal in system.outputs]
-    inputs = {s.name: drawn.inputs[:, i] for i, s in enumerate(system.inputs)}
-    start = _initial_parameters(system, drawn.initial)
-    try:
-        true = run_fmu(reference, inputs, names, start, system.step)
-    except CoSimulationError as error:  # another draw may take its place, as of other references
-        outside = outside_of_range(system.inputs, drawn.inputs)
-        raise SimulationError(f"{outside}: {error}" if outside else str(error)) from error
-    return true.values, true.seconds
+    begin = time.perf_counter()
+    outputs = drawn_outputs(system, drawn)
+    seconds = (time.perf_counter() - begin) / len(drawn.inputs)
+    return outputs, np.full(len(drawn.inputs) if drawn.between is None else 0, seconds)
 
 
 def compare(
     fmu: UnpackedFmu,
-    reference: UnpackedFmu | None,
     surrogate: Surrogate,
     system: System,
     drawn: Draw,
     parameters: Mapping[str, float] | None = None,
 ) -> Comparison:
-    """Run an FMU and the reference, an FMU or the system itself, on one drawn trajectory.
+    """Run an FMU and its reference system on one drawn trajectory.
 
     The system has been made with the values of the physical parameters, which the FMU gets too.
 
@@ -279,16 +235,5 @@ def compare(
         CoSimulationError: an FMU reports an error.
         SimulationError: the system could not be simulated.
     """
-    truth, seconds = _true_outputs(reference, system, drawn)
+    truth, seconds = _true_outputs(system, drawn)
     return beside(fmu, surrogate, drawn, truth, seconds, parameters)
-
-
-def _initial_parameters(system: System, initial: State) -> dict[str, float | bool]:
-    """Return the parameters that start the reference FMU in a drawn state."""
-    parts = {"coordinates": initial.coordinates, "velocities": initial.velocities}
-    if hold_of(system.inputs) == "first_order":
-        parts["last_input"] = initial.last_input
-    values: dict[str, float | bool] = {FROM_STATE: True}
-    for part, vector in parts.items():
-        values.update({f"initial_{part}[{i}]": float(v) for i, v in enumerate(vector)})
-    return values

@@ -20,7 +20,6 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.ssp import COMMON, DESCRIPTION, STRUCTURE
 
 Outputs = list[tuple[str, str]]
 """Components and their outputs."""
@@ -35,12 +34,12 @@ def needs(module: str) -> pytest.MarkDecorator:
 def booleans(ssp: Path) -> set[tuple[str, str]]:
     """Components and their connectors of type Boolean, which some importers read otherwise."""
     with zipfile.ZipFile(ssp) as archive:
-        root = ElementTree.fromstring(archive.read(STRUCTURE))
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
     return {
         (component.attrib["name"], connector.attrib["name"])
-        for component in root.iter(f"{{{DESCRIPTION}}}Component")
-        for connector in component.iter(f"{{{DESCRIPTION}}}Connector")
-        if connector.find(f"{{{COMMON}}}Boolean") is not None
+        for component in root.iter("{*}Component")
+        for connector in component.iter("{*}Connector")
+        if connector.find("{*}Boolean") is not None
     }
 
 

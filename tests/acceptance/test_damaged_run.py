@@ -12,7 +12,7 @@ import pytest
 
 from slide_fmu.fmu.export import read_fmu, read_member
 from tests.acceptance.conftest import Finished, invoke
-from tests.marks import essential
+from tests.marks import essential, of_app
 
 pytestmark = pytest.mark.extended
 
@@ -88,7 +88,17 @@ def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: s
 
 
 @pytest.mark.parametrize("kind", essential(DAMAGES, "half"))
-@pytest.mark.parametrize("subcommand", ["validate", "check", "info", "bench", "ssp", "export"])
+@pytest.mark.parametrize(
+    "subcommand",
+    [
+        "validate",
+        "check",
+        "info",
+        "export",
+        of_app("bench", "bench"),
+        of_app("ssp", "reference"),
+    ],
+)
 def test_who_reads_a_damaged_fmu_names_it_and_the_remedy(
     copied: Finished, tmp_path: Path, subcommand: str, kind: str
 ) -> None:

@@ -12,6 +12,7 @@ from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.systems.base import Stepping
 from slide_fmu.systems.loading import load_system
 from tests.acceptance.conftest import invoke
+from tests.marks import needs_app
 from tests.systems.function_models import specifications as models
 
 SHORT = """
@@ -68,6 +69,7 @@ hidden = 4
     assert max(errors.values()) < 0.1  # six trajectories, also held at the ends of the ranges
 
 
+@needs_app("reference")
 def test_functions_run_as_reference_fmu_beside_the_surrogate(tmp_path: Path) -> None:
     recipe = recipe_of(
         tmp_path,

@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.pipeline.job import open_job, provenance
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 from tests.limits import HANGS
-from tests.marks import essential
+from tests.marks import essential, needs_app, of_app
 from tests.progress import no_stages
 
 CART = '''
@@ -238,7 +238,7 @@ def test_place_for_figures_is_checked_before_the_work(duffing: Finished, tmp_pat
 
 
 @pytest.mark.parametrize("duration", ["0", "inf"])
-@pytest.mark.parametrize("subcommand", ["validate", "ssp"])
+@pytest.mark.parametrize("subcommand", ["validate", of_app("ssp", "reference")])
 def test_duration_that_is_no_positive_time_is_refused(
     duffing: Finished, tmp_path: Path, subcommand: str, duration: str
 ) -> None:
@@ -248,6 +248,7 @@ def test_duration_that_is_no_positive_time_is_refused(
     assert "expected a positive, finite time" in result.output
 
 
+@needs_app("reference")
 @pytest.mark.parametrize("duration", ["0.001", "1e10", "1e300"])
 def test_duration_of_too_many_samples_is_refused(
     duffing: Finished, tmp_path: Path, duration: str

@@ -13,6 +13,7 @@ import slide_fmu as slide
 from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
+from tests.marks import needs_app
 from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 
 NOISE = 0.02
@@ -115,8 +116,16 @@ def test_fmu_is_measured_again_where_its_record_lies(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("reference", "bench.toml", "-o", "reference.fmu"), "cannot be simulated"),
-        (("ssp", "runs/bench/bench.fmu", "-o", "both.ssp"), "cannot be simulated"),
+        pytest.param(
+            ("reference", "bench.toml", "-o", "reference.fmu"),
+            "cannot be simulated",
+            marks=needs_app("reference"),
+        ),
+        pytest.param(
+            ("ssp", "runs/bench/bench.fmu", "-o", "both.ssp"),
+            "cannot be simulated",
+            marks=needs_app("reference"),
+        ),
         (
             ("validate", "runs/bench/bench.fmu", "--amplitude", "1", "3"),
             "nothing beyond what was measured is known",

@@ -193,6 +193,7 @@ def test_export_again_gives_the_same_surrogate_and_the_same_bytes(
     assert read_fmu(from_recipe)[0].to_bytes() == read_fmu(duffing.fmu)[0].to_bytes()
 
 
+@needs_app("reference")
 def test_reference_fmu_of_a_recipe_is_valid(linear: Finished, tmp_path: Path) -> None:
     from fmpy.validation import validate_fmu
 

@@ -24,8 +24,8 @@ from figures_out import write_figures
 from synthetic import synthetic_robot
 from timing import Part, TimedSurrogate, part_times, repeats
 
-from slide_fmu.cosim.bench import Bench, fmu_times
-from slide_fmu.cosim.effort import Effort
+from slide_fmu.apps.bench.bench import Bench
+from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
@@ -54,7 +54,7 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
     """Time a surrogate's FMU and its baselines in turns.
 
     Returns:
-        The figures of ``slide_fmu.cosim.bench.Bench``, and in microseconds: ``runtime_step``
+        The figures of ``slide_fmu.apps.bench.bench.Bench``, and in microseconds: ``runtime_step``
         (inside C, without FMI), ``kernel`` (one evaluation of all that layers give, or both cells
         of a ping-pong step), ``memory_bound`` (the bytes of the weights over the bandwidth
         ``read_gb_per_s`` at which the network's memory is read in the same run, wherever it
@@ -73,11 +73,12 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
                 loops = -(-effort.steps // times[part])
                 bench.add(name, part_times(timed, part, loops, times[part]))
             bench.round()
-            rows = bench.record[: effort.steps]
-            estimates = surrogate.estimator is not None
-            whole, alone = fmu_times(other, surrogate, rows, estimates=estimates)
-            bench.add("pythonfmu_set_step_get", whole)
-            bench.add("pythonfmu_step", alone)
+            names = [signal.name for signal in surrogate.outputs]
+            if surrogate.estimator is not None:
+                names += [f"{name}_error_estimate" for name in names]
+            run = bench.run_fmu(other, names)
+            bench.add("pythonfmu_set_step_get", run.seconds)
+            bench.add("pythonfmu_step", run.step_seconds)
     return _with_bound({**bench.figures(), "remarks": remarks}, timed.memory)
 
 

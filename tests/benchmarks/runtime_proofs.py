@@ -15,7 +15,7 @@ from typing import Any
 from comparison import compare_synthetic
 from figures_out import write_figures
 
-from slide_fmu.cosim.effort import Effort
+from slide_fmu.apps.bench.effort import Effort
 
 WANTED = {
     "part_of_memory_bound": 0.85,

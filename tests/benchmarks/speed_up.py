@@ -29,8 +29,7 @@ from seeds import SPEED_UP
 from timing import Part, TimedSurrogate, part_times
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
-from slide_fmu.cosim.bench import fmu_times
-from slide_fmu.cosim.run import unpacked
+from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -64,6 +63,8 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
     values = np.random.default_rng(0).uniform(-1, 1, (arguments.steps, 1))
     scaling = surrogate.input_scaling
     rows = scaling.offset + values * scaling.scale
+    inputs = {signal.name: rows[:, i] for i, signal in enumerate(surrogate.inputs)}
+    outputs = [signal.name for signal in surrogate.outputs]
     times: dict[str, list[float]] = {}
     inside = TimedSurrogate(surrogate)
     with unpacked(arguments.fmu) as fmu:
@@ -71,7 +72,8 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             drawn = draw(recipe, drawing, stream, index)
             for name, timer in models.items():
                 times.setdefault(name, []).append(timer(drawn))
-            times.setdefault("fmu_step", []).extend(fmu_times(fmu, surrogate, rows)[1])
+            run = run_fmu(fmu, inputs, outputs, step=window.step)
+            times.setdefault("fmu_step", []).extend(run.step_seconds)
             times.setdefault("runtime_step", []).extend(
                 part_times(inside, Part.STEP, WINDOWS, LOOP)
             )

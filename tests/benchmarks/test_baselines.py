@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +13,7 @@ from baselines import BaselineError
 from baselines.cells import TorchCells
 from baselines.layers import Evaluation, onnx_layers, torch_layers
 from baselines.numpy_fmu import write_numpy_fmu
-from comparison import compare_fmu
 
-from slide_fmu.cosim.effort import Effort
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.build import build_all
@@ -22,6 +21,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.marks import needs_app
 
 pytestmark = pytest.mark.extended
 
@@ -30,7 +30,6 @@ TIMES = (
     *("pythonfmu_step", "pythonfmu_set_step_get", "read_gb_per_s"),
 )
 OTHERS = ("torch", "onnxruntime")
-LITTLE = Effort(rounds=1, steps=3, windows=20)
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1."""
 
@@ -40,6 +39,16 @@ def _binaries() -> None:
     build_all()
 
 
+def compared(fmu: Path) -> dict[str, Any]:
+    """Return the figures of a short comparison."""
+    from comparison import compare_fmu
+
+    from slide_fmu.apps.bench.effort import Effort
+
+    return compare_fmu(fmu, Effort(rounds=1, steps=3, windows=20))
+
+
+@needs_app("bench")
 @pytest.mark.parametrize(
     "shape",
     [
@@ -50,7 +59,7 @@ def _binaries() -> None:
     ids=["layers", "cells", "gated"],
 )
 def test_comparison_times_everything_that_is_there(tmp_path: Path, shape: Shape) -> None:
-    figures = compare_fmu(export_fmu(random_surrogate(shape), tmp_path / "tiny.fmu"), LITTLE)
+    figures = compared(export_fmu(random_surrogate(shape), tmp_path / "tiny.fmu"))
     for name in TIMES:
         assert figures[name] > 0, name
     assert figures["batch"]["native"] > 0
@@ -59,19 +68,21 @@ def test_comparison_times_everything_that_is_there(tmp_path: Path, shape: Shape)
         assert name in figures["batch"]
 
 
+@needs_app("bench")
 def test_comparison_of_a_surrogate_whose_bound_gives_its_error_estimate(tmp_path: Path) -> None:
     """Its PythonFMU has none."""
     surrogate = with_span(bounded_surrogate(Shape(cell=CellShape())))
-    figures = compare_fmu(export_fmu(surrogate, tmp_path / "tiny.fmu"), LITTLE)
+    figures = compared(export_fmu(surrogate, tmp_path / "tiny.fmu"))
     assert figures["pythonfmu_set_step_get"] > 0
 
 
+@needs_app("bench")
 def test_missing_packages_are_none_with_a_remark(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("torch", "onnx", "onnxruntime"):
         monkeypatch.setitem(sys.modules, name, None)
-    figures = compare_fmu(export_fmu(random_surrogate(Shape()), tmp_path / "tiny.fmu"), LITTLE)
+    figures = compared(export_fmu(random_surrogate(Shape()), tmp_path / "tiny.fmu"))
     assert [figures[name] for name in OTHERS] == [None, None]
     assert set(figures["remarks"]) == set(OTHERS)
 

@@ -17,6 +17,7 @@ from slide_fmu.fmu.export import PROVENANCE, SURROGATE
 from slide_fmu.pipeline.job import open_job
 from tests.acceptance.conftest import SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
+from tests.marks import of_app
 from tests.own_models.quarter_car import build_in_c
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +31,10 @@ def said(*arguments: object) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
-@pytest.mark.parametrize("subcommand", ["info", "check", "export", "bench", "validate"])
+@pytest.mark.parametrize(
+    "subcommand",
+    ["info", "check", "export", "validate", of_app("bench", "bench")],
+)
 def test_missing_fmu_is_told_in_words(subcommand: str, tmp_path: Path) -> None:
     more = ("-o", tmp_path / "x.fmu") if subcommand == "export" else ()
     code, output = said(subcommand, tmp_path / "nothere.fmu", *more)
@@ -64,7 +68,7 @@ def test_recipe_that_cannot_be_read_is_told_in_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("duration", ["0", "nan", "-1", "inf"])
-@pytest.mark.parametrize("subcommand", ["validate", "ssp"])
+@pytest.mark.parametrize("subcommand", ["validate", of_app("ssp", "reference")])
 def test_duration_that_is_no_time_is_refused_in_the_same_words(
     subcommand: str, duration: str, tmp_path: Path
 ) -> None:

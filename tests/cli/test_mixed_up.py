@@ -11,6 +11,7 @@ import pytest
 
 from slide_fmu.propose.proposal import propose
 from tests.cli.test_habits import DUFFING, said
+from tests.marks import of_app
 
 MODEL = """
 inputs = {"u": {"unit": "N", "range": [-1, 1]}}
@@ -27,7 +28,7 @@ def g(x, u, p):
 """
 
 
-@pytest.mark.parametrize("subcommand", ["info", "validate", "bench", "check"])
+@pytest.mark.parametrize("subcommand", ["info", "validate", "check", of_app("bench", "bench")])
 def test_recipe_in_the_place_of_an_fmu_is_told(subcommand: str, tmp_path: Path) -> None:
     recipe = tmp_path / "spring.toml"
     recipe.write_text('name = "spring"\n', encoding="utf-8")

@@ -17,7 +17,7 @@ from types import ModuleType
 
 import fmpy
 
-from slide_fmu.python_fmu.writer import write_python_fmu
+from tests.python_fmus import write_python_fmu
 
 HERE = Path(__file__).parent
 SLAVE = HERE.parents[1] / "docs" / "tutorials" / "quarter_car_slave.py"
@@ -97,7 +97,7 @@ def write_fmu(path: Path, description: str, library: Path, identifier: str, fmi:
 
 def build_in_python(path: Path) -> Path:
     """Write the quarter car as FMU of PythonFMU: co-simulation of FMI 2.0, in Python."""
-    return write_python_fmu("QuarterCar", SLAVE.read_text(encoding="utf-8"), path)
+    return write_python_fmu("QuarterCar", SLAVE, path)
 
 
 def equations() -> ModuleType:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
-from slide_fmu.fmu.export import export_fmu, read_fmu
-from slide_fmu.pipeline.side_by_side import as_the_reference
+from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
@@ -85,17 +83,3 @@ def test_report_and_card_say_which_error_is_which(found: Validation) -> None:
     said = "answers one step late" if found.surrogate.inputs_at_step_end else "forecasts what"
     assert said in section.text
     assert said in text
-
-
-def test_side_by_side_system_has_an_fmu_that_takes_inputs_as_the_reference(
-    tmp_path: Path,
-) -> None:
-
-    for at_step_end in (False, True):
-        surrogate = surrogate_of(at_step_end)
-        fmu = export_fmu(surrogate, tmp_path / f"{at_step_end}.fmu", fmi=3, provenance={"a": 1})
-        alike = as_the_reference(fmu, surrogate, {"a": 1}, tmp_path / "alike.fmu")
-        told, provenance = read_fmu(alike)
-        assert told.inputs_at_step_end
-        assert provenance == {"a": 1}
-        assert alike != fmu

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -82,7 +83,8 @@ def test_worker_processes_start_where_the_rest_of_the_work_is_long(
 ) -> None:
     """Two trajectories of so many seconds each are left, and ten seconds are worth processes."""
     started: list[int] = []
-    clock = iter([100.0, 100.0 + seconds])
+    inside = [100.0, 100.0]  # around the simulation of the first trajectory
+    clock = chain([100.0, *inside, 100.0 + seconds], repeat(200.0))
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 10.0)
     monkeypatch.setattr(validation, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
     monkeypatch.setattr(validation, "process_pool", lambda *_: nullcontext())

@@ -13,8 +13,7 @@ import numpy as np
 
 from slide_fmu.apps.compare.baselines.base import Baseline, Frozen, Stepped
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.bench import fmu_times
-from slide_fmu.cosim.run import UnpackedFmu, unpacked
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -81,8 +80,10 @@ class StepTimes:
         return max(times[1] - times[0], 1e-9) / TIMED_STEPS
 
     def _in_fmu(self, fmu: UnpackedFmu, surrogate: Surrogate) -> float:
-        _, alone = fmu_times(fmu, surrogate, self._inputs)
-        return float(np.median(alone[FIRST_STEPS:]))
+        names = [signal.name for signal in surrogate.outputs]
+        inputs = {s.name: self._inputs[:, i] for i, s in enumerate(surrogate.inputs)}
+        run = run_fmu(fmu, inputs, names, step=surrogate.window.step)
+        return float(np.median(run.step_seconds[FIRST_STEPS:]))
 
     @property
     def _inputs(self) -> FloatArray:

@@ -18,10 +18,10 @@ FILE = "surrogate.slide"
 
 def write_numpy_fmu(surrogate, folder):
     """Write the FMU of a surrogate to a folder; returns its path."""
-    from slide_fmu.python_fmu.writer import write_python_fmu
+    from tests.python_fmus import write_python_fmu
 
-    script, path = Path(__file__).read_text(encoding="utf-8"), folder / "NumpySurrogate.fmu"
-    return write_python_fmu("NumpySurrogate", script, path, {FILE: surrogate.to_bytes()})
+    path = folder / "NumpySurrogate.fmu"
+    return write_python_fmu("NumpySurrogate", Path(__file__), path, {FILE: surrogate.to_bytes()})
 
 
 class Seen:

@@ -11,8 +11,8 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
 
+from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.cosim.ssv import SET
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate

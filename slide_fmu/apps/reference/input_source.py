@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from pythonfmu import Real
 
+from slide_fmu.apps.reference.slave import SAME, Slave, whole_steps
+from slide_fmu.apps.reference.writer import write_python_fmu
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.python_fmu.slave import SAME, Slave, whole_steps
-from slide_fmu.python_fmu.writer import write_python_fmu
 
 RECORD = "inputs.npz"
 
 _SCRIPT = '''"""Recorded inputs; the Python environment must offer slide_fmu."""
 
-from slide_fmu.python_fmu import input_source
+from slide_fmu.apps.reference import input_source
 
 
 class InputSource(input_source.InputSource):

@@ -11,14 +11,14 @@ import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
 
 from mbs_models.oscillators import LinearOscillator
+from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.cosim.ssv import parameter_set, read_parameter_set
 from slide_fmu.fmu.export import load
 from slide_fmu.recipe.writing import tables_text
 from tests.acceptance.conftest import Finished, invoke, run_recipe
 from tests.acceptance.importers import needs, run_ecos, run_fmpy, run_libcosim
-from tests.acceptance.test_importers import IMPORTERS, Importer
+from tests.apps.reference.test_importers import IMPORTERS, Importer
 from tests.recipes import TINY
 
 pytestmark = pytest.mark.extended
@@ -142,7 +142,7 @@ def test_mistakes_are_refused_in_words(
 
 
 def test_parameters_of_an_fmu_without_any_are_refused(tmp_path: Path) -> None:
-    fmu = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    fmu = Path(__file__).parents[3] / "fmus" / "linear" / "linear.fmu"
     result = invoke("ssp", fmu, "-o", tmp_path / "x.ssp", "--set", "mass=1.0")
     assert result.exit_code == 1
     assert "the surrogate has no parameters" in result.output.replace("\n", " ")

@@ -15,10 +15,10 @@ import numpy as np
 from pythonfmu import Boolean, Real
 from pythonfmu.enums import Fmi2Status
 
+from slide_fmu.apps.reference.slave import Slave, stored, whole_steps
+from slide_fmu.apps.reference.writer import write_python_fmu
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
-from slide_fmu.python_fmu.slave import Slave, stored, whole_steps
-from slide_fmu.python_fmu.writer import write_python_fmu
 from slide_fmu.systems.base import Restorable, State, Stepping
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
@@ -26,7 +26,7 @@ from slide_fmu.systems.specification import Specification
 
 _SCRIPT = '''"""Reference FMU: names its system, which the Python environment must offer."""
 
-from slide_fmu.python_fmu import reference_slave
+from slide_fmu.apps.reference import reference_slave
 
 
 class {class_name}(reference_slave.SystemSlave):

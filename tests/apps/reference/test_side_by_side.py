@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.apps.reference.side_by_side import as_the_reference, led_in
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw
-from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.side_by_side import led_in
+from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import State
+from tests.validation.test_moving_inputs import surrogate_of
 
-FMUS = Path(__file__).parents[2] / "fmus"
+FMUS = Path(__file__).parents[3] / "fmus"
 BURN_IN, COUNT = 100, 50
 
 
@@ -56,3 +57,17 @@ def test_directors_stay_as_they_were_drawn() -> None:
     angles = np.linspace(1.0, 9.0, BURN_IN + COUNT)
     inputs = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     np.testing.assert_array_equal(led_in(released("slider_crank"), drawn(inputs)), inputs)
+
+
+def test_side_by_side_system_has_an_fmu_that_takes_inputs_as_the_reference(
+    tmp_path: Path,
+) -> None:
+
+    for at_step_end in (False, True):
+        surrogate = surrogate_of(at_step_end)
+        fmu = export_fmu(surrogate, tmp_path / f"{at_step_end}.fmu", fmi=3, provenance={"a": 1})
+        alike = as_the_reference(fmu, surrogate, {"a": 1}, tmp_path / "alike.fmu")
+        told, provenance = read_fmu(alike)
+        assert told.inputs_at_step_end
+        assert provenance == {"a": 1}
+        assert alike != fmu

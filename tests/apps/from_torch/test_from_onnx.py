@@ -291,8 +291,8 @@ def test_missing_package_is_named_with_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = flat_graph().dense().save(tmp_path)
-    monkeypatch.delitem(sys.modules, "slide_fmu.network.foreign.onnx_nodes", raising=False)
-    monkeypatch.delattr("slide_fmu.network.foreign.onnx_nodes", raising=False)
+    monkeypatch.delitem(sys.modules, "slide_fmu.apps.from_torch.onnx_nodes", raising=False)
+    monkeypatch.delattr("slide_fmu.apps.from_torch.onnx_nodes", raising=False)
     monkeypatch.setitem(sys.modules, "onnx", None)
     with pytest.raises(ModuleNotFoundError, match="extra 'onnx'"):
         made_of(path)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slide_fmu.core.extras import told_missing
+from slide_fmu.apps.from_torch.chain import network_of
+from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.network.feed_forward.network import FeedForward
-from slide_fmu.network.foreign.chain import network_of
 from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def from_torch(
         )
     scalings = range_scaling(signals[0]), range_scaling(signals[1])
     if not isinstance(module, str | Path):
-        from slide_fmu.network.foreign import torch_layers
+        from slide_fmu.apps.from_torch import torch_layers
 
         copied = torch_layers.evaluated(module)
         reads = torch_layers.read_layers(copied)
@@ -100,9 +100,13 @@ def _onnx_network(path: Path, window: Window, scalings: tuple[Affine, Affine]) -
             "torch.nn.Sequential: load a file of torch yourself, and give the module"
         )
     try:
-        from slide_fmu.network.foreign import onnx_nodes
+        from slide_fmu.apps.from_torch import onnx_nodes
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(told_missing(error) or str(error), name=error.name) from error
+        raise ModuleNotFoundError(
+            f"the package {error.name!r} is not installed; expected the extra 'onnx': "
+            f"{how_to_install('onnx')}",
+            name=error.name,
+        ) from error
     reads = onnx_nodes.read_nodes(path, window, len(scalings[0].scale))
     return network_of(reads, window, scalings, onnx_nodes.TAKEN)
 

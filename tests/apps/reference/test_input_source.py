@@ -10,8 +10,8 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
+from slide_fmu.apps.reference.input_source import write_input_source
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.python_fmu.input_source import write_input_source
 
 SIGNALS = (Signal("force", "N", 0.0, 1000.0), Signal("angle", "rad", -3.0, 3.0))
 

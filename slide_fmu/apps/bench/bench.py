@@ -6,16 +6,15 @@ Comparisons with other ways to run the same network are in ``tests/benchmarks/co
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.cosim.check import random_record
-from slide_fmu.cosim.effort import Effort
-from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
+from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
@@ -36,52 +35,6 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
         for _ in range(effort.rounds):
             bench.round()
     return {"fmu": str(path), **bench.figures()}
-
-
-def fmu_times(
-    fmu: UnpackedFmu,
-    surrogate: Surrogate,
-    rows: FloatArray,
-    estimates: bool = False,
-    bounds: bool = False,
-) -> tuple[list[float], list[float]]:
-    """Time a fresh instance of an FMU, called through fmpy.
-
-    Args:
-        rows: inputs of every step, shape (N, n_inputs), in the inputs' units.
-        estimates: get the error estimates too, if there are any.
-        bounds: get the error bounds and the novelty too, if there are any.
-
-    Returns:
-        Seconds of every set, doStep and get together, and of doStep alone.
-
-    Raises:
-        CoSimulationError: a variable is not there, or the FMU reports an error.
-    """
-    signals = [signal.name for signal in surrogate.outputs]
-    names = list(signals)
-    if estimates and surrogate.estimates_errors:
-        names += [ERROR_ESTIMATE.format(signal=name) for name in signals]
-    if bounds and surrogate.bound is not None:
-        names += [*(ERROR_BOUND.format(signal=name) for name in signals), NOVELTY]
-    fmu.require(*names, *(signal.name for signal in surrogate.inputs))
-    inputs = [fmu.references[signal.name] for signal in surrogate.inputs]
-    outputs = [fmu.references[name] for name in names]
-    whole, alone, step = [], [], surrogate.window.step
-    with instantiated(fmu) as slave:
-        slave.enter_initialization(0.0)
-        slave.exit_initialization()
-        for k, row in enumerate(rows.tolist()):
-            begin = time.perf_counter()
-            slave.set_real(inputs, row)
-            before = time.perf_counter()
-            slave.do_step(k * step, step)
-            after = time.perf_counter()
-            slave.get_real(outputs)
-            whole.append(time.perf_counter() - begin)
-            alone.append(after - before)
-        slave.terminate()
-    return whole, alone
 
 
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:
@@ -123,9 +76,19 @@ class Bench:
         }
         self._times: dict[str, list[float]] = {}
 
-    def add(self, name: str, seconds: list[float]) -> None:
+    def add(self, name: str, seconds: Iterable[float]) -> None:
         """Add times in s that were measured elsewhere."""
         self._times.setdefault(name, []).extend(seconds)
+
+    def run_fmu(self, fmu: UnpackedFmu, outputs: Sequence[str]) -> Run:
+        """Run an FMU of the surrogate's inputs on the first samples of the record.
+
+        Raises:
+            CoSimulationError: a variable is not there, or the FMU reports an error.
+        """
+        columns = self.record[: self.effort.steps].T
+        inputs = {s.name: column for s, column in zip(self.surrogate.inputs, columns, strict=True)}
+        return run_fmu(fmu, inputs, outputs, step=self.surrogate.window.step)
 
     def round(self) -> None:
         """Time everything once more.
@@ -136,15 +99,19 @@ class Bench:
         steps = self.effort.steps
         for name, single in self.singles.items():
             self.add(name, _call_times(single, steps))
-        rows = self.record[:steps]
-        whole, alone = fmu_times(self._fmu, self.surrogate, rows, estimates=True)
-        self.add("fmu_set_step_get", whole)
-        self.add("fmu_step", alone)
-        whole, _ = fmu_times(self._fmu, self.surrogate, rows)
-        self.add("fmu_set_step_get_without_estimates", whole)
-        if self.surrogate.bound is not None:
-            whole, _ = fmu_times(self._fmu, self.surrogate, rows, estimates=True, bounds=True)
-            self.add("fmu_set_step_get_with_bounds", whole)
+        surrogate = self.surrogate
+        names = [signal.name for signal in surrogate.outputs]
+        estimates = [ERROR_ESTIMATE.format(signal=name) for name in names]
+        bounds = [*(ERROR_BOUND.format(signal=name) for name in names), NOVELTY]
+        wanted = [*names, *estimates] if surrogate.estimates_errors else names
+        run = self.run_fmu(self._fmu, wanted)
+        self.add("fmu_set_step_get", run.seconds)
+        self.add("fmu_step", run.step_seconds)
+        without = self.run_fmu(self._fmu, names).seconds
+        self.add("fmu_set_step_get_without_estimates", without)
+        if surrogate.bound is not None:
+            with_bounds = self.run_fmu(self._fmu, [*wanted, *bounds]).seconds
+            self.add("fmu_set_step_get_with_bounds", with_bounds)
         for name, batch in self.batches.items():
             begin = time.process_time()
             batch()

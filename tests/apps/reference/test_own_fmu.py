@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.apps.reference.side_by_side import write_reference, write_side_by_side
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.pipeline.side_by_side import write_reference, write_side_by_side
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -13,9 +13,9 @@ import onnx
 from numpy.typing import NDArray
 from onnx.reference import ReferenceEvaluator
 
+from slide_fmu.apps.from_torch.chain import SIGMOID, Linear, Read, Scaling, Step
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
-from slide_fmu.network.foreign.chain import SIGMOID, Linear, Read, Scaling, Step
 
 TAKEN = (
     "a chain of Gemm, MatMul, Add, Sub, Mul, Div with constants, BatchNormalization, Flatten, "

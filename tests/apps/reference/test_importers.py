@@ -18,8 +18,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 
+from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.ssp import Connection, write_ssp
 from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
@@ -35,7 +35,7 @@ from tests.acceptance.importers import (
 
 pytestmark = pytest.mark.extended
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 STEP = 0.03
 LOOP_STEPS = 200

@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from torch import nn
 
+from slide_fmu.apps.from_torch.chain import SIGMOID, Linear, Read, Scaling, Step
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.foreign.chain import SIGMOID, Linear, Read, Scaling, Step
 
 TAKEN = (
     "torch.nn.Sequential of Linear, BatchNorm1d, Flatten, Identity, Dropout, ReLU, "

@@ -14,15 +14,19 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
+from slide_fmu.apps.reference.reference_slave import write_reference_fmu
+from slide_fmu.apps.reference.side_by_side import write_reference
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.python_fmu.reference_slave import write_reference_fmu
+from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.limits import largest_file
+from tests.validation.measured import FINER
 
 SAME = 1e-12
 """In m: the FMU calls the same code with the same numbers."""
@@ -264,3 +268,14 @@ def test_it_carries_the_licences_of_what_it_holds(tmp_path: Path) -> None:
     assert texts.keys() == {f"{folder}/{n}.txt" for n in ("license", "pythonfmu", "slide-fmu")}
     assert "Permission is hereby granted" in texts[f"{folder}/pythonfmu.txt"]
     assert "PythonFMU 0.7" in texts[f"{folder}/license.txt"]
+
+
+def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) -> None:
+    path = write_reference(case_of(FINER), tmp_path / "reference.fmu")
+    system = case_of(FINER).reference
+    force = np.random.default_rng(0).uniform(-1000, 1000, 40)
+    expected = simulate(system, force[:, None], system.rest_state(force[:1])).outputs
+    with unpacked(path) as files:
+        names = [system.inputs[0].name], [system.outputs[0].name]
+        found = run_fmu(files, {names[0][0]: force}, names[1])
+    assert found.values == pytest.approx(expected, abs=1e-12)

@@ -1,0 +1,7 @@
+"""Networks of others add a function for Python."""
+
+from __future__ import annotations
+
+from slide_fmu.pipeline.apps import App
+
+APP = App(public={"from_torch": "slide_fmu.apps.from_torch.from_torch"})

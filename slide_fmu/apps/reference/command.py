@@ -1,0 +1,66 @@
+"""The subcommands that write a reference system as an FMU, alone or next to its surrogate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slide_fmu.cli.console import console, errors, show_remark
+from slide_fmu.cli.options import FmuArgument, RecipeArgument, numbers_of
+from slide_fmu.pipeline.defaults import UNSEEN_SEED
+
+
+def reference(
+    recipe: RecipeArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU here.")],
+) -> None:
+    """Write the model of a recipe itself as an FMU; it needs this Python to run."""
+    from slide_fmu.apps.reference.side_by_side import write_reference
+    from slide_fmu.pipeline.importable import make_importable
+    from slide_fmu.recipe.case import case_of
+    from slide_fmu.recipe.reading import load_recipe
+
+    with errors():
+        make_importable(recipe.parent)
+        path = write_reference(case_of(load_recipe(recipe)), output)
+    console.print(f"FMU     {path}")
+
+
+def ssp(
+    fmu: FmuArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the SSP here.")],
+    seed: Annotated[
+        int, typer.Option(min=0, help="Draw the inputs with this seed.")
+    ] = UNSEEN_SEED,
+    duration: Annotated[
+        float | None,
+        typer.Option(help="Drive it this long, in s; the recipe's if not given."),
+    ] = None,
+    parameters: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PATH.ssv", help="Give physical parameters the values in this SSV file."
+        ),
+    ] = None,
+    given: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Give this physical parameter this value; once for each. All others have that "
+            "of the SSV file, or their start value.",
+        ),
+    ] = None,
+) -> None:
+    """Write an FMU, its reference system and unseen inputs as one SSP; runs the model's code."""
+    from slide_fmu.apps.reference.side_by_side import write_side_by_side
+    from slide_fmu.cosim.ssv import read_parameter_set
+
+    with errors():
+        values = {} if parameters is None else read_parameter_set(parameters)
+        values |= numbers_of("set", given)
+        path, remark = write_side_by_side(fmu, output, seed, duration, values)
+    show_remark(remark)
+    console.print(f"SSP     {path}")

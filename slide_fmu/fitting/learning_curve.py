@@ -15,13 +15,9 @@ from pathlib import Path
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
 from slide_fmu.data.trajectories import read_split
 from slide_fmu.fitting.preparation import Prepared, Work, prepare, scales_of
-from slide_fmu.fitting.state_space.multi_start import (
-    LINEAR_ITERATIONS,
-    Candidate,
-    MultiStart,
-)
+from slide_fmu.fitting.state_space.fit_data import fit_data
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
@@ -69,15 +65,15 @@ class LearningCurve:
         place = self._work.checkpoints / f"curve-{prepared.scales.key}.pt"
         problem = prepared.problem(splits, place)
         data = fit_data(problem, network, training)
-        fit = MultiStart(problem, network, training, data, progress)
+        fit = MultiStart(data, progress)
         first = self._candidate is None
         iterations = FIRST_ITERATIONS if first else ITERATIONS
         starts = 2 * LINEAR_ITERATIONS + training.start_iterations if first else 0
-        fit.plan(starts + iterations)
+        fit.ledger.plan(starts + iterations)
         before = self._candidate or _first(fit)
         candidate = fit.refine(before, f"{train} trajectories", iterations)
         self._candidate = candidate
-        fit.finish()
+        fit.ledger.finish()
         squares = sum_of_squares(candidate.shape, candidate.state.best, data.whole)
         return candidate.error, math.sqrt(squares / data.whole.counted)
 

@@ -17,7 +17,6 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.preparation import Work, prepare, scales_of, window_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
-from slide_fmu.fitting.state_space.cubes import with_enough_room
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
@@ -110,7 +109,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     )
     resolved = recipe.model_copy(update={"network": found.table})
     histories = {**prepared.tried, part.stage: history}
-    return Fit(with_enough_room(surrogate, recipe, source), histories, resolved)
+    return Fit(surrogate, histories, resolved)
 
 
 def learnt_ranges(outputs: FloatArray) -> FloatArray:

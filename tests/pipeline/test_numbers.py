@@ -18,7 +18,7 @@ from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
-from slide_fmu.fitting.state_space.objective import FitData, fit_data
+from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.numbers import known_numbers

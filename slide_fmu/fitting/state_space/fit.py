@@ -1,4 +1,4 @@
-"""A state-space network is fitted here: its size is chosen, its multi-start run, the best kept."""
+"""A state-space network is fitted: its size is chosen, its multi-start run, and the best kept."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from slide_fmu.fitting.history import History, TriedUnits
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
+from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
@@ -24,7 +25,6 @@ from slide_fmu.fitting.state_space.multi_start import (
     while_it_pays,
 )
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
-from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.fitting.state_space.sizes import POOR, USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.network.state_space.cell import GATED, Cell
@@ -33,15 +33,15 @@ from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 PER_PARAMETER = 10
-"""Fewer samples for each parameter than these do not tell good parameters from others."""
+"""With fewer samples for each parameter, good parameters cannot be told from others."""
 
 ROUND, HELPS = 20, 0.99
-"""Where two sizes compete, both are refined by so many iterations, and then in further rounds, as
-long as a round lowers the error below this part: most reach a plateau soon. The larger one goes on
-only if it may still win."""
+"""Where two sizes compete, both are refined by this many iterations, and then in further rounds,
+as long as a round lowers the error below this part: most reach a plateau soon. The larger one goes
+on only if it may still win."""
 
 WITH_MORE_STATES = "refined with more states"
-"""The run of the network of more states than the search has chosen is called so."""
+"""The run of the network with more states than the search has chosen has this name."""
 
 
 def fit_state_space(
@@ -62,29 +62,32 @@ def fit_state_space(
     data = fit_data(problem, network, training)
     kinds: tuple[TriedUnits, ...] = ()
     if network.units == "auto" and problem.start is None:
-        network, kinds = choose_units(problem, network, training, data, progress)
-    multi_start = MultiStart(problem, network, training, data, progress)
+        network, kinds = choose_units(data, progress)
+        data = replace(data, network=network)
+    multi_start = MultiStart(data, progress)
     if problem.start is not None:
-        multi_start.plan(training.iterations)
+        multi_start.ledger.plan(training.iterations)
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
-        multi_start.finish()
-        return FittedNetwork(freeze(winner, problem, data), _history(winner, data), network)
+        multi_start.ledger.finish()
+        return FittedNetwork(freeze(winner, data), _history(winner, data), network)
     chosen = choose_sizes(multi_start)
     winner = compete(multi_start, chosen)
-    multi_start.finish()
+    multi_start.ledger.finish()
     if not math.isfinite(winner.error):
         raise TrainingError(
             "training diverged: no start of the state-space network has a finite validation "
             "error; give more starts (training.starts) or a lower network.order"
         )
-    learnable, samples = still_learnable(multi_start, winner), data.whole.targets.numel()
-    weighted, parameters = problem.noise is not None, winner.shape.n_parameters
-    remark = remark_on(winner.error, learnable, parameters, samples, weighted)
-    history = replace(_history(winner, data), sizes=chosen.tried, units=kinds, remark=remark)
+    history = replace(
+        _history(winner, data),
+        sizes=chosen.tried,
+        units=kinds,
+        remark=remark_on(winner, still_learnable(data, winner), data),
+    )
     n_states, n_units = winner.shape.n_states, winner.shape.n_units
     order = n_states - (network.padding if n_units else 0)
     table = network.model_copy(update={"order": order, "hidden": n_units})
-    return FittedNetwork(freeze(winner, problem, data), history, table)
+    return FittedNetwork(freeze(winner, data), history, table)
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
@@ -118,32 +121,38 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     """Return the best network of a size, refined on all data.
 
     A search has run several starts of the size, and the best of them further: that one is taken.
-    Sizes that are given have a multi-start of their own.
+    Sizes that are given have a multi-start of their own. Where normal equations are solved for
+    fewer hidden units, the best is widened.
     """
-    training, order, n_units = multi_start.training, chosen.order, chosen.n_units
-    dense = multi_start.dense_units(order, n_units) if n_units else 0
+    training, n_units, larger = multi_start.training, chosen.n_units, chosen.larger
+    dense = multi_start.dense_units(chosen.order, n_units) if n_units else 0
     last = training.iterations if dense == n_units else training.stretches
     winner = chosen.judged
     if winner is None:
-        multi_start.plan(
-            2 * LINEAR_ITERATIONS + (_iterations(training, last) if n_units else last)
-        )
-        winner = multi_start.linear(order)
+        starts = training.starts * training.start_iterations if n_units else 0
+        kept = training.kept * training.kept_iterations if n_units else 0
+        multi_start.ledger.plan(2 * LINEAR_ITERATIONS + starts + kept + last)
+        winner = multi_start.linear(chosen.order)
         if n_units:
-            starts = [multi_start.start(winner, dense, n) for n in range(training.starts)]
-            winner = multi_start.go_on(starts)[0]
-        return _last_run(multi_start, winner, n_units, dense)
-    larger = chosen.larger
-    alone = dense != n_units or larger is None or larger.shape.n_units != n_units
-    if alone or larger is None:
-        multi_start.plan(last)
-        return _last_run(multi_start, winner, n_units, dense)
-    used = larger.error < USED * winner.error  # it makes use of its states already
-    if used:
-        multi_start.plan(last)
+            numbers = range(training.starts)
+            winner = multi_start.best_of([multi_start.start(winner, dense, n) for n in numbers])
+    elif dense == n_units and larger is not None and larger.shape.n_units == n_units:
+        return _of_two(multi_start, winner, larger)
+    else:
+        multi_start.ledger.plan(last)
+    if dense == n_units:
+        return multi_start.refine(winner)
+    return multi_start.widened(winner, n_units)
+
+
+def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Candidate:
+    """Refine the network that a search has chosen, and one of more states if that may win."""
+    last = multi_start.training.iterations
+    if larger.error < USED * winner.error:  # it makes use of its states already
+        multi_start.ledger.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
     first = min(ROUND, last)
-    multi_start.plan(2 * last)
+    multi_start.ledger.plan(2 * last)
     refined = multi_start.refine(winner, iterations=first)
     other = multi_start.refine(larger, WITH_MORE_STATES, first)
     # what it would reach if every further round helped as much as the first one
@@ -160,9 +169,10 @@ def _refined_on(
     """Refine a network by this many iterations more, or until a round of them hardly helps."""
     rounds = [
         partial(
-            multi_start.refine_again,
+            multi_start.refine,
             name=f"{name}, again {number}",
             iterations=min(ROUND, iterations - done),
+            afresh=False,
         )
         for number, done in enumerate(range(0, iterations, ROUND), start=1)
     ]
@@ -171,29 +181,13 @@ def _refined_on(
     )
 
 
-def _last_run(multi_start: MultiStart, winner: Candidate, n_units: int, dense: int) -> Candidate:
-    """Refine the winner, or widen it where normal equations are solved for fewer hidden units."""
-    if dense != n_units:
-        return multi_start.widened(winner, n_units)
-    return multi_start.refine(winner)
-
-
-def _iterations(training: LeastSquaresRecipe, last: int) -> int:
-    """Return the greatest number of iterations of a multi-start after its linear models.
-
-    The last ones, of the winner alone, are given.
-    """
-    first = training.starts * training.start_iterations
-    return first + training.kept * training.kept_iterations + last
-
-
-def freeze(winner: Candidate, problem: Problem, data: FitData) -> StateSpace:
+def freeze(winner: Candidate, data: FitData) -> StateSpace:
     """Return the fitted network as data, in float32; its cubes have room beyond the data.
 
     Raises:
         ValueError: a weight is not finite.
     """
-    shape, window = winner.shape, problem.window
+    shape, problem, window = winner.shape, data.problem, data.problem.window
     theta = with_room(shape, winner.state.best, data.whole)
     cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))
     weights: Cell | CellPolynomial = cells[0]
@@ -214,40 +208,27 @@ def _frozen(shape: CellShape, cell: Cell) -> Cell:
     return replace(cell, **arrays)
 
 
-def remark_on(
-    error: float, learnable: float, parameters: int, samples: int, weighted: bool = False
-) -> str | None:
-    """Return what is to be said about a network; None if there is nothing.
+def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
+    """Say that a network is poor, or had few data; None if it is neither.
 
-    The error is that of the validation and ``learnable`` the part of it that could still be
-    learnt, both relative to the outputs' standard deviation, and perhaps weighted by the spectrum
-    of noise; ``samples`` is the number of scored values of outputs that the parameters were learnt
-    from.
+    ``learnable`` is the part of its validation error that could still be learnt, relative to the
+    outputs' standard deviation. A network is poor if that is much.
     """
-    found = [_remark_on_error(error, learnable, weighted), remark_on_samples(parameters, samples)]
-    return "; ".join(remark for remark in found if remark is not None) or None
-
-
-def remark_on_samples(parameters: int, samples: int) -> str | None:
-    """Tell that parameters are many beside the samples that they were learnt from."""
-    if samples >= PER_PARAMETER * parameters:
-        return None
-    return (
-        f"the network has {parameters} parameters and was learnt from {samples} samples of "
-        f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: its "
-        "validation error hardly tells how it does elsewhere; give longer records (data.train), "
-        "or fewer units (network.hidden)"
-    )
-
-
-def _remark_on_error(error: float, learnable: float, weighted: bool) -> str | None:
-    """Tell of a poor result: one whose errors the inputs could still explain in good part."""
-    if learnable < POOR:
-        return None
-    how = ", weighted by the spectrum of the noise" if weighted else ""
-    return (
-        f"the network misses {100 * error:.2g} % of the outputs (RMS over standard deviation, in "
-        f"validation{how}), and {100 * learnable:.2g} % could still be learnt from the inputs: "
-        "give more trajectories (data.train), more units (network.hidden) or states "
-        "(network.order), or more starts (training.starts)"
-    )
+    found, noise = [], data.problem.noise
+    if learnable >= POOR:
+        how = "" if noise is None else ", weighted by the spectrum of the noise"
+        found.append(
+            f"the network misses {100 * winner.error:.2g} % of the outputs (RMS over standard "
+            f"deviation, in validation{how}), and {100 * learnable:.2g} % could still be learnt "
+            "from the inputs: give more trajectories (data.train), more units (network.hidden) or "
+            "states (network.order), or more starts (training.starts)"
+        )
+    parameters, samples = winner.shape.n_parameters, data.whole.targets.numel()
+    if samples < PER_PARAMETER * parameters:
+        found.append(
+            f"the network has {parameters} parameters and was learnt from {samples} samples of "
+            f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: "
+            "its validation error hardly tells how it does elsewhere; give longer records "
+            "(data.train), or fewer units (network.hidden)"
+        )
+    return "; ".join(found) or None

@@ -62,7 +62,7 @@ class Ledger:
         self.finish()
         self._planned, self._named = iterations, bool(part)
         self._progress = part_of(self._stage, part, at_most=True)
-        self.show()
+        self._show()
 
     def finish(self) -> None:
         """End a part: runs may have finished before their last iteration."""
@@ -83,8 +83,8 @@ class Ledger:
             if (name in of_part if self._named else name not in before)
         )
 
-    def show(self, error: float = math.inf) -> None:
-        """Let the progress be seen, with the smallest validation error so far."""
+    def _show(self, error: float = math.inf) -> None:
+        """Show the progress, with the smallest validation error so far."""
         self._best, done = min(self._best, error), self._done
         self._progress(done, max(done, self._planned), self._best)
 
@@ -116,7 +116,7 @@ class Ledger:
             self._runs[name] = {"iterations": done, "state": values}
             if time.monotonic() - self._written > STORE_EVERY:
                 self._write()
-            self.show(state.best_error)
+            self._show(state.best_error)
         self._write()
         self._best = min(self._best, state.best_error)  # also of a run that had been done before
         return state

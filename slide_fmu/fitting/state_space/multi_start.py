@@ -16,10 +16,10 @@ import numpy as np
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
+from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.linear_start import (
@@ -33,11 +33,9 @@ from slide_fmu.fitting.state_space.linear_start import (
     states_of,
     states_shown,
 )
-from slide_fmu.fitting.state_space.objective import FitData, Objective
 from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.systems import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
@@ -75,12 +73,6 @@ class Candidate:
         return rows[-1][1] if rows else math.inf
 
 
-def _stand_of(candidate: Candidate) -> Iterate:
-    """Return where the run of a candidate stands, of least squares."""
-    assert isinstance(candidate.state, Iterate)
-    return candidate.state
-
-
 def while_it_pays(
     candidate: Candidate,
     rounds: Sequence[Callable[[Candidate], Candidate]],
@@ -88,7 +80,12 @@ def while_it_pays(
 ) -> Candidate:
     """Run a candidate on, round after round, until one hardly helps; return the last one.
 
-    A round pays by the candidates after it and before it.
+    A round pays by the candidates after it and before it. Other searches differ for a reason. That
+    for sizes chooses among several larger networks at each step, and may look one step further
+    (``sizes``). Kinds of features and of hidden units have no order in size: all are tried, and a
+    richer one must be clearly better (``feature_search``, ``unit_choice``). Companions of an error
+    bound are equals, of which the first good one is taken. A learning curve also ends with its
+    time, and says why.
     """
     for go_on in rounds:
         before, candidate = candidate, go_on(candidate)
@@ -102,29 +99,18 @@ class MultiStart:
 
     The progress is called after every iteration.
 
+    Attributes:
+        data: what the runs work on.
+        ledger: has the parts of the fit and their runs.
+
     Raises:
         TrainingError: the checkpoint cannot be read.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        network: StateSpaceRecipe,
-        training: LeastSquaresRecipe,
-        data: FitData,
-        progress: Progress,
-    ) -> None:
-        self.problem, self.network, self.training, self.data = problem, network, training, data
-        self._objective = Objective(problem, data)
-        self._ledger = Ledger(problem.checkpoint, data.features.device, progress)
-
-    def plan(self, iterations: int, part: str = "") -> None:
-        """Begin a part of so many iterations at most, so that the progress has a total."""
-        self._ledger.plan(iterations, part)
-
-    def finish(self) -> None:
-        """End the last part."""
-        self._ledger.finish()
+    def __init__(self, data: FitData, progress: Progress) -> None:
+        self.data, self.problem = data, data.problem
+        self.network, self.training = data.network, data.training
+        self.ledger = Ledger(data.problem.checkpoint, data.features.device, progress)
 
     def shape(self, order: int, n_units: int) -> CellShape:
         """Return the shape of a cell; one with hidden units has states to spare (the padding).
@@ -176,11 +162,11 @@ class MultiStart:
     @property
     def eigenvalues_known(self) -> bool:
         """Tell whether the first order is that of known eigenvalues, else a guess from data."""
-        return self._objective.excited is not None
+        return self.data.excited is not None
 
     def first_order(self) -> int:
         """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
-        excited = self._objective.excited
+        excited = self.data.excited
         if excited is not None:
             return states_of(excited)
         return min(states_shown(self._impulse_responses), self.highest_order())
@@ -245,15 +231,14 @@ class MultiStart:
         name = f"start {number}, {order} states, {n_units} units"
         return self.run(name, shape, theta, self.data.part, self.training.start_iterations)
 
-    def go_on(self, candidates: list[Candidate]) -> list[Candidate]:
-        """Run the best candidates some iterations more on the same data; return the best first."""
-        ranked = sorted(candidates, key=lambda candidate: candidate.error)
+    def best_of(self, starts: Sequence[Candidate]) -> Candidate:
+        """Run the best starts some iterations more on the same data, and return the best."""
+        ranked = sorted(starts, key=lambda start: start.error)
         kept = []
-        for place, candidate in enumerate(ranked[: self.training.kept]):
-            shape, iterations = candidate.shape, self.training.kept_iterations
-            name = f"kept {place}, {shape.n_states} states, {shape.n_units} units"
-            kept.append(self.run(name, shape, candidate.state.best, self.data.part, iterations))
-        return sorted(kept, key=lambda candidate: candidate.error)
+        for place, start in enumerate(ranked[: self.training.kept]):
+            name = f"kept {place}, {start.shape.n_states} states, {start.shape.n_units} units"
+            kept.append(self._go_on(name, start, self.data.part, self.training.kept_iterations))
+        return min(kept, key=lambda candidate: candidate.error)
 
     def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
         """Run the best start of a size as long as those that are kept, on the same data.
@@ -264,24 +249,35 @@ class MultiStart:
         """
         name = f"judged, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
         name += f", again {number}" if number else ""
-        begin = _stand_of(candidate) if number else candidate.state.best
         iterations = self.training.kept_iterations
-        return self.run(name, candidate.shape, begin, self.data.part, iterations)
+        return self._go_on(name, candidate, self.data.part, iterations, afresh=not number)
 
     def refine(
-        self, candidate: Candidate, name: str = "refined", iterations: int | None = None
+        self,
+        candidate: Candidate,
+        name: str = "refined",
+        iterations: int | None = None,
+        afresh: bool = True,
     ) -> Candidate:
         """Run a network on all data of this fit, by default as long as the recipe says.
 
-        It may have been learnt from fewer data.
+        It may have been learnt from fewer data: then it begins ``afresh``, from its best weights.
         """
-        theta, most = candidate.state.best, iterations or self.training.iterations
-        return self.run(name, candidate.shape, theta, self.data.whole, most)
+        most = iterations or self.training.iterations
+        return self._go_on(name, candidate, self.data.whole, most, afresh)
 
-    def refine_again(self, candidate: Candidate, name: str, iterations: int) -> Candidate:
-        """Go on with a refined network on all data; the run has a name of its own."""
-        begin = _stand_of(candidate)
-        return self.run(name, candidate.shape, begin, self.data.whole, iterations)
+    def _go_on(
+        self,
+        name: str,
+        candidate: Candidate,
+        segments: Segments,
+        iterations: int,
+        afresh: bool = True,
+    ) -> Candidate:
+        """Run a network from its best weights, or from where its run stands."""
+        begin = candidate.state.best if afresh else candidate.state
+        assert not isinstance(begin, Descent)
+        return self.run(name, candidate.shape, begin, segments, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, held ever less strongly to what it was at first.
@@ -289,7 +285,7 @@ class MultiStart:
         What is best by validation is returned.
         """
         shape, theta = candidate.shape, candidate.state.best
-        least_squares = self._objective.least_squares(shape, self.data.whole)
+        least_squares = self.data.least_squares(shape, self.data.whole)
         found = [Candidate(shape, Iterate.begin(theta, least_squares))]
         iterations = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
@@ -307,8 +303,8 @@ class MultiStart:
         shape = self.shape(old.n_states - self.network.padding, n_units)
         generator = torch.Generator().manual_seed(training.seed)
         theta = widen_all(old.cells(candidate.state.best), shape, generator)
-        validation = self._objective.least_squares(shape, self.data.validation).validation
-        radius = self._objective.penalty(shape, 1).radius
+        validation = self.data.least_squares(shape, self.data.validation).validation
+        radius = self.data.penalty(shape, 1).radius
 
         def stretch(state: Descent) -> Descent:
             return preconditioned_descent.advance_stretch(
@@ -316,8 +312,7 @@ class MultiStart:
             )
 
         begin = Descent.begin(theta, validation(theta))
-        done = self._ledger.run(f"widened to {n_units}", begin, stretch, training.stretches)
-        self._ledger.show()
+        done = self.ledger.run(f"widened to {n_units}", begin, stretch, training.stretches)
         return Candidate(shape, done)
 
     def run(
@@ -330,13 +325,11 @@ class MultiStart:
         prior: Prior | None = None,
     ) -> Candidate:
         """Do a run of Levenberg-Marquardt from parameters, (P,), or from where another stands."""
-        problem = self._objective.least_squares(shape, segments, prior)
+        problem = self.data.least_squares(shape, segments, prior)
         if isinstance(begin, torch.Tensor):
             begin = Iterate.begin(begin, problem)
         step = partial(levenberg_marquardt.advance, problem=problem)
-        done = self._ledger.run(name, begin, step, iterations)
-        self._ledger.show()
-        return Candidate(shape, done)
+        return Candidate(shape, self.ledger.run(name, begin, step, iterations))
 
     @cached_property
     def _impulse_responses(self) -> Responses:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from slide_fmu.fitting.history import TriedSize
+from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.multi_start import (
     LINEAR_ITERATIONS,
     Candidate,
@@ -133,7 +134,7 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     Low orders are tried first: they cost least, and their fits converge best.
     """
     most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
-    multi_start.plan(2 * LINEAR_ITERATIONS * (most + 1), "number of states")
+    multi_start.ledger.plan(2 * LINEAR_ITERATIONS * (most + 1), "number of states")
     wanted = AS_GOOD * min(multi_start.linear(order).error for order in (shown, most))
     return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
 
@@ -152,6 +153,8 @@ class _Search:
 
     def __init__(self, multi_start: MultiStart, orders: list[int], units: list[int]) -> None:
         self._multi_start, self._orders, self._units = multi_start, orders, units
+        self._data = multi_start.data
+        self._samples = self._data.part.targets.numel()
         self._judged: dict[Place, Candidate] = {}
         self._learnable: dict[Place, float] = {}
         self._noise = 0.0
@@ -175,8 +178,7 @@ class _Search:
         none where a network leaves hardly more than noise.
         """
         linear = self._units[place[1]] == 0
-        samples = samples_of_part(self._multi_start)
-        if linear or _leaves_noise_alone(self._candidate(place), self._noise, samples):
+        if linear or _leaves_noise_alone(self._candidate(place), self._noise, self._samples):
             return None
         found = self._best_of(self._beyond(place, [STATES]))
         return None if found is None else self._candidate(found)
@@ -203,7 +205,7 @@ class _Search:
         if place not in self._judged:
             order, n_units = self._orders[place[0]], self._units[place[1]]
             found = judge(self._multi_start, order, n_units)
-            noise = noise_in(found, self._multi_start.data.validation)
+            noise = noise_in(found, self._data.validation)
             if noise:  # the lowest level is the nearest to white noise
                 self._noise = min(noise, self._noise or noise)
             self._judged[place] = found
@@ -215,8 +217,9 @@ class _Search:
 
     def _is_good(self, place: Place) -> bool:
         """Tell whether the network has hidden units, and is accurate enough for the search."""
-        samples = samples_of_part(self._multi_start)
-        return self._units[place[1]] > 0 and _good(self._candidate(place), self._noise, samples)
+        if self._units[place[1]] == 0:
+            return False
+        return _good(self._candidate(place), self._noise, self._samples)
 
     def _linear_suffices(self, place: Place) -> bool:
         """Tell whether the network is linear and good, and its residual cannot be predicted."""
@@ -227,7 +230,7 @@ class _Search:
         """Return how much of a size's error can be predicted; without end if it is unstable."""
         if place not in self._learnable:
             stable = math.isfinite(self._error(place))
-            found = still_learnable(self._multi_start, self._judged[place]) if stable else math.inf
+            found = still_learnable(self._data, self._judged[place]) if stable else math.inf
             self._learnable[place] = found
         return self._learnable[place]
 
@@ -240,11 +243,6 @@ class _Search:
             _finite(candidate.error),
             _finite(learnable),
         )
-
-
-def samples_of_part(multi_start: MultiStart) -> int:
-    """Return the number of values of outputs that sizes are judged on."""
-    return multi_start.data.part.targets.numel()
 
 
 def _good(candidate: Candidate, noise: float, samples: int) -> bool:
@@ -277,10 +275,10 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     """
     training, linear_ones = multi_start.training, 2 * LINEAR_ITERATIONS
     if n_units == 0:
-        multi_start.plan(linear_ones, f"{order} states")
+        multi_start.ledger.plan(linear_ones, f"{order} states")
         return multi_start.linear(order)
     rounds = SEARCH_STARTS * training.start_iterations + MOST_ROUNDS * training.kept_iterations
-    multi_start.plan(linear_ones + rounds, f"{order} states and {n_units} units")
+    multi_start.ledger.plan(linear_ones + rounds, f"{order} states and {n_units} units")
     linear, n_units = multi_start.linear(order), multi_start.dense_units(order, n_units)
     starts = [multi_start.start(linear, n_units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
@@ -294,7 +292,7 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
 def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
     """Tell whether a network is good, by the noise that it shows itself."""
     noise = noise_in(candidate, multi_start.data.validation)
-    return _good(candidate, noise, samples_of_part(multi_start))
+    return _good(candidate, noise, multi_start.data.part.targets.numel())
 
 
 def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
@@ -304,9 +302,8 @@ def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
     return error < WORTHWHILE * former and not _is_accurate(multi_start, after)
 
 
-def still_learnable(multi_start: MultiStart, candidate: Candidate) -> float:
+def still_learnable(data: FitData, candidate: Candidate) -> float:
     """Return how much of a network's validation error can be predicted from the inputs."""
-    data = multi_start.data
     both = data.part, data.validation
     share = learnable_share(candidate.shape, candidate.state.best, both)
     return candidate.error * math.sqrt(share)

@@ -15,16 +15,15 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.history import TriedUnits
-from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
+from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
-from slide_fmu.fitting.state_space.objective import FitData
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.sizes import orders_to_try
 from slide_fmu.network.state_space.cell import MIXED_UNITS
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 
 HELD_OUT = 0.25
 """This part of the segments, those with the largest amplitudes, are held out."""
@@ -52,11 +51,7 @@ test of stability that decides on export."""
 
 
 def choose_units(
-    problem: Problem,
-    network: StateSpaceRecipe,
-    training: LeastSquaresRecipe,
-    data: FitData,
-    progress: Progress,
+    data: FitData, progress: Progress
 ) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...]]:
     """Return the recipe with tanh, mixed or cubic units instead of ``auto``, and what was tried.
 
@@ -69,17 +64,17 @@ def choose_units(
         {"units": MIXED_UNITS, "padding": 0},
         {"units": "cubic", "padding": 0},
     )
-    recipes = [network.model_copy(update=kind) for kind in kinds]
+    recipes = [data.network.model_copy(update=kind) for kind in kinds]
     small, large = _divided(data)
     if large.count < FEWEST_HELD_OUT:
         return recipes[0], ()
-    trials = _Trials(problem, training, (small, large), progress)
+    trials = _Trials(small, large, progress)
     tanh, *others = (trials.of(recipe) for recipe in recipes)
     best = min(others, key=_score)
     if not _score(best) < CLEARLY * _score(tanh):
         return recipes[0], tuple(trials.done)
     chosen = recipes[1 + others.index(best)]
-    if network.hidden == "auto":
+    if data.network.hidden == "auto":
         chosen = _with_fewest(trials, chosen, best)
     return chosen, tuple(trials.done)
 
@@ -114,17 +109,10 @@ def substeps_for(linear: Candidate) -> int:
 class _Trials:
     """Trials learn small networks from the smaller amplitudes, and keep what they found. Final."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        training: LeastSquaresRecipe,
-        divided: tuple[FitData, Segments],
-        progress: Progress,
-    ) -> None:
+    def __init__(self, small: FitData, large: Segments, progress: Progress) -> None:
         self.done: list[TriedUnits] = []
         self._linear: Candidate | None = None  # the same of all kinds
-        self._problem, self._training, self._progress = problem, training, progress
-        self._small, self._large = divided
+        self._small, self._large, self._progress = small, large, progress
 
     @property
     def linear(self) -> Candidate:
@@ -138,21 +126,22 @@ class _Trials:
         Every trial has a checkpoint of its own.
         """
         number = TRIAL_UNITS if recipe.hidden == "auto" else int(recipe.hidden)
-        file, training = self._problem.checkpoint, self._training
-        name = f"units-{recipe.units}-{number}-{recipe.substeps}-{file.name}"
-        problem = replace(self._problem, checkpoint=file.with_name(name))
-        multi_start = MultiStart(problem, recipe, training, self._small, self._progress)
+        problem, training = self._small.problem, self._small.training
+        name = f"units-{recipe.units}-{number}-{recipe.substeps}-{problem.checkpoint.name}"
+        problem = replace(problem, checkpoint=problem.checkpoint.with_name(name))
+        data = replace(self._small, problem=problem, network=recipe)
+        multi_start = MultiStart(data, self._progress)
         orders = orders_to_try(multi_start) if self._linear is None else []
         iterations = TRIAL_STARTS * training.start_iterations + training.kept_iterations
         first = 2 * LINEAR_ITERATIONS if orders else 0
-        multi_start.plan(first + iterations, f"trial of {number} {recipe.units} units")
+        multi_start.ledger.plan(first + iterations, f"trial of {number} {recipe.units} units")
         if orders:
             self._linear = multi_start.linear(orders[0])
         linear = self.linear
         dense = multi_start.dense_units(linear.shape.n_states, number)
         starts = [multi_start.start(linear, dense, start) for start in range(TRIAL_STARTS)]
         found = multi_start.judged(min(starts, key=lambda start: start.error))
-        multi_start.finish()
+        multi_start.ledger.finish()
         theta = with_room(found.shape, found.state.best, self._small.whole)
         beyond = _error(found.shape, theta, self._large)
         self.done.append(TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond))

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import torch
 
 from slide_fmu.fitting.state_space import cubes
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.cubes import ROOM, with_half_the_room, with_room
+from slide_fmu.fitting.state_space.cubes import ROOM, with_room
 from slide_fmu.network.activations import CLIPPED
-from slide_fmu.network.state_space.network import StateSpace
 from tests.fitting.state_space.cells import plain, random_segments, random_theta
-from tests.fmu.samples import CellShape as MixedShape
-from tests.fmu.samples import Shape, random_surrogate
 
 SHAPES = [plain(3, 2, 5, 1, "mixed"), plain(2, 1, 4, 2, "mixed", bias=False)]
 
@@ -75,15 +71,3 @@ def test_cells_of_physical_parameters_answer_as_before() -> None:
     torch.testing.assert_close(after, before)
     peaks = cubes._peaks(shape, found, segments)
     assert peaks.tolist() == pytest.approx([CLIPPED / ROOM] * len(peaks))
-
-
-@pytest.mark.parametrize("parameters", [0, 1])
-def test_half_the_room_changes_no_bit_of_what_stays_below_it(parameters: int) -> None:
-    cell = MixedShape(activation="mixed", parameters=parameters)
-    network = random_surrogate(Shape(cell=cell)).network
-    assert isinstance(network, StateSpace)
-    found = with_half_the_room(network)
-    small = np.random.default_rng(0).uniform(-0.1, 0.1, (4, 30, 1)).astype(np.float32)
-    large = 1e3 * small
-    assert np.array_equal(found.run(small)[0], network.run(small)[0])
-    assert not np.array_equal(found.run(large)[0], network.run(large)[0])

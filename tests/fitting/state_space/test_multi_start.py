@@ -16,8 +16,8 @@ from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.fitting.state_space import multi_start as multi_start_module
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.penalties import PolePenalty
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -78,9 +78,8 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     problem = problem_of(tmp_path, names=("inputs", "changes"))
     table = StateSpaceRecipe(units="gated", schedule=("inputs",), order=3, hidden=2)
     data = fit_data(problem, table, LeastSquaresRecipe(**QUICK))
-    table = table.model_copy(update={"turned_pairs": 2})
-    training = LeastSquaresRecipe(**QUICK)
-    multi_start = MultiStart(problem, table, training, data, lambda *state: None)
+    turned = replace(data, network=table.model_copy(update={"turned_pairs": 2}))
+    multi_start = MultiStart(turned, lambda *state: None)
     message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
     with pytest.raises(ValueError, match=message):
         multi_start.linear(3)
@@ -97,7 +96,7 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
     for static in (("inputs",), ("inputs", "changes"), ("changes",)):
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
         data = fit_data(problem, table, training)
-        multi_start = MultiStart(problem, table, training, data, lambda *state: None)
+        multi_start = MultiStart(data, lambda *state: None)
         found.append(multi_start._impulse_responses.values)
     assert torch.equal(found[1], found[0])
     assert torch.equal(found[2], found[0])
@@ -222,7 +221,7 @@ def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], fl
     """Whether the runs of a linear model saw the starts' part or all data, and its error."""
     table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
     data = fit_data(problem, table, training)
-    multi_start = MultiStart(problem, table, training, data, lambda *state: None)
+    multi_start = MultiStart(data, lambda *state: None)
     fitted, descend = [], multi_start.run
 
     def heard(name: str, shape: Any, theta: torch.Tensor, segments: Any, count: int) -> Any:

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from slide_fmu.fitting.state_space import sizes
+from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
-from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.fitting.state_space.residual import noise_in, without_noise
 from slide_fmu.fitting.state_space.sizes import choose_sizes
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -26,7 +26,7 @@ def multi_start(folder: Path, cubic: float, noise: float, units: int | str = 0) 
     network = StateSpaceRecipe(order=2, hidden=units)
     training = LeastSquaresRecipe(**QUICK)
     data: FitData = noisy(fit_data(problem, network, training), noise)
-    return MultiStart(problem, network, training, data, silent)
+    return MultiStart(data, silent)
 
 
 def linear(folder: Path, cubic: float, noise: float) -> tuple[Candidate, FitData]:

@@ -33,7 +33,7 @@ def search(
 
     monkeypatch.setattr(sizes, "judge", judge)
     monkeypatch.setattr(sizes, "noise_in", lambda _found, _validation: 0.0)
-    monkeypatch.setattr(sizes, "still_learnable", lambda _multi_start, found: found.error)
+    monkeypatch.setattr(sizes, "still_learnable", lambda _data, found: found.error)
     return SimpleNamespace(
         network=SimpleNamespace(order="auto", hidden="auto"),
         data=SimpleNamespace(validation=None, part=SimpleNamespace(targets=torch.zeros(9000))),
@@ -41,7 +41,7 @@ def search(
         first_order=lambda: shown,
         highest_order=lambda: 20,
         linear=lambda order: SimpleNamespace(error=LINEAR[order]),
-        plan=lambda _iterations, _part: None,
+        ledger=SimpleNamespace(plan=lambda _iterations, _part: None),
     )
 
 
@@ -89,18 +89,42 @@ def test_linear_models_of_more_states_do_not_raise_a_known_order(
     assert (chosen.order, chosen.n_units) == (order, sizes.FIRST_UNITS)
 
 
+def sized(order: int, error: float = 1.0) -> Any:
+    """A network with so many states."""
+    return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
+
+
+class Runs:
+    """The last runs of a fit: each lowers an error to a part of itself, by the states."""
+
+    def __init__(self, first: dict[int, float], again: list[float], iterations: int = 60) -> None:
+        self.training = LeastSquaresRecipe(iterations=iterations)
+        self.ledger = SimpleNamespace(plan=lambda iterations: None)
+        self.first, self.again = first, iter(again)
+        self.done: list[tuple[int, str, int | None]] = []
+
+    def dense_units(self, order: int, units: int) -> int:
+        return units
+
+    def refine(
+        self, candidate: Any, name: str = "", iterations: int | None = None, afresh: bool = True
+    ) -> Any:
+        states = candidate.shape.n_states
+        self.done.append((states, name, iterations))
+        gain = self.first[states] if afresh else next(self.again)
+        return SimpleNamespace(shape=candidate.shape, error=gain * candidate.error)
+
+    def compete(self, larger: float = 1.0) -> Any:
+        """Let four states with the error 1 compete with six."""
+        return compete(self, Chosen(4, 16, sized(4), sized(6, larger)))  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("more", "states"), [(0.9, 6), (0.97, 6), (0.99, 4), (2.0, 4)])
 def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, states: int) -> None:
     """Refined errors decide: relative to that of the guessed order."""
-
-    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
-        assert iterations == ROUND
-        error = more if candidate.shape.n_states == 6 else 1.0
-        return SimpleNamespace(shape=candidate.shape, error=error)
-
-    multi_start = runs(refine, lambda candidate, name, iterations: candidate)
-    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
-    assert found.shape.n_states == states
+    runs = Runs({4: 1.0, 6: more}, [1.0, 1.0])
+    assert runs.compete().shape.n_states == states
+    assert [iterations for _, _, iterations in runs.done] == [ROUND] * len(runs.done)
 
 
 @pytest.mark.parametrize(
@@ -110,63 +134,22 @@ def test_more_states_are_taken_where_they_do_better_in_the_end(more: float, stat
 def test_better_network_goes_on_while_it_pays(
     gains: list[float], iterations: int, rounds: list[int]
 ) -> None:
-    done = []
-
-    def refine_again(candidate: Any, name: str, iterations: int) -> Any:
-        done.append(iterations)
-        assert name == f"refined, again {len(done)}"
-        error = gains[len(done) - 1] * candidate.error
-        return SimpleNamespace(shape=candidate.shape, error=error)
-
-    multi_start = runs(lambda candidate, name="", iterations=None: candidate, refine_again)
-    multi_start.training = LeastSquaresRecipe(iterations=iterations)
-    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6)))
-    assert done == rounds
+    runs = Runs({4: 1.0, 6: 1.0}, gains, iterations)
+    found = runs.compete()
+    names = [f"refined, again {number}" for number in range(1, len(rounds) + 1)]
+    assert runs.done[2:] == [(4, *pair) for pair in zip(names, rounds, strict=True)]
     assert found.error == pytest.approx(math.prod(gains[: len(rounds)]))
 
 
 @pytest.mark.parametrize(("gain", "states"), [(0.8, 6), (0.9, 4)])
 def test_network_of_more_states_goes_on_where_it_may_still_win(gain: float, states: int) -> None:
     """It begins with twice the error; every round helps as much as the first one."""
-    done = []
-
-    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
-        better = gain if candidate.shape.n_states == 6 else 1.0
-        return SimpleNamespace(shape=candidate.shape, error=better * candidate.error)
-
-    def refine_again(candidate: Any, name: str, iterations: int) -> Any:
-        done.append(candidate.shape.n_states)
-        return refine(candidate, name, iterations)
-
-    multi_start = runs(refine, refine_again)
-    multi_start.training = LeastSquaresRecipe(iterations=5 * ROUND)
-    found = compete(multi_start, Chosen(4, 16, sized(4), sized(6, 2.0)))
-    assert found.shape.n_states == states
-    assert done == ([4, 6, 6, 6, 6] if states == 6 else [4])
-
-
-def sized(order: int, error: float = 1.0) -> Any:
-    """A network with so many states."""
-    return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
-
-
-def runs(refine: Any, refine_again: Any) -> Any:
-    """What does the last runs of a fit."""
-    return SimpleNamespace(
-        training=LeastSquaresRecipe(),
-        dense_units=lambda order, units: units,
-        plan=lambda iterations: None,
-        refine=refine,
-        refine_again=refine_again,
-    )
+    runs = Runs({4: 1.0, 6: gain}, [1.0] + 4 * [gain], 5 * ROUND)
+    assert runs.compete(2.0).shape.n_states == states
+    assert [done for done, _, _ in runs.done[2:]] == ([4, 6, 6, 6, 6] if states == 6 else [4])
 
 
 def test_network_that_uses_more_states_already_is_refined_alone() -> None:
-    refined = []
-
-    def refine(candidate: Any, name: str = "", iterations: int | None = None) -> Any:
-        refined.append(candidate.shape.n_states)
-        return candidate
-
-    found = compete(runs(refine, None), Chosen(4, 16, sized(4), sized(6, 0.9)))
-    assert (found.shape.n_states, refined) == (6, [6])
+    runs = Runs({6: 1.0}, [])
+    assert runs.compete(0.9).shape.n_states == 6
+    assert len(runs.done) == 1

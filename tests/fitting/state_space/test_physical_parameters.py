@@ -19,6 +19,7 @@ from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
 from slide_fmu.fitting.state_space.cubes import with_room
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.normal_equations import (
     BLOCK,
@@ -26,7 +27,6 @@ from slide_fmu.fitting.state_space.normal_equations import (
     normal_equations,
     sum_of_squares,
 )
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.penalties import (
     BEYOND,
     PolePenalty,
@@ -256,8 +256,6 @@ def test_network_of_too_many_coefficients_is_refused(tmp_path: Path) -> None:
     problem = parametric_problem(tmp_path)
     network = StateSpaceRecipe(order=2, hidden=8)
     training = LeastSquaresRecipe(**{**QUICK, "dense_limit": 100})
-    multi_start = MultiStart(
-        problem, network, training, fit_data(problem, network, training), silent
-    )
+    multi_start = MultiStart(fit_data(problem, network, training), silent)
     with pytest.raises(ValueError, match=r"dense_limit = 100; expected at least \d+, the coef"):
         multi_start.dense_units(2, 8)

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import torch
 
+from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.objective import FitData, fit_data
 from slide_fmu.fitting.state_space.residual import learnable_share
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, NONLINEAR, QUICK, problem_of, spring
@@ -25,7 +25,7 @@ def share_of(folder: Path, cubic: float, order: int, noise: float = 0.0) -> floa
     problem = problem_of(folder, cubic)
     network, training = StateSpaceRecipe(**NONLINEAR), LeastSquaresRecipe(**QUICK)
     data = noisy(fit_data(problem, network, training), noise)
-    linear = MultiStart(problem, network, training, data, silent).linear(order)
+    linear = MultiStart(data, silent).linear(order)
     return learnable_share(linear.shape, linear.state.best, (data.part, data.validation))
 
 
@@ -61,7 +61,7 @@ def test_single_segment_is_enough_to_ask(tmp_path: Path, samples: int) -> None:
     training, validation = (spring(seed, 1, samples, CUBIC) for seed in (1, 2))
     problem = problem_of(tmp_path, training=training, validation=validation)
     network, recipe = StateSpaceRecipe(order=2, hidden=0), LeastSquaresRecipe(**QUICK)
-    multi_start = MultiStart(problem, network, recipe, fit_data(problem, network, recipe), silent)
+    multi_start = MultiStart(fit_data(problem, network, recipe), silent)
     linear = multi_start.linear(2)
     data = multi_start.data
     assert data.part.count == data.validation.count == 1

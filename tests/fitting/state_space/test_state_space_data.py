@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.fitting.state_space import objective as objective_module
+from slide_fmu.fitting.state_space import fit_data as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit import freeze
+from slide_fmu.fitting.state_space.fit_data import FEWEST, _stride, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
-from slide_fmu.fitting.state_space.objective import FEWEST, _stride, fit_data
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
@@ -204,7 +204,7 @@ def test_sizes_are_judged_on_enough_samples(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, enough: int, segments: int
 ) -> None:
     """Few data are all taken, of many a part: every third of 24 segments of 33 samples."""
-    monkeypatch.setattr(objective_module, "ENOUGH", enough)
+    monkeypatch.setattr(module, "ENOUGH", enough)
     data = fit_data(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
     assert (len(data.whole.targets), data.whole.count) == (33, 24)
     assert data.part.count == segments

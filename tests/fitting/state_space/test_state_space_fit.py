@@ -14,8 +14,8 @@ from slide_fmu.core.window import Window
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.state_space import ledger, preconditioned_descent
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain

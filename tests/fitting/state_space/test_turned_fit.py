@@ -14,8 +14,8 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import simulate
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import ARM
 from tests.fitting.state_space.springs import (
@@ -113,7 +113,7 @@ def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: 
 
 def multi_start_of(problem: Problem, **changes: Any) -> MultiStart:
     table, training = StateSpaceRecipe(**TURNED | changes), LeastSquaresRecipe(**QUICK)
-    return MultiStart(problem, table, training, fit_data(problem, table, training), silent)
+    return MultiStart(fit_data(problem, table, training), silent)
 
 
 @pytest.mark.parametrize("number", [0, 1])

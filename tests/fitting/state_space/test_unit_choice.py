@@ -11,9 +11,9 @@ import pytest
 import torch
 
 from slide_fmu.fitting.state_space import unit_choice
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_segments, random_theta
@@ -90,7 +90,7 @@ def test_network_that_diverges_beyond_is_not_chosen(
     problem = problem_of(tmp_path, training=hardening(1), validation=hardening(20))
     network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
     data = fit_data(problem, network, training)
-    recipe, tried = choose_units(problem, network, training, data, silent)
+    recipe, tried = choose_units(data, silent)
     assert (recipe.units, recipe.padding) == ("tanh", network.padding)
     assert [trial.error_beyond for trial in tried[1:]] == [math.inf, math.inf]
 
@@ -136,7 +136,7 @@ def test_fewest_cubes_that_do_as_well_are_taken_where_their_number_is_open(
     network = StateSpaceRecipe(order=2, units="auto", bias=False)
     training = LeastSquaresRecipe(**{**QUICK, "start_iterations": 12, "kept_iterations": 20})
     data = fit_data(problem, network, training)
-    recipe, tried = choose_units(problem, network, training, data, silent)
+    recipe, tried = choose_units(data, silent)
     assert [trial.units for trial in tried[:3]] == ["tanh", "mixed", "cubic"]
     few = [trial for trial in tried[3:] if trial.number == recipe.hidden]
     assert (recipe.hidden, recipe.units, recipe.substeps) == (1, "mixed", 1)

@@ -16,6 +16,7 @@ from slide_fmu.core.autoregression import Autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.fitting.state_space.normal_equations import (
@@ -23,7 +24,6 @@ from slide_fmu.fitting.state_space.normal_equations import (
     normal_equations,
     sum_of_squares,
 )
-from slide_fmu.fitting.state_space.objective import fit_data
 from slide_fmu.fitting.state_space.preconditioned_descent import _gradient
 from slide_fmu.fitting.state_space.residual import learnable_share, noise_in
 from slide_fmu.fitting.state_space.segments import Segments

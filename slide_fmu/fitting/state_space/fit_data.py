@@ -1,4 +1,4 @@
-"""The runs of a state-space fit make squares of residuals small, and penalties."""
+"""The data of a state-space fit are cut into segments, and give it its least-squares problems."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEGMENT = 256
-"""A segment has about so many scored samples, if the window does not truncate more."""
+"""A segment has about this many scored samples, if the window does not truncate more."""
 FEWEST = 8
 """The starts have at least this many segments, where there are as many."""
 ENOUGH = 12_288
@@ -46,6 +46,8 @@ class FitData:
     """Fit data are what all runs of a fit work on.
 
     Attributes:
+        problem: the problem that they are cut from.
+        network, training: the recipe's tables of the network and of its training.
         whole: segments of all trajectories.
         part: some of these segments, for the starts.
         validation: segments by which parameters are chosen.
@@ -53,11 +55,66 @@ class FitData:
         roles: which features are state inputs, feedthrough, scheduling variables and so on.
     """
 
+    problem: Problem
+    network: StateSpaceRecipe
+    training: LeastSquaresRecipe
     whole: Segments
     part: Segments
     validation: Segments
     features: torch.Tensor
     roles: Roles
+
+    @cached_property
+    def excited(self) -> NDArray[np.complex128] | None:
+        """The eigenvalues that the inputs excite; None where none are known."""
+        if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
+            return None
+        drive = self.features[:, :, list(self.roles.drive)]
+        return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
+
+    def penalty(self, shape: CellShape, residuals: int) -> PolePenalty:
+        """Return the penalty on poles that decay more slowly than the window and the system."""
+        excited, step = self.excited, self.problem.window.step
+        physical, grid = self.problem.physical, None
+        if physical is not None:
+            grid = pole_grid(physical.basis).to(self.features)
+            if physical.eigenvalues is not None:  # heavier masses decay more slowly
+                excited = physical.eigenvalues
+        # poles of the system itself: a mode v has the pole exp(v h)
+        slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
+        penalty = PolePenalty.of(self.problem.window, slowest, residuals)
+        return replace(penalty, radius=penalty.radius ** (1 / shape.substeps), grid=grid)
+
+    def least_squares(
+        self, shape: CellShape, segments: Segments, prior: Prior | None = None
+    ) -> LeastSquares:
+        """Return the problem on segments with the penalties on poles and on coefficients.
+
+        There may be a prior towards known weights besides. The validation error of an unstable A
+        is infinite, so that it is never chosen.
+        """
+        count, physical = segments.targets.numel(), self.problem.physical
+        validation, penalty = self.validation, self.penalty(shape, count)
+        terms = None if physical is None else physical.terms("training")
+        smoothness = Smoothness.of(terms, count)
+
+        def normal(theta: torch.Tensor) -> NormalEquations:
+            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            return smoothness.join(found, shape, theta)
+
+        def cost(theta: torch.Tensor) -> float:
+            squares = sum_of_squares(shape, theta, segments)
+            more = penalty.cost(shape, theta) + smoothness.cost(shape, theta)
+            return squares + more if math.isfinite(squares) else squares
+
+        def error(theta: torch.Tensor) -> float:
+            squares = sum_of_squares(shape, theta, validation)
+            radii = pole_radii(shape, theta, penalty.grid)
+            fine = math.isfinite(squares) and float(radii.max()) < 1
+            return math.sqrt(squares / validation.counted) if fine else math.inf
+
+        problem = LeastSquares(normal, cost, segments.counted, error)
+        return problem if prior is None else prior.joined(problem)
 
 
 def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
@@ -94,7 +151,7 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     part = whole.every(_stride(training.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(whole, part, validation, features, roles)
+    return FitData(problem, network, training, whole, part, validation, features, roles)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
@@ -107,62 +164,3 @@ def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
     fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
     return fitting[0]
-
-
-class Objective:
-    """An objective gives the least-squares problems of one fit. Final."""
-
-    def __init__(self, problem: Problem, data: FitData) -> None:
-        self.problem, self.data = problem, data
-
-    @cached_property
-    def excited(self) -> NDArray[np.complex128] | None:
-        """The eigenvalues that the inputs excite; None where none are known."""
-        if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
-            return None
-        drive = self.data.features[:, :, list(self.data.roles.drive)]
-        return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
-
-    def penalty(self, shape: CellShape, residuals: int) -> PolePenalty:
-        """Return the penalty on poles that decay more slowly than the window and the system."""
-        excited, step = self.excited, self.problem.window.step
-        physical, grid = self.problem.physical, None
-        if physical is not None:
-            grid = pole_grid(physical.basis).to(self.data.features)
-            if physical.eigenvalues is not None:  # heavier masses decay more slowly
-                excited = physical.eigenvalues
-        # poles of the system itself: a mode v has the pole exp(v h)
-        slowest = 0.0 if excited is None else float(np.exp(excited.real * step).max())
-        penalty = PolePenalty.of(self.problem.window, slowest, residuals)
-        return replace(penalty, radius=penalty.radius ** (1 / shape.substeps), grid=grid)
-
-    def least_squares(
-        self, shape: CellShape, segments: Segments, prior: Prior | None = None
-    ) -> LeastSquares:
-        """Return the problem on segments with the penalties on poles and on coefficients.
-
-        There may be a prior towards known weights besides. The validation error of an unstable A
-        is infinite, so that it is never chosen.
-        """
-        count, physical = segments.targets.numel(), self.problem.physical
-        validation, penalty = self.data.validation, self.penalty(shape, count)
-        terms = None if physical is None else physical.terms("training")
-        smoothness = Smoothness.of(terms, count)
-
-        def normal(theta: torch.Tensor) -> NormalEquations:
-            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
-            return smoothness.join(found, shape, theta)
-
-        def cost(theta: torch.Tensor) -> float:
-            squares = sum_of_squares(shape, theta, segments)
-            more = penalty.cost(shape, theta) + smoothness.cost(shape, theta)
-            return squares + more if math.isfinite(squares) else squares
-
-        def error(theta: torch.Tensor) -> float:
-            squares = sum_of_squares(shape, theta, validation)
-            radii = pole_radii(shape, theta, penalty.grid)
-            fine = math.isfinite(squares) and float(radii.max()) < 1
-            return math.sqrt(squares / validation.counted) if fine else math.inf
-
-        problem = LeastSquares(normal, cost, segments.counted, error)
-        return problem if prior is None else prior.joined(problem)

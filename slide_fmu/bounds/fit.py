@@ -13,14 +13,12 @@ difference of both does not show it.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.plain_call import useless_estimate
-from slide_fmu.core.progress import Stages
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.trajectories import Split, require_trajectories
@@ -33,7 +31,6 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Source
 
 OF_ESTIMATOR = "estimator_validation"
 """The estimator's weights are chosen by these trajectories."""
@@ -50,19 +47,10 @@ BOUND = "error bound"
 """The stage of the head has this name in the progress and in the figures."""
 
 
-def fit_surrogate(
-    recipe: Recipe,
-    system: Source,
-    store: Path,
-    checkpoints: Path,
-    progress: Stages,
-    known: Surrogate | None = None,
-) -> Fit:
+def fit_surrogate(work: Work) -> Fit:
     """Train the surrogate of a recipe, then its error estimator and its error bound.
 
-    The store has the recipe's trajectories; the folder ``checkpoints`` holds the states of
-    interrupted trainings. The training begins with the state-space network of ``known``, if that
-    is given, and keeps its features and scalings.
+    The store has the recipe's trajectories.
 
     Raises:
         RecipeError: the recipe leaves something to be found.
@@ -73,10 +61,10 @@ def fit_surrogate(
         ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
+    recipe = work.recipe
     recipe.require_resolved()
-    require_origin(store, recipe, identity(recipe, system))
-    require_trajectories(store, recipe)
-    work = Work.of(recipe, system, store, checkpoints, progress, known)
+    require_origin(work.store, recipe, identity(recipe, work.case.source))
+    require_trajectories(work.store, recipe)
     fit = fit_network(work)
     if recipe.estimator is not None:
         fit = _with_estimator(work, fit)
@@ -172,9 +160,8 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
         judged_by = split if goes_on else "validation"
         part = Part(stage, split, judged_by, surrogate.output_scaling)
         begun = surrogate if goes_on else work.known
-        other = fit_network(
-            replace(work, recipe=companion_recipe(sized, attempt), known=begun), part
-        )
+        case = work.case.with_recipe(companion_recipe(sized, attempt))
+        other = fit_network(replace(work, case=case, known=begun), part)
         if goes_on and _same(other.surrogate, surrogate):
             goes_on = False  # it teaches nothing: the next attempt begins anew
             if attempt + 1 < recipe.bound.attempts:

@@ -19,12 +19,12 @@ from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import Source
 
 FIRST_ITERATIONS, ITERATIONS = 20, 10
-"""The first point of the curve takes at most so many iterations, each further one so many."""
+"""The first point of the curve takes at most the first number of iterations, each further one the
+second."""
 
 
 class LearningCurve:
@@ -35,8 +35,8 @@ class LearningCurve:
     was broken off goes on from its checkpoint in the folder ``checkpoints``.
     """
 
-    def __init__(self, recipe: Recipe, system: Source, store: Path, checkpoints: Path) -> None:
-        self._work = Work.of(recipe, system, store, checkpoints, quiet_stages)
+    def __init__(self, case: Case, store: Path, checkpoints: Path) -> None:
+        self._work = Work(case, store, checkpoints, quiet_stages)
         self._prepared: Prepared | None = None
         self._candidate: Candidate | None = None
 

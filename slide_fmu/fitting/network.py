@@ -15,7 +15,7 @@ from slide_fmu.fitting.checkpoint import CpuTime
 from slide_fmu.fitting.feed_forward import fit_feed_forward
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.input_forecast import fit_forecast
-from slide_fmu.fitting.preparation import Work, prepare, scales_of, window_of
+from slide_fmu.fitting.preparation import Work, prepare, scales_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
@@ -79,7 +79,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
         TrainingError: the training diverged.
         RecipeError, UnstableModeError, ValueError: as of ``scales_of`` and ``prepare``.
     """
-    recipe, source, known = work.recipe, work.source, work.known
+    recipe, source, known = work.recipe, work.case.source, work.known
     splits = work.splits(part.split, part.judged_by, *(["beyond"] if recipe.data.beyond else []))
     scales = scales_of(work, splits, part.output_scaling)
     checkpoint = work.checkpoints / f"surrogate-{scales.key}.pt"
@@ -98,7 +98,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
         forecast = replace(forecast, sampled=sampled)
     surrogate = Surrogate(
         recipe.name,
-        window_of(recipe),
+        recipe.window.as_window,
         source.inputs,
         source.outputs,
         work.offered.scaling,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,10 @@ import torch
 from numpy.typing import NDArray
 
 from slide_fmu.core.parameter_basis import ParameterBasis
-from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
-from slide_fmu.core.window import Window
 from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
@@ -31,7 +30,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Physical, Problem, Records, seen_records
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -52,9 +51,7 @@ class Work:
     """All fits of one surrogate have this in common.
 
     Attributes:
-        recipe: what is to be fitted.
-        source: where the trajectories come from.
-        offered: what features are formed of; its scaling is that of the inputs.
+        case: what is to be fitted, and where the trajectories come from.
         store: folder of the trajectories.
         checkpoints: folder for the states of interrupted trainings.
         progress: opens the progress of each training.
@@ -62,32 +59,28 @@ class Work:
             anew.
     """
 
-    recipe: Recipe
-    source: Source
-    offered: Offered
+    case: Case
     store: Path
     checkpoints: Path
     progress: Stages
     known: Surrogate | None = None
 
-    @staticmethod
-    def of(
-        recipe: Recipe,
-        source: Source,
-        store: Path,
-        checkpoints: Path,
-        progress: Stages,
-        known: Surrogate | None = None,
-    ) -> Work:
-        """Return the work of a recipe, whose inputs are scaled by their ranges, or as known.
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe of the case."""
+        return self.case.recipe
+
+    @cached_property
+    def offered(self) -> Offered:
+        """What features are formed of; inputs are scaled by their ranges, or as known.
 
         Raises:
             RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the
                 system's.
         """
+        source, known = self.case.source, self.known
         scaling = range_scaling(source.inputs) if known is None else known.input_scaling
-        offered = offered_features(recipe, source, scaling)
-        return Work(recipe, source, offered, store, checkpoints, progress, known)
+        return offered_features(self.recipe, source, scaling)
 
     @property
     def device(self) -> torch.device:
@@ -165,7 +158,7 @@ class Prepared:
         work, scales = self.work, self.scales
         training, validation, *beyond = (self._records(split) for split in splits)
         return Problem(
-            window_of(work.recipe),
+            work.recipe.window.as_window,
             self.features,
             training,
             validation,
@@ -186,11 +179,6 @@ class Prepared:
         return one, other
 
 
-def window_of(recipe: Recipe) -> Window:
-    """Return the window of a recipe's surrogate."""
-    return Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-
-
 def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None) -> Scales:
     """Return what the data of a fit are relative to.
 
@@ -202,7 +190,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
             moves.
         UnstableModeError: a mode of the system linearized at rest grows.
     """
-    recipe, source = work.recipe, work.source
+    recipe, source = work.recipe, work.case.source
     if any(training.flip_signs for training in recipe.trainings()):
         require_symmetry((*source.inputs, *source.outputs))
     require_motion(source.inputs, splits[0].inputs)
@@ -219,7 +207,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         *([] if work.known is None else [work.known.to_bytes().hex()]),
         *(stretch.tobytes().hex() for stretch in noise or ()),
     )
-    return Scales(outputs, eigenvalues, _eigenvalues_at_corners(recipe, source), noise, key)
+    return Scales(outputs, eigenvalues, _eigenvalues_at_corners(work.case), noise, key)
 
 
 def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
@@ -235,15 +223,10 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
     if start is not None:
         features = start.features
     else:
-        require_chosen_features(recipe, work.offered, len(work.source.outputs))
+        require_chosen_features(recipe, work.offered, len(work.case.source.outputs))
         learnt, judging = splits[:2]
-        trials = Trials(
-            work.offered,
-            window_of(recipe),
-            (learnt, judging),
-            scales.eigenvalues,
-            work.checkpoints,
-        )
+        both, window = (learnt, judging), recipe.window.as_window
+        trials = Trials(work.offered, window, both, scales.eigenvalues, work.checkpoints)
         table, tried = search_features(table, recipe.training, trials, work.progress)
         scaled = work.offered.scaling.apply(splits[0].inputs)
         features = choose_features(table.feature_names(), work.offered, scaled)
@@ -268,15 +251,15 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
 
 
-def _eigenvalues_at_corners(recipe: Recipe, source: Source) -> list[Eigenvalues | None]:
+def _eigenvalues_at_corners(case: Case) -> list[Eigenvalues | None]:
     """Return what ``eigenvalues_at_rest`` gives at all corners of the parameters' box.
 
     There are none where the recipe has no parameters, or the source cannot be set, as records.
     """
-    corners = corners_of(recipe.physical()) if recipe.parameters else []
+    corners = case.corners() if case.recipe.parameters else []
     return either(
-        source,
-        lambda _: [eigenvalues_at_rest(case_of(recipe.at(corner)).source) for corner in corners],
+        case.source,
+        lambda _: [eigenvalues_at_rest(case.at(corner).source) for corner in corners],
         lambda _: [],
     )
 
@@ -333,9 +316,8 @@ def require_symmetry(signals: tuple[Signal, ...]) -> None:
         if signal.low != -signal.high:
             raise ValueError(
                 f"flip_signs = true in a training, but the range of {signal.name!r} is "
-                f"{signal.low} .. {signal.high}{behind(signal.unit)}; flipping needs ranges "
-                "about 0 and "
-                "a system that answers -u with -y: set flip_signs = false, or declare a "
+                f"{signal.low} .. {signal.high}{behind(signal.unit)}; flipping needs ranges about "
+                "0 and a system that answers -u with -y: set flip_signs = false, or declare a "
                 "symmetric range"
             )
 
@@ -352,8 +334,7 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
             raise ValueError(
                 f"{signal.name!r} is constant in the training data; expected it to move within "
                 f"{signal.low} .. {signal.high}{behind(signal.unit)}: check data.excitation and "
-                "the "
-                "signal's range"
+                "the signal's range"
             )
 
 

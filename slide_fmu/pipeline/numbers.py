@@ -261,7 +261,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
     recipe, curve = case.recipe, kept_curve(case, folder)
     memo = _memo(case, folder.numbers)
     known = {point.trajectories: point.seconds for point in curve.points}
-    learning = LearningCurve(recipe, case.source, folder.store, folder.checkpoints)
+    learning = LearningCurve(case, folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
     while curve.ended is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()

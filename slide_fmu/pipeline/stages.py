@@ -193,11 +193,12 @@ def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
     import torch
 
     from slide_fmu.bounds.fit import fit_surrogate
+    from slide_fmu.fitting.preparation import Work
 
-    recipe, system, folder = job.recipe, job.case.source, job.folder
+    recipe, folder = job.recipe, job.folder
     torch.set_num_threads(threads)
-    known = known_start(recipe, system)
-    fit = fit_surrogate(recipe, system, folder.store, folder.checkpoints, job.bar, known)
+    known = known_start(recipe, job.case.source)
+    fit = fit_surrogate(Work(job.case, folder.store, folder.checkpoints, job.bar, known))
     folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
     remarks = (
         *(history.remark for history in fit.histories.values()),

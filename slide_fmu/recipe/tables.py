@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from slide_fmu.core.window import Window
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import LEAST_CALIBRATION
@@ -52,6 +53,11 @@ class WindowRecipe(Table):
         if self.n_out > self.n_in:
             raise ValueError(f"n_out = {self.n_out}; expected at most n_in = {self.n_in}")
         return self
+
+    @property
+    def as_window(self) -> Window:
+        """The window that has these lengths."""
+        return Window(self.step, self.n_in, self.n_out)
 
 
 class DataRecipe(Table):

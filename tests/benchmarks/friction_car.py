@@ -27,6 +27,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.fitting.network import Fit
+from slide_fmu.fitting.preparation import Work
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.friction_car import friction_recipe
@@ -41,7 +42,7 @@ def learn(recipe: Recipe, bar: Stages) -> Fit:
         store = Path(folder) / "data.zarr"
         with ThreadPoolExecutor(1) as pool:
             generate(case_of(recipe), store, pool, bar("trajectories"))
-        return fit_surrogate(recipe, case_of(recipe).system, store, Path(folder) / "states", bar)
+        return fit_surrogate(Work(case_of(recipe), store, Path(folder) / "states", bar))
 
 
 def errors(fit: Fit, recipe: Recipe) -> FloatArray:

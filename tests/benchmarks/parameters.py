@@ -34,6 +34,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
+from slide_fmu.fitting.preparation import Work
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -159,7 +160,7 @@ def learnt(recipe: Recipe, folder: Path, bar: Stages) -> tuple[Surrogate, float]
         with ThreadPoolExecutor(1) as pool:
             generate(case_of(recipe), store, pool, bar("trajectories"))
         begin = time.process_time()
-        fit = fit_surrogate(recipe, case_of(recipe).system, store, folder / "states", bar)
+        fit = fit_surrogate(Work(case_of(recipe), store, folder / "states", bar))
         seconds.write_text(json.dumps(time.process_time() - begin), encoding="utf-8")
         fit.surrogate.save(place)
     return Surrogate.from_bytes(place.read_bytes()), json.loads(seconds.read_text("utf-8"))

@@ -23,6 +23,7 @@ from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.data.trajectories import read_split
+from slide_fmu.fitting.preparation import Work
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -118,8 +119,8 @@ def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
     kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as checkpoints:  # earlier ones would cost nothing
-        system = case_of(recipe).system
-        fit = fit_surrogate(recipe, system, folder.store, Path(checkpoints), progress)
+        work = Work(case_of(recipe), folder.store, Path(checkpoints), progress)
+        fit = fit_surrogate(work)
     fit.surrogate.save(kept.with_suffix(".slide"))
     figures = {
         "training_cpu_seconds": time.process_time() - begin,

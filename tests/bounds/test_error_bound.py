@@ -30,6 +30,7 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.trajectories import Split, read_split
 from slide_fmu.fitting.network import Fit
+from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -54,10 +55,10 @@ FRESH = 60
 
 
 def fitted(recipe: Recipe, folder: Path) -> Fit:
-    store, system = folder / "store", case_of(recipe).system
+    store = folder / "store"
     with ThreadPoolExecutor(1) as pool:
         generate(case_of(recipe), store, pool, silent)
-    return fit_surrogate(recipe, system, store, folder / "checkpoints", no_stages)
+    return fit_surrogate(Work(case_of(recipe), store, folder / "checkpoints", no_stages))
 
 
 @pytest.fixture(scope="module")
@@ -325,9 +326,8 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     recipe = RECIPE.model_copy(
         update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4})}
     )
-    other = fit_surrogate(
-        recipe, case_of(recipe).system, folder / "store", folder / "checkpoints", no_stages
-    ).surrogate
+    work = Work(case_of(recipe), folder / "store", folder / "checkpoints", no_stages)
+    other = fit_surrogate(work).surrogate
     assert not fit.surrogate.estimates_errors
     assert np.array_equal(
         other.predict_newest_batch(unseen.inputs),

@@ -23,6 +23,7 @@ from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.network import FITS, Fit
 from slide_fmu.fitting.preparation import (
+    Work,
     eigenvalues_at_rest,
     require_symmetry,
     standard_deviation_scaling,
@@ -59,7 +60,7 @@ LEARNING = tiny_recipe(
 
 
 def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
-    return fit_surrogate(recipe, case_of(recipe).system, store, checkpoints, no_stages)
+    return fit_surrogate(Work(case_of(recipe), store, checkpoints, no_stages))
 
 
 @pytest.fixture(scope="module")
@@ -239,9 +240,9 @@ def test_broken_fit_gives_the_same_bytes(
 
         return stop
 
-    system, store = case_of(STATE_SPACE).system, folder / "store"
+    store = folder / "store"
     with pytest.raises(Broken):
-        fit_surrogate(STATE_SPACE, system, store, tmp_path, stopping)
+        fit_surrogate(Work(case_of(STATE_SPACE), store, tmp_path, stopping))
     again = fitted(STATE_SPACE, store, tmp_path)
     assert again.surrogate.to_bytes() == state_space.surrogate.to_bytes()
     assert again.histories == state_space.histories

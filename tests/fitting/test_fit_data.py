@@ -21,7 +21,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting import preparation as module
 from slide_fmu.fitting.network import FITS
-from slide_fmu.fitting.preparation import STILL, require_motion
+from slide_fmu.fitting.preparation import STILL, Work, require_motion
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -56,7 +56,7 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
         for table in FITS:
             patch.setitem(FITS, table, reached)
         with pytest.raises(Reached) as caught:
-            fit_surrogate(recipe, case_of(recipe).system, store, store, no_stages)
+            fit_surrogate(Work(case_of(recipe), store, store, no_stages))
     found: Problem = caught.value.args[0]
     return found
 
@@ -120,7 +120,7 @@ def test_signs_of_features_that_do_not_follow_are_not_flipped(
     training = recipe.training.model_copy(update={"flip_signs": True})
     flipping = recipe.model_copy(update={"training": training})
     with pytest.raises(Reached) as caught:
-        fit_surrogate(flipping, case_of(recipe).system, store, store, no_stages)
+        fit_surrogate(Work(case_of(flipping), store, store, no_stages))
     assert isinstance(caught.value.args[0], FeatureMap)
 
 
@@ -156,7 +156,7 @@ def test_checkpoints_belong_to_the_code(
     """Of the surrogate and of the estimator, both."""
 
     def names() -> set[str]:
-        fit_surrogate(FEED_FORWARD, case_of(FEED_FORWARD).system, store, tmp_path, no_stages)
+        fit_surrogate(Work(case_of(FEED_FORWARD), store, tmp_path, no_stages))
         return {path.name for path in tmp_path.glob("*.pt")}
 
     before = names()
@@ -241,4 +241,4 @@ def test_fit_refuses_what_never_moves(
 
     monkeypatch.setattr(module, "read_split", still)
     with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
-        fit_surrogate(recipe, case_of(recipe).system, store, store, no_stages)
+        fit_surrogate(Work(case_of(recipe), store, store, no_stages))

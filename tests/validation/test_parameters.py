@@ -17,7 +17,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.network import Fit
-from slide_fmu.fitting.preparation import require_chosen_features
+from slide_fmu.fitting.preparation import Work, require_chosen_features
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.recipe.case import case_of
@@ -51,7 +51,7 @@ def fit(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     generate(case_of(RECIPE), folder / "data.zarr", None, silent)
     store, states = folder / "data.zarr", folder / "states"
     with kept_estimates():
-        return fit_surrogate(RECIPE, case_of(RECIPE).system, store, states, lambda _name: silent)
+        return fit_surrogate(Work(case_of(RECIPE), store, states, lambda _name: silent))
 
 
 @pytest.fixture(scope="module")

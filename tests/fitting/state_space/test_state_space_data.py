@@ -86,7 +86,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
     shape = CellShape(4, 5, 1, roles, table.units, table.bias, turned)
     theta = random_theta(shape)
     theta = 0.5 * theta if table.units == "cubic" else theta  # features are larger than inputs
-    network = freeze(Candidate(shape, Iterate(theta, theta, 0.0)), problem, data)
+    network = freeze(Candidate(shape, Iterate(theta, theta, 0.0)), data)
     assert (network.roles, network.turned, network.features) == (roles, turned, problem.features)
     expected, _ = simulate(shape, theta, data.features.transpose(0, 1))
     found, _ = network.run(network.features.along(records[0].numpy()))

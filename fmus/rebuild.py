@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.figures import read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import draw, split_stream
-from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.network import learnt_ranges
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.apps import Release, with_origins

@@ -1,6 +1,6 @@
-"""This room learns how wrong a surrogate may be: its error estimator and its error bound.
+"""This room makes a fitted network a surrogate that says how wrong it may be.
 
-It begins with the fitted network, which it leaves as it is. ``fit`` goes from a recipe and its
-trajectories to the whole surrogate. How networks are fitted is in ``fitting``, and how estimates
-and bounds are evaluated is in ``surrogate``.
+``fit`` goes the whole way, from trajectories to forecast of inputs, error estimator and error
+bound. The network stays as it was fitted in ``fitting``. How estimates and bounds are evaluated is
+in ``surrogate``.
 """

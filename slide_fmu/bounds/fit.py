@@ -18,6 +18,7 @@ import numpy as np
 
 from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
+from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
@@ -30,6 +31,7 @@ from slide_fmu.fitting.preparation import Work
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
+from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
@@ -65,10 +67,22 @@ def fit_surrogate(work: Work) -> Fit:
     recipe.require_resolved()
     require_origin(work.store, recipe, identity(recipe, work.case.source))
     require_trajectories(work.store, recipe)
-    fit = fit_network(work)
+    fit = _with_forecast(work, fit_network(work))
     if recipe.estimator is not None:
         fit = _with_estimator(work, fit)
     return fit if recipe.bound is None else _with_bound(work, fit)
+
+
+def _with_forecast(work: Work, fit: Fit) -> Fit:
+    """Fit the forecast of inputs that move."""
+    recipe, source = work.recipe, work.case.source
+    (learnt,) = work.splits("train")
+    forecast = fit_forecast(source.inputs, learnt.inputs, recipe.window.planned)
+    if forecast is None:
+        return fit
+    sampled = either(source, lambda _: recipe.data.substeps > 1, lambda _: True)
+    forecast = replace(forecast, sampled=sampled)
+    return replace(fit, surrogate=replace(fit.surrogate, forecast=forecast))
 
 
 def _with_remark(histories: dict[str, History], remark: str | None) -> dict[str, History]:

@@ -1,6 +1,7 @@
-"""What a state-space network sees where its recipe leaves that open: tried, and the best kept.
+"""The features of a state-space network are tried where its recipe leaves them open.
 
-Every choice is fitted shortly to a part of the data, with one size of the network for all.
+Every choice is fitted shortly to a part of the data, with one size of the network for all, and the
+best is taken.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ from slide_fmu.recipe.learning import (
 )
 
 STAGE = "choice of features"
-"""Its progress, and the start of the names of its histories."""
+"""The progress of the search has this name, and the names of its histories begin with it."""
 WORTHWHILE = 0.8
 """A later, richer choice is taken when its error is below this part of the one taken before."""
 SAMPLES = 6_000
-"""A choice is judged on trajectories of about so many samples."""
+"""A choice is judged on trajectories of about this many samples."""
 ORDER, HIDDEN = 8, 8
 """The networks that are compared have at most this size."""
 TURNED_ORDER, TURNED_PAIRS = 12, 4
@@ -50,12 +51,12 @@ SHORT = {
     "iterations": 6,
     "part": 2,
 }
-"""The training of each."""
+"""The training of each choice differs from the recipe's in these keys."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """This says what the choices are tried on.
+    """Trials are what the choices of features are tried on.
 
     Attributes:
         offered: what features can be formed of.
@@ -71,11 +72,6 @@ class Trials:
     splits: tuple[Split, Split]
     eigenvalues: NDArray[np.complex128] | None
     folder: Path
-
-    def few(self) -> tuple[Split, Split]:
-        """Return the first trajectories of both splits."""
-        learnt, judged = (_first(split) for split in self.splits)
-        return learnt, judged
 
 
 def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
@@ -135,13 +131,12 @@ def search_features(
     if not (isinstance(network, StateSpaceRecipe) and isinstance(training, LeastSquaresRecipe)):
         return network, {}
     tables = choices(network, trials.offered, trials.splits[0].outputs.shape[2])
-    if training.flip_signs and network.drive is None:
-        tables = [table for table in tables if table.drive == ("inputs",)]
     if len(tables) == 1:
         return tables[0], {}
-    trials = dataclasses.replace(trials, splits=trials.few())
+    learnt, judged = (_first(split) for split in trials.splits)
+    trials = dataclasses.replace(trials, splits=(learnt, judged))
     about = {"window": dataclasses.asdict(trials.window), "training": training.model_dump()}
-    contents = [content_of(split) for split in trials.splits]
+    contents = [content_of(learnt), content_of(judged)]
     key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
     show, best = Heard(progress(STAGE), with_error=not training.even_out), math.inf
     taken, histories = tables[0], dict[str, History]()
@@ -165,7 +160,7 @@ def search_features(
 
 
 def described(table: StateSpaceRecipe) -> str:
-    """Say which features have which part in a network."""
+    """Return which features have which part in a network, for people."""
     parts = {
         "drive": table.drive or (),
         "static": table.static or (),

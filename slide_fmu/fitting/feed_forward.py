@@ -1,4 +1,4 @@
-"""The paper's feed-forward network: module, initialisation, freezing, training by Adam."""
+"""The paper's feed-forward network is a module of torch, which Adam trains."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.window import Window
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.problem import FittedNetwork, Problem
-from slide_fmu.fitting.training import block_mean_square, train
+from slide_fmu.fitting.training import train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
@@ -141,6 +141,5 @@ def fit_feed_forward(
     module.to(data.inputs.device, data.inputs.dtype)
     module.initialise(torch.Generator(data.inputs.device).manual_seed(training.seed))
     validation = WindowData(*problem.validation, window)
-    objective = block_mean_square(window.n_out, training.newest_weight)
-    history = train(module, data, validation, training, problem.checkpoint, progress, objective)
+    history = train(module, data, validation, training, problem.checkpoint, progress)
     return FittedNetwork(module.freeze(), history, network)

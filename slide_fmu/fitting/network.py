@@ -1,4 +1,4 @@
-"""From trajectories to a surrogate that has its network, but neither estimator nor bound."""
+"""A surrogate is fitted to trajectories: its network, without forecast, estimator and bound."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.checkpoint import CpuTime
 from slide_fmu.fitting.feed_forward import fit_feed_forward
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.preparation import Work, prepare, scales_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FITS: dict[type, Callable[[Problem, Any, Any, Progress], FittedNetwork]] = {
@@ -72,7 +70,7 @@ class Fit:
 
 
 def fit_network(work: Work, part: Part = Part()) -> Fit:
-    """Fit the surrogate without estimator and bound.
+    """Fit the surrogate without forecast, estimator and bound.
 
     Raises:
         StoreError: trajectories are missing.
@@ -92,10 +90,6 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     problem = prepared.problem(splits, checkpoint)
     found = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
     history = replace(found.history, cpu_seconds=spent.keep(), relative=relative)
-    forecast = fit_forecast(source.inputs, splits[0].inputs, recipe.window.planned)
-    if forecast is not None:
-        sampled = either(source, lambda _: recipe.data.substeps > 1, lambda _: True)
-        forecast = replace(forecast, sampled=sampled)
     surrogate = Surrogate(
         recipe.name,
         recipe.window.as_window,
@@ -104,7 +98,6 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
         work.offered.scaling,
         scales.outputs,
         found.network,
-        forecast=forecast,
         output_ranges=learnt_ranges(splits[0].outputs),
     )
     resolved = recipe.model_copy(update={"network": found.table})

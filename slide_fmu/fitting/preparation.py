@@ -31,7 +31,12 @@ from slide_fmu.fitting.problem import Physical, Problem, Records, seen_records
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.learning import (
+    NetworkTable,
+    StateSpaceRecipe,
+    TrainingRecipe,
+    TrainingTable,
+)
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.either import either, no_answer
@@ -118,7 +123,6 @@ class Scales:
         outputs: scaling of the outputs.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest; None where they are not
             known, or of no use.
-        at_corners: the same at each corner of the physical parameters' box; none without these.
         noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each; None
             where it is not known.
         key: key of the data, the machine and the recipe, for the names of checkpoints.
@@ -126,7 +130,6 @@ class Scales:
 
     outputs: Affine
     eigenvalues: Eigenvalues | None
-    at_corners: list[Eigenvalues | None]
     noise: tuple[FloatArray, ...] | None
     key: str
 
@@ -166,7 +169,7 @@ class Prepared:
             scales.eigenvalues,
             beyond[0] if beyond else None,
             work.start,
-            _physical(work.recipe, splits, scales.at_corners),
+            _physical(work.case, splits),
             scales.noise,
         )
 
@@ -191,7 +194,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         UnstableModeError: a mode of the system linearized at rest grows.
     """
     recipe, source = work.recipe, work.case.source
-    if any(training.flip_signs for training in recipe.trainings()):
+    if any(flips_signs(training) for training in recipe.trainings()):
         require_symmetry((*source.inputs, *source.outputs))
     require_motion(source.inputs, splits[0].inputs)
     own = standard_deviation_scaling(source.outputs, splits[0])
@@ -207,7 +210,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         *([] if work.known is None else [work.known.to_bytes().hex()]),
         *(stretch.tobytes().hex() for stretch in noise or ()),
     )
-    return Scales(outputs, eigenvalues, _eigenvalues_at_corners(work.case), noise, key)
+    return Scales(outputs, eigenvalues, noise, key)
 
 
 def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
@@ -230,7 +233,7 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
         table, tried = search_features(table, recipe.training, trials, work.progress)
         scaled = work.offered.scaling.apply(splits[0].inputs)
         features = choose_features(table.feature_names(), work.offered, scaled)
-    if recipe.training.flip_signs:
+    if flips_signs(recipe.training):
         require_odd(features)
     return Prepared(work, scales, table, features, tried)
 
@@ -251,33 +254,24 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
     return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
 
 
-def _eigenvalues_at_corners(case: Case) -> list[Eigenvalues | None]:
-    """Return what ``eigenvalues_at_rest`` gives at all corners of the parameters' box.
+def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
+    """Return the physical parameters of trajectories; None where the recipe has none.
 
-    There are none where the recipe has no parameters, or the source cannot be set, as records.
+    Eigenvalues are known where all corners of the parameters' box are linearized, which records
+    cannot be.
     """
-    corners = case.corners() if case.recipe.parameters else []
-    return either(
-        case.source,
-        lambda _: [eigenvalues_at_rest(case.at(corner).source) for corner in corners],
-        lambda _: [],
-    )
-
-
-def _physical(
-    recipe: Recipe, splits: Sequence[Split], corners: Sequence[Eigenvalues | None]
-) -> Physical | None:
-    """Return the physical parameters of trajectories; None where the recipe has none."""
-    parameters = recipe.physical()
+    parameters, network = case.recipe.physical(), case.recipe.network
     if not parameters:
         return None
-    assert isinstance(recipe.network, StateSpaceRecipe)
-    basis = ParameterBasis.of_degree(parameters, recipe.network.parameter_degree)
+    assert isinstance(network, StateSpaceRecipe)
+    basis = ParameterBasis.of_degree(parameters, network.parameter_degree)
     training, validation, *beyond = (split.parameters for split in splits)
     assert training is not None
     assert validation is not None
-    known = [values for values in corners if values is not None]
-    eigenvalues = np.concatenate(known) if known and len(known) == len(corners) else None
+    corners = either(case.source, lambda _: case.corners(), lambda _: [])
+    found = [eigenvalues_at_rest(case.at(corner).source) for corner in corners]
+    known = [values for values in found if values is not None]
+    eigenvalues = np.concatenate(known) if known and len(known) == len(found) else None
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
 
 
@@ -304,6 +298,11 @@ def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) ->
             f"{list(recipe.parameters)}; expected names of features, since those that are tried "
             "know no parameters: name them (network.drive)"
         )
+
+
+def flips_signs(training: TrainingTable) -> bool:
+    """Tell whether a training shows its windows with both signs."""
+    return isinstance(training, TrainingRecipe) and training.flip_signs
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

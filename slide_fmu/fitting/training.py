@@ -61,25 +61,6 @@ MEAN_SQUARE = Objective(
 """The objective is the mean squared error, reported as RMSE (paper)."""
 
 
-def block_mean_square(n_out: int, newest_weight: float) -> Objective:
-    """Return the mean squared error of blocks of n_out samples, with weights along the block.
-
-    The weight rises linearly to ``newest_weight`` times that of the oldest sample. The weights
-    have the mean 1, so that the figure compares with the unweighted RMSE.
-    """
-    if newest_weight == 1.0:
-        return MEAN_SQUARE
-    weights = torch.linspace(1.0, newest_weight, n_out)
-    weights = (weights / weights.mean())[:, None]
-
-    def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
-        squares = (values - targets).square().view(len(values), n_out, -1)
-        mean: torch.Tensor = (squares * weights.to(squares)).mean()
-        return mean
-
-    return Objective(loss, math.sqrt, relative=True)
-
-
 def train(
     model: torch.nn.Module,
     training: WindowData,
@@ -201,8 +182,8 @@ def _batch(
     return windows, targets
 
 
-def _divergence(what: str) -> str:
-    return f"training diverged: {what} is not finite; lower training.learning_rate"
+def _divergence(value: str) -> str:
+    return f"training diverged: {value} is not finite; lower training.learning_rate"
 
 
 def _restore(

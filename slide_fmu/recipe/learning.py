@@ -220,8 +220,6 @@ class LeastSquaresRecipe(Table):
             refined on all data by preconditioned gradient steps.
         stretches: number of those refinements, 80 steps each.
         beyond_weight: factor on the residuals of trajectories beyond the range.
-        flip_signs: whether every segment is added with both signs, for systems that answer -u with
-            -y.
         even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
         start: path of an FMU of slide-fmu whose network the training begins with, as one that was
@@ -242,7 +240,6 @@ class LeastSquaresRecipe(Table):
     dense_limit: PositiveInt = 3000
     stretches: PositiveInt = 60
     beyond_weight: PositiveFloat = 0.1
-    flip_signs: bool = False
     even_out: bool = False
     precision: Literal["float32", "float64"] = "float64"
     start: str | None = None
@@ -253,8 +250,6 @@ class TrainingRecipe(Table):
 
     Attributes:
         method: name of the training method.
-        newest_weight: weight of the newest output sample in the loss of a block, relative to the
-            oldest; rises linearly in between.
         seed: seed of initialisation and of the order of the windows.
         steps: number of steps of the optimizer.
         batch: windows per step.
@@ -280,7 +275,6 @@ class TrainingRecipe(Table):
     gradient_clip: PositiveFloat | None = None
     flip_signs: bool = False
     input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
-    newest_weight: PositiveFloat = 1.0
     validate_every: PositiveInt = 500
     precision: Literal["float32", "float64"] = "float32"
 

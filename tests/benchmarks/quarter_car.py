@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe

@@ -172,9 +172,3 @@ def test_search_without_a_finite_error_names_the_remedy(
     faked(monkeypatch, [np.inf, np.inf])
     with pytest.raises(TrainingError, match=r"none of 2 choices .*\(\[network\], drive\)"):
         search_features(OPEN, SHORT, trials(tmp_path, ANGLE), no_stages)
-
-
-def test_signs_are_flipped_with_the_inputs_alone(tmp_path: Path) -> None:
-    training = SHORT.model_copy(update={"flip_signs": True})
-    taken, histories = search_features(OPEN, training, trials(tmp_path, ANGLE), no_stages)
-    assert (taken.drive, histories) == (("inputs",), {})

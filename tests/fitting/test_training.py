@@ -11,15 +11,12 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 
 import tests.fitting.regression as regression
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.training import (
-    MEAN_SQUARE,
-    block_mean_square,
     evaluate,
     learning_rate,
     train,
@@ -189,51 +186,3 @@ def test_too_high_a_learning_rate_diverges(tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="diverged"):
         train(Slow(), data, data, wild, tmp_path / "c.pt", silent)
     assert not (tmp_path / "c.pt").exists()  # nothing that a second try would go on from
-
-
-@pytest.mark.parametrize(("n_out", "newest_weight"), [(2, 3.0), (5, 4.0), (7, 0.25)])
-def test_weights_of_a_block_rise_linearly_to_the_newest(n_out: int, newest_weight: float) -> None:
-    """The loss of an error at one sample alone is its weight; the mean of all weights is one."""
-    objective, n_outputs = block_mean_square(n_out, newest_weight), 3
-    weights = []
-    for position in range(n_out):
-        values = torch.zeros(4, n_out, n_outputs, dtype=torch.float64)
-        values[:, position] = 2.0
-        flat = values.flatten(1)
-        weights.append(float(objective.loss(flat, torch.zeros_like(flat))) * n_out / 4)
-    assert weights[-1] / weights[0] == pytest.approx(newest_weight, rel=SINGLE)
-    assert np.diff(weights) == pytest.approx([np.diff(weights)[0]] * (n_out - 1), rel=SINGLE)
-    assert np.mean(weights) == pytest.approx(1.0, rel=SINGLE)
-    assert objective.error(4.0) == 2.0
-
-
-@pytest.mark.parametrize("newest_weight", [1.0, 1.0 + 1e-9])
-def test_equal_weights_are_the_plain_mean_square(newest_weight: float) -> None:
-    generator = torch.Generator().manual_seed(0)
-    values, targets = torch.randn(2, 6, 12, generator=generator, dtype=torch.float64)
-    expected = (values - targets).square().mean()
-    found = block_mean_square(4, newest_weight).loss(values, targets)
-    assert float(found) == pytest.approx(float(expected), rel=SINGLE)
-    assert block_mean_square(4, 1.0) is MEAN_SQUARE
-
-
-def test_newest_sample_is_learnt_best_where_it_weighs_most(tmp_path: Path) -> None:
-    """Two samples that one number cannot give both: the answer is their weighted mean."""
-
-    class Constant(torch.nn.Module):
-        def __init__(self) -> None:
-            super().__init__()
-            self.value = torch.nn.Parameter(torch.zeros(1, dtype=torch.float64))
-
-        def forward(self, windows: torch.Tensor) -> torch.Tensor:
-            return self.value.expand(len(windows), 2)
-
-    inputs = torch.zeros(8, 4, 1, dtype=torch.float64)
-    targets = torch.zeros(8, 5, 1, dtype=torch.float64)
-    targets[:, 4] = 1.0
-    data, model = WindowData(inputs, targets, regression.WINDOW), Constant()
-    plain = recipe(
-        flip_signs=False, input_jitter=0.0, weight_decay=0.0, learning_rate=0.05, steps=400
-    )
-    train(model, data, data, plain, tmp_path / "c.pt", silent, block_mean_square(2, 3.0))
-    assert model.value.item() == pytest.approx(0.75, abs=1e-3)

@@ -121,8 +121,8 @@ OF_ANOTHER_TYPE = {
     '[data]\ntrain = "30"': "data.train = '30': expected a whole number",
     "[data]\ntrain = 30.0": "data.train = 30.0: expected a whole number",
     "[data]\nduration = true": "data.duration = true: expected a number",
-    "[training]\nflip_signs = 1": "training.flip_signs = 1: expected true or false",
-    '[training]\nflip_signs = "yes"': "training.flip_signs = 'yes': expected true or false",
+    "[training]\neven_out = 1": "training.even_out = 1: expected true or false",
+    '[training]\neven_out = "yes"': "training.even_out = 'yes': expected true or false",
     "[estimator]\nin_range = true": "estimator.in_range = true: expected a number",
     "[network]\nunits = 3": "network.units = 3: expected 'tanh', 'cubic'",
     "[stability]\namplitudes = [1, true]": (

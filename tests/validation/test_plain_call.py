@@ -13,13 +13,13 @@ import pytest
 from pydantic import TypeAdapter
 from scipy.signal import lfilter
 
+from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.window import Window
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.input_forecast import fit_forecast
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.pipeline.measurement import IN_RANGE

@@ -140,8 +140,6 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     pieces = whole.count // len(features)
     if problem.beyond is not None:
         whole = whole.and_others(segments("beyond"), training.beyond_weight)
-    if training.flip_signs:
-        whole = whole.and_others(whole.mirrored(), 1.0)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
     validation = segments("validation")

@@ -95,10 +95,6 @@ class Segments:
         weights = (2 / (1 + squares / usual)).sqrt()
         return replace(self, weights=self.weights * weights)
 
-    def mirrored(self) -> Segments:
-        """Return the segments with the opposite sign, which an odd system has too."""
-        return replace(self, features=-self.features, targets=-self.targets)
-
 
 def cut_segments(
     features: torch.Tensor,

@@ -136,7 +136,7 @@ def test_segments_keep_the_terms_of_their_trajectories() -> None:
     for chosen, numbers in ((segments.every(2), [0, 2, 4]), (segments.chunks(4)[1], [4, 5])):
         assert chosen.phi is not None
         assert torch.equal(chosen.phi, segments.phi[numbers])
-    both = segments.evened_out().and_others(segments.mirrored(), 1.0)
+    both = segments.evened_out().and_others(segments, 1.0)
     assert both.phi is not None
     assert torch.equal(both.phi, torch.cat([segments.phi, segments.phi]))
 

@@ -111,15 +111,6 @@ def test_others_come_after_with_a_factor_on_their_weights() -> None:
     assert others.weights.tolist() == [1, 2, 3]
 
 
-def test_mirrored_segments_have_the_opposite_sign_and_the_same_weights() -> None:
-    whole = segments(3)
-    mirrored = whole.mirrored()
-    assert torch.equal(mirrored.features, -whole.features)
-    assert torch.equal(mirrored.targets, -whole.targets)
-    assert torch.equal(mirrored.weights, whole.weights)
-    assert mirrored.burn_in == 3
-
-
 def moving(spreads: list[float], samples: int = 30) -> Segments:
     """Two outputs that swing about 0.3 and -2, one segment for each spread."""
     swing = torch.arange(samples, dtype=torch.float64).mul(math.pi).cos()[:, None, None]

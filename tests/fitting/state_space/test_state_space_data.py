@@ -219,51 +219,14 @@ def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
     assert np.array_equal(found.network.stream(-inputs), -found.network.stream(inputs))
 
 
-def test_flipped_signs_are_added(tmp_path: Path) -> None:
-    names = DIFFERENCES[:2]
-    table = StateSpaceRecipe(drive=names)
-    plain, flipped = (
-        fit_data(
-            problem_of(tmp_path, names=names), table, LeastSquaresRecipe(**QUICK, flip_signs=flip)
-        )
-        for flip in (False, True)
-    )
-    count = plain.whole.count
-    assert flipped.whole.count == 2 * count
-    for part in ("features", "targets"):
-        there, both = getattr(plain.whole, part), getattr(flipped.whole, part)
-        assert torch.equal(both[:, :count], there)
-        assert torch.equal(both[:, count:], -there)
-    assert torch.equal(flipped.validation.targets, plain.validation.targets)
-
-
-def one_sided(seed: int) -> Pair:
-    """The spring under inputs that only push."""
-    inputs = spring(seed, 6, 200)[0].abs()
-    return inputs, answers(inputs, CUBIC)
-
-
-def test_flipped_signs_teach_what_was_never_seen(tmp_path: Path) -> None:
-    """Trained on pushes, validated on pulls."""
-    inputs, outputs = one_sided(2)
-    records = {"training": one_sided(1), "validation": (-inputs, -outputs)}
-    errors = [
-        fit(problem_of(tmp_path / str(flip), **records), NONLINEAR, flip_signs=flip).error
-        for flip in (False, True)
-    ]
-    assert errors[1] < SMALL
-    assert errors[0] > 5 * errors[1]
-
-
 @pytest.mark.parametrize("order", [0, 1])
-@pytest.mark.parametrize("flip_signs", [False, True])
 def test_trajectories_beyond_the_range_are_added_with_their_weight(
-    tmp_path: Path, order: int, flip_signs: bool
+    tmp_path: Path, order: int
 ) -> None:
-    """They are scaled as the others, flipped as the others, and choose nothing."""
+    """They are scaled as the others, and choose nothing."""
     names = DIFFERENCES[: order + 1]
     table = StateSpaceRecipe(drive=names)
-    training = LeastSquaresRecipe(**QUICK, flip_signs=flip_signs, beyond_weight=0.25)
+    training = LeastSquaresRecipe(**QUICK, beyond_weight=0.25)
     inputs, outputs = spring(4, 3, 160, CUBIC, BEYOND)
     plain, both = (
         fit_data(problem_of(tmp_path, names=names, beyond=beyond), table, training)
@@ -272,14 +235,9 @@ def test_trajectories_beyond_the_range_are_added_with_their_weight(
     assert torch.equal(both.features, plain.features)
     for part in ("features", "targets"):
         assert torch.equal(getattr(both.validation, part), getattr(plain.validation, part))
-    signs = 1 + flip_signs
-    count, more = (
-        plain.whole.count // signs,
-        both.whole.count // signs - plain.whole.count // signs,
-    )
+    count, more = plain.whole.count, both.whole.count - plain.whole.count
     assert more == count // 2  # three trajectories beside six
-    expected = ([1.0] * count + [0.25] * more) * signs
-    assert both.whole.weights.tolist() == expected
+    assert both.whole.weights.tolist() == [1.0] * count + [0.25] * more
     assert torch.equal(both.whole.targets[:, :count], plain.whole.targets[:, :count])
     beyond = both.whole.chosen(torch.arange(count, count + more))
     pieces = more // 3
@@ -324,7 +282,7 @@ def violent(seed: int) -> Pair:
 
 
 def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
-    """Each of training, beyond and validation about its own usual motion; signs alike."""
+    """Each of training, beyond and validation about its own usual motion."""
     pairs = {
         "training": violent(1),
         "validation": violent(2),
@@ -332,13 +290,13 @@ def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
     }
     problem, table = problem_of(tmp_path, **pairs), StateSpaceRecipe(**NONLINEAR)
     plain, even = (
-        fit_data(problem, table, LeastSquaresRecipe(**QUICK, flip_signs=True, even_out=even_out))
+        fit_data(problem, table, LeastSquaresRecipe(**QUICK, even_out=even_out))
         for even_out in (False, True)
     )
-    own = plain.whole.count // 4
+    own = plain.whole.count // 2
     training, beyond = (plain.whole.chosen(torch.arange(first, first + own)) for first in (0, own))
     once = torch.cat([training.evened_out().weights, beyond.evened_out().weights])
-    torch.testing.assert_close(even.whole.weights, torch.cat([once, once]))
+    torch.testing.assert_close(even.whole.weights, once)
     torch.testing.assert_close(even.validation.weights, plain.validation.evened_out().weights)
     stride = _stride(QUICK["part"], own // 6, plain.whole.count)
     torch.testing.assert_close(even.part.weights, even.whole.weights[::stride])

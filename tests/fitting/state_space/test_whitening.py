@@ -209,7 +209,6 @@ def test_parts_of_segments_keep_the_whitening() -> None:
     parts = [
         segments.every(2),
         *segments.chunks(4),
-        segments.mirrored(),
         segments.evened_out(),
         segments.and_others(others, 0.5),
     ]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.bounds.input_forecast import POLYNOMIALS, fit_forecast
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.fitting.input_forecast import POLYNOMIALS, fit_forecast
 from slide_fmu.surrogate.input_forecast import InputForecast
 from tests.fmu.moving_inputs import n_points, plain_ahead
 

@@ -263,30 +263,25 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
 
     Those of an error bound are compared by ``bound_problems``.
     """
-    stream, steps = surrogate.stream(), np.arange(1, len(inputs) + 1)
-    rows: dict[str, list[FloatArray]] = {}
-    for row in inputs:
-        outputs, estimates = stream.step(row)
-        results = {
-            "{signal}": outputs,
-            ERROR_ESTIMATE: estimates,
-            TRUNCATION_ERROR: stream.truncation_error,
-        }
-        for kind, found in results.items():
-            if found is not None:
-                rows.setdefault(kind, []).append(found)
+    steps, outputs = np.arange(1, len(inputs) + 1), surrogate.predict_newest(inputs)
+    estimates = None if surrogate.estimator is None else surrogate.estimate_error(inputs)
+    found = {
+        "{signal}": outputs,
+        ERROR_ESTIMATE: estimates,
+        TRUNCATION_ERROR: surrogate.truncation_errors(inputs),
+    }
     expected = {
         name: (np.minimum(1, steps / count), FILLED_TOLERANCE)
         for name, count in memory_lengths(surrogate).items()
     }
     expected[IN_RANGE] = surrogate.inputs_in_range(inputs).astype(np.float64), 0.0
     if surrogate.output_ranges is not None:
-        inside = surrogate.outputs_in_range(np.array(rows["{signal}"]))
+        inside = surrogate.outputs_in_range(outputs)
         expected[OUTPUTS_IN_RANGE] = inside.astype(np.float64), 0.0
-    for kind, columns in rows.items():
-        for signal, values, y in zip(
-            surrogate.outputs, np.transpose(columns), np.transpose(rows["{signal}"]), strict=True
-        ):
+    for kind, table in found.items():
+        if table is None:
+            continue
+        for signal, values, y in zip(surrogate.outputs, table.T, outputs.T, strict=True):
             rounding = OUTPUT_TOLERANCE * max(signal.high - signal.low, np.abs(y).max())
             allowed = ERROR_TOLERANCE * values.max() if kind == ERROR_ESTIMATE else rounding
             expected[kind.format(signal=signal.name)] = values, float(allowed)

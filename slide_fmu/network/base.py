@@ -74,10 +74,6 @@ class Network(abc.ABC):
         """
 
     @abc.abstractmethod
-    def stepper(self) -> Stepper:
-        """Start a record that is taken in sample by sample: ``stream``, step by step."""
-
-    @abc.abstractmethod
     def require_window(self, window: Window, n_outputs: int) -> None:
         """Reject a window, or a number of outputs, that the network does not fit.
 
@@ -92,7 +88,7 @@ class Network(abc.ABC):
     @property
     @abc.abstractmethod
     def measures_truncation(self) -> bool:
-        """It is true when its steppers measure their ``truncation_error``."""
+        """It is true when it measures what its finite memory costs (``truncation_error``)."""
 
     @property
     @abc.abstractmethod
@@ -125,30 +121,3 @@ class Parametric(abc.ABC):
     @abc.abstractmethod
     def starting_at(self, values: FloatArray) -> Network:
         """Give the network whose parameters start at values, (n_parameters,), in their units."""
-
-
-class ParametricStepper(abc.ABC):
-    """A stepper of a parametric network: it takes other values of the parameters. Interface."""
-
-    @abc.abstractmethod
-    def change(self, network: Network) -> None:
-        """Go on with what ``Parametric.at`` gave for other values; all that was seen is kept."""
-
-
-class Stepper(abc.ABC):
-    """A Stepper takes a network along a record, one sample after the other. Interface."""
-
-    @abc.abstractmethod
-    def step(self, row: NDArray[Any]) -> Float32Array:
-        """Take in one sample: scaled inputs (n_channels,) to scaled values (n_values,), float32.
-
-        The first sample counts as held for ever before.
-        """
-
-    @property
-    @abc.abstractmethod
-    def truncation_error(self) -> Float32Array | None:
-        """The last found cost of the finite memory, shape (n_values,), scaled.
-
-        None before the first step, and for families that do not measure it.
-        """

@@ -72,7 +72,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable
-from typing import IO, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,12 +81,10 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_payload import decode_bound, decode_span, encode_bound, encode_span
-from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
 from slide_fmu.surrogate.parameter_payload import (
@@ -94,6 +92,9 @@ from slide_fmu.surrogate.parameter_payload import (
     encode_parameters,
     parameter_row,
 )
+
+if TYPE_CHECKING:
+    from slide_fmu.surrogate.surrogate import Surrogate
 
 Made = TypeVar("Made")
 
@@ -117,24 +118,12 @@ class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-def encode(  # noqa: PLR0913 (the fields of Surrogate)
-    name: str,
-    window: Window,
-    signals: tuple[tuple[Signal, ...], tuple[Signal, ...]],
-    scalings: tuple[Affine, Affine],
-    network: Network,
-    estimator: ErrorEstimator | None,
-    forecast: InputForecast | None,
-    bound: ErrorBound | None,
-    output_ranges: FloatArray | None,
-) -> bytes:
-    """Write the bytes of a surrogate file from the fields of ``Surrogate``; they decide all.
-
-    Signals and scalings are those of the inputs, then those of the outputs.
-    """
-    (inputs, outputs), (input_scaling, output_scaling) = signals, scalings
+def encode(surrogate: Surrogate) -> bytes:
+    """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
+    window, network, bound = surrogate.window, surrogate.network, surrogate.bound
+    inputs, outputs = surrogate.inputs, surrogate.outputs
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
-    rows = np.stack([output_scaling.offset, output_scaling.scale], 1)
+    scaling = surrogate.output_scaling
     polynomial = network.polynomial if isinstance(network, StateSpace) else None
     version = VERSION if polynomial is None else WITH_PARAMETERS
     if bound is not None:
@@ -142,23 +131,23 @@ def encode(  # noqa: PLR0913 (the fields of Surrogate)
         version = WITH_ESTIMATES if estimates else WITH_BOUND
     body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
-    body += _section(b"SCIN", _input_rows(inputs, input_scaling))
-    body += _section(b"SCOU", rows.astype("<f8").tobytes())
+    body += _section(b"SCIN", _input_rows(inputs, surrogate.input_scaling))
+    body += _section(b"SCOU", _f64(np.stack([scaling.offset, scaling.scale], 1)))
     body += _section(b"PRED", encode_network(network))
     if polynomial is not None:
         body += _section(b"PARA", encode_parameters(polynomial))
-    if estimator is not None:
-        body += _section(b"ESTI", _encode_estimator(estimator))
+    if surrogate.estimator is not None:
+        body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
     if bound is not None:
         body += _section(b"BOUN", encode_bound(bound))
     if bound is not None and bound.span is not None:
         body += _section(b"SPAN", encode_span(bound.span))
-    if forecast is not None:
-        body += _section(b"MOVE", _encode_forecast(forecast))
-    if output_ranges is not None:
-        body += _section(b"RANG", output_ranges.astype("<f8").tobytes())
+    if surrogate.forecast is not None:
+        body += _section(b"MOVE", _encode_forecast(surrogate.forecast))
+    if surrogate.output_ranges is not None:
+        body += _section(b"RANG", _f64(surrogate.output_ranges))
     metadata = {
-        "name": name,
+        "name": surrogate.name,
         "inputs": [_row(signal) for signal in inputs],
         "outputs": [_row(signal) for signal in outputs],
     }
@@ -172,7 +161,7 @@ def encode(  # noqa: PLR0913 (the fields of Surrogate)
 def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """Read the bytes of a surrogate file.
 
-    ``make`` gives the result from the fields of ``Surrogate``, in their order, and checks that
+    ``make`` gives the result from the fields of ``Surrogate``, by their names, and checks that
     they belong together: it is ``Surrogate`` itself.
 
     Raises:
@@ -186,10 +175,10 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
         raise PayloadError("surrogate file is damaged: its checksum does not match its content")
     reader = Reader(data[:-4], HEAD)
     try:
-        parts = _decode_sections(reader, version)
+        fields = _decode_sections(reader, version)
         if reader.position != len(reader.data):
             raise ValueError("unexpected bytes after the last section")
-        return make(*parts)
+        return make(**fields)
     except RecursionError as error:
         raise PayloadError("surrogate file: metadata is nested too deeply") from error
     except ValueError as error:
@@ -238,6 +227,10 @@ def _version(beginning: bytes) -> int:
     return version
 
 
+def _f64(values: FloatArray) -> bytes:
+    return values.astype("<f8").tobytes()
+
+
 def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
@@ -257,24 +250,24 @@ def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     return np.array(rows, INPUT_ROW).tobytes()
 
 
-def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
-    """The fields of ``Surrogate``, in their order."""
+def _decode_sections(reader: Reader, version: int) -> dict[str, Any]:
+    """Return the fields of ``Surrogate`` by their names."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
     n_in, n_out, n_inputs, n_outputs = (section.u32() for _ in range(4))
     section.done()
-    window = Window(step, n_in, n_out)
+    fields: dict[str, Any] = {"window": Window(step, n_in, n_out)}
     if n_inputs < 1 or n_outputs < 1:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
     section = reader.section(b"SCIN")
     rows = np.frombuffer(section.take(INPUT_ROW.itemsize * n_inputs), INPUT_ROW)
     section.done()
-    for what, words in (("hold", HOLDS), ("angle", ANGLES)):
-        if rows[what].max() >= len(words):
-            raise ValueError(f"{what} {rows[what].max()}; expected less than {len(words)}")
-    input_scaling = Affine(rows["offset"].copy(), rows["scale"].copy())
+    for column, words in (("hold", HOLDS), ("angle", ANGLES)):
+        if rows[column].max() >= len(words):
+            raise ValueError(f"{column} {rows[column].max()}; expected less than {len(words)}")
+    fields["input_scaling"] = Affine(rows["offset"].copy(), rows["scale"].copy())
     section = reader.section(b"SCOU")
-    output_scaling = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
+    fields["output_scaling"] = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
     section.done()
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
@@ -283,38 +276,32 @@ def _decode_sections(reader: Reader, version: int) -> tuple[Any, ...]:
     estimator = None
     if _is_next(reader, b"ESTI"):
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-    bound = None
+        fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
         seen = estimator if version == WITH_ESTIMATES else None
         section, span = reader.section(b"BOUN"), None
         if version == WITH_ESTIMATES and _is_next(reader, b"SPAN"):
             span = decode_span(reader.section(b"SPAN"), n_outputs)
-        bound = decode_bound(section, n_inputs, n_outputs, seen, span)
-    forecast = None
+        fields["bound"] = decode_bound(section, n_inputs, n_outputs, seen, span)
     if _is_next(reader, b"MOVE"):
-        forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
-    ranges = None
+        fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):
         section = reader.section(b"RANG")
-        ranges = section.f64(2 * n_outputs).reshape(n_outputs, 2).copy()
+        fields["output_ranges"] = section.f64(2 * n_outputs).reshape(n_outputs, 2).copy()
         section.done()
     section = reader.section(b"META")
     text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
-    name, inputs, outputs = _signals(text, rows)
-    if terms is not None:
-        network = decode_parameters(terms, network, text)
-    scalings = input_scaling, output_scaling
-    return name, window, inputs, outputs, *scalings, network, estimator, forecast, bound, ranges
+    fields |= _described(text, rows)
+    fields["network"] = network if terms is None else decode_parameters(terms, network, text)
+    return fields
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:
     return reader.data[reader.position : reader.position + 4] == tag
 
 
-def _signals(
-    text: str, rows: NDArray[np.void]
-) -> tuple[str, tuple[Signal, ...], tuple[Signal, ...]]:
-    """The name and the signals, by META and by the rows of the inputs."""
+def _described(text: str, rows: NDArray[np.void]) -> dict[str, Any]:
+    """Return the name and the signals, by META and by the rows of the inputs."""
     try:
         metadata = json.loads(text)
         described = metadata["inputs"]
@@ -334,7 +321,7 @@ def _signals(
         raise ValueError(
             f"by its metadata, inputs start at {starts}; expected {rows['start'].tolist()}"
         )
-    return name, inputs, outputs
+    return {"name": name, "inputs": inputs, "outputs": outputs}
 
 
 def _encode_estimator(estimator: ErrorEstimator) -> bytes:
@@ -384,7 +371,12 @@ def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     columns = 1 + n_candidates * n_past
     rows = section.f64(n_inputs * columns).reshape(n_inputs, columns).copy()
     section.done()
-    weights = rows[:, 1:].reshape(n_inputs, n_candidates, n_past)
-    own = bool(flags & PLANNED), bool(flags & AT_STEP_END)
-    more = bool(flags & SAMPLED), bool(flags & JUDGED)
-    return InputForecast(*own, weights, rows[:, 0], n_scored, *more)
+    return InputForecast(
+        weights=rows[:, 1:].reshape(n_inputs, n_candidates, n_past),
+        largest_change=rows[:, 0],
+        n_scored=n_scored,
+        planned=bool(flags & PLANNED),
+        at_step_end=bool(flags & AT_STEP_END),
+        sampled=bool(flags & SAMPLED),
+        judged=bool(flags & JUDGED),
+    )

@@ -25,13 +25,13 @@ from slide_fmu.surrogate.checks import (
     check_signals,
     check_starts,
     checked_inputs,
+    in_ranges,
+    inside_throughout,
 )
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
-from slide_fmu.surrogate.ranges import in_ranges, inside_throughout
-from slide_fmu.surrogate.stream import Stream
 
 
 @dataclass(frozen=True, eq=False)
@@ -441,27 +441,28 @@ class Surrogate:
         low, high = self.output_ranges.T
         return np.asarray(np.all((outputs >= low) & (outputs <= high), axis=1))
 
-    def stream(self) -> Stream:
-        """Start a step-by-step evaluation, as in a co-simulation."""
-        return Stream(self)
+    def truncation_errors(self, inputs: NDArray[Any]) -> FloatArray | None:
+        """Give what the finite memory was last found to cost each output, at each sample.
+
+        Inputs (N, n_inputs) give (N, n_outputs), in the outputs' units; None for networks that
+        do not measure it.
+
+        Raises:
+            ValueError: as for ``predict``.
+        """
+        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
+        if not isinstance(self.network, StateSpace):
+            return None
+        _, errors = self.network.ping_pong(scaled[None])
+        return np.asarray(errors[0].astype(np.float64) * self.output_scaling.scale)
 
     def to_bytes(self) -> bytes:
         """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        return encode(
-            self.name,
-            self.window,
-            (self.inputs, self.outputs),
-            (self.input_scaling, self.output_scaling),
-            self.network,
-            self.estimator,
-            self.forecast,
-            self.bound,
-            self.output_ranges,
-        )
+        return encode(self)
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:
-        """Read a surrogate file's bytes (``payload.py``), also those of versions 4 and 5.
+        """Read a surrogate file's bytes (``payload.py``), also those of version 5.
 
         Raises:
             PayloadError: the bytes are damaged or of another version.

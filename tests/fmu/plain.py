@@ -63,13 +63,20 @@ def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     return np.array(rows)
 
 
-def plain_pair(network: StateSpace, features: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two states from zero, restarted in turn: values and truncation errors, (N, n_values)."""
+def plain_pair(
+    network: StateSpace, features: FloatArray, changed: tuple[int, StateSpace] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Two states from zero, restarted in turn: values and truncation errors, (N, n_values).
+
+    The weights may change to those of another network from a sample on.
+    """
     n, cell = network.n_samples, PlainCell.of(network)
     older = younger = np.zeros(len(network.cell.a))
     age, error, values, errors = 0, np.zeros(network.n_values), [], []
     largest = np.zeros(network.n_values)  # of what the younger changes, since the last hand-over
-    for f in features:
+    for k, f in enumerate(features):
+        if changed is not None and k == changed[0]:
+            cell = PlainCell.of(changed[1])
         older, y_old = cell.step(older, f)
         younger, y_young = cell.step(younger, f)
         age += 1

@@ -6,8 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -15,7 +13,6 @@ from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
-from tests.strategies import all_shapes, records
 
 WIDE = Affine.of_channels([0.5], [3.0])
 """Of one input: its range is -2.5 to 3.5."""
@@ -36,19 +33,6 @@ def flags(loaded: Loaded, rows: np.ndarray, length: float = 1.0) -> list[float]:
         assert native.do_step(native.time(), length * STEP) == OK
         found += native.get(place)
     return found
-
-
-@given(shape=all_shapes(), data=st.data())
-def test_inputs_in_range_of_a_stream_and_of_a_record_agree(
-    shape: Shape, data: st.DataObject
-) -> None:
-    surrogate = random_surrogate(shape)
-    rows = 0.6 * data.draw(records(shape.n_inputs)) + 0.3
-    stream, found = surrogate.stream(), []
-    for row in rows:
-        stream.step(row)
-        found.append(stream.inputs_in_range)
-    assert found == surrogate.inputs_in_range(rows).tolist()
 
 
 @pytest.mark.parametrize("cell", [None, CellShape()])

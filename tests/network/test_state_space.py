@@ -56,7 +56,7 @@ def plain_ping_pong(network: StateSpace, record: FloatArray) -> tuple[FloatArray
 @pytest.mark.extended
 @given(state_space_shapes(), st.integers(1, 45))
 def test_ping_pong_is_the_plain_loop(shape: Shape, count: int) -> None:
-    """In batches and step by step; hand-overs and truncation errors included."""
+    """Hand-overs and truncation errors included."""
     network = network_of(shape)
     records = np.random.default_rng(shape.seed).normal(size=(2, count, shape.n_inputs))
     values, errors = network.ping_pong(records)
@@ -66,11 +66,6 @@ def test_ping_pong_is_the_plain_loop(shape: Shape, count: int) -> None:
         expected, expected_errors = plain_ping_pong(network, record)
         assert value == pytest.approx(expected, abs=ROUNDING)
         assert error == pytest.approx(expected_errors, abs=ROUNDING)
-        stepper = network.stepper()
-        assert stepper.truncation_error is None
-        for k, row in enumerate(record):
-            assert stepper.step(row) == pytest.approx(expected[k], abs=ROUNDING)
-            assert stepper.truncation_error == pytest.approx(expected_errors[k], abs=ROUNDING)
 
 
 SLOW = Shape(n_in=20, n_out=5, cell=CellShape(states=4, contraction=0.8))
@@ -131,10 +126,6 @@ def test_memory_is_finite(shape: Shape) -> None:
     one, other = (network.stream(inputs[None])[0] for inputs in (record, changed))
     assert not np.array_equal(one[:first], other[:first])
     assert np.array_equal(one[seen:], other[seen:])
-    alone, altered = network.stepper(), network.stepper()
-    for k, (row, other_row) in enumerate(zip(record, changed, strict=True)):
-        pair = alone.step(row), altered.step(other_row)
-        assert k < seen or np.array_equal(*pair)
 
 
 def test_parameters_are_counted() -> None:

@@ -71,8 +71,6 @@ def test_bad_parameters_are_refused(given: dict[str, float], message: str) -> No
     for predict in (surrogate.predict, surrogate.predict_newest):
         with pytest.raises(ValueError, match=message):
             predict(record, given)
-    with pytest.raises(ValueError, match=message):
-        surrogate.stream().set_parameters(given)
 
 
 def test_surrogate_without_parameters_takes_none() -> None:
@@ -81,21 +79,6 @@ def test_surrogate_without_parameters_takes_none() -> None:
         plain.predict(inputs(30), {"mass": 1.0})
     with pytest.raises(ValueError, match="has no physical parameters"):
         parameter_jacobian(plain, inputs(30))
-
-
-def test_steps_go_on_with_other_parameters_and_what_was_remembered() -> None:
-    """Until the change as before; long after it as if it had been so for ever."""
-    surrogate, record = random_surrogate(SHAPE), inputs(120)
-    stream, found = surrogate.stream(), []
-    for k, row in enumerate(record):
-        if k == 50:
-            stream.set_parameters({"mass": 2.6})
-            stream.set_parameters({"damping": -0.7})
-        found.append(stream.step(row)[0])
-    before, after = surrogate.predict_newest(record), surrogate.predict_newest(record, GIVEN)
-    assert np.array(found[:50]) == pytest.approx(before[:50], abs=1e-5)
-    assert np.array(found[90:]) == pytest.approx(after[90:], abs=1e-5)
-    assert np.abs(found[50] - after[50]).max() > 1e-4
 
 
 def test_derivatives_by_parameters_are_those_of_differences() -> None:

@@ -58,7 +58,7 @@ class Bench:
         native: the surrogate in the C runtime.
         record: random inputs within their ranges, shape (N, n_inputs).
         windows: all windows of the record, shape (effort.windows, n_in, n_inputs).
-        singles: single evaluations by name, timed one by one; more may be added.
+        singles: single evaluations by name, timed one by one; none but those that are added.
         batches: evaluations of all windows by name; more may be added.
     """
 
@@ -68,8 +68,7 @@ class Bench:
         self.record = random_record(surrogate, effort.windows + surrogate.window.n_in - 1)
         views = np.lib.stride_tricks.sliding_window_view(self.record, surrogate.window.n_in, 0)
         self.windows = np.moveaxis(views, -1, 1)
-        stepper, row = surrogate.network.stepper(), surrogate.input_scaling.apply(self.record)[0]
-        self.singles: dict[str, Callable[[], object]] = {"numpy": lambda: stepper.step(row)}
+        self.singles: dict[str, Callable[[], object]] = {}
         self.batches: dict[str, Callable[[], object]] = {
             "native": lambda: self.native.predict_windows(self.windows, threads=1),
             "numpy": lambda: surrogate.predict_windows(self.windows),
@@ -124,8 +123,8 @@ class Bench:
             ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
             (doStep through fmpy), ``fmu_set_step_get`` (set, doStep and get, with error estimates
             if there are any), ``fmu_set_step_get_without_estimates``, with an error bound
-            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), ``numpy``
-            (one step in numpy, without FMI and estimate), and times that were added; ``batch``,
+            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), and times that
+            were added; ``batch``,
             windows per second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th
             and 90th percentile of the times in microseconds.
         """

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.window import Window
-from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
-from slide_fmu.network.base import BATCH, Float32Array, Network, Stepper, batches
+from slide_fmu.network.base import BATCH, Float32Array, Network, batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +138,6 @@ class FeedForward(Network):
         cut = (padded[starts[some] + columns] for some in batches(count, BATCH))
         return np.concatenate([self.evaluate_features(windows) for windows in cut])
 
-    def stepper(self) -> SlidingWindow:
-        return SlidingWindow(self)
-
     def require_window(self, window: Window, n_outputs: int) -> None:
         """Reject sizes with which an evaluation gives neither one sample nor a block."""
         one = (window.memory_length, n_outputs)
@@ -179,33 +175,3 @@ def _check_ages(ages: tuple[int, ...], n_samples: int) -> None:
             f"network on samples of the ages {list(ages)}; expected them to fall from "
             f"{n_samples - 1}, one less than its {n_samples} samples, to 0 at least"
         )
-
-
-class SlidingWindow(Stepper):
-    """A feed-forward network on the newest n_samples inputs. Final."""
-
-    def __init__(self, network: FeedForward) -> None:
-        self._network = network
-        self._recent: NDArray[np.float64] | None = None
-        self._window: Float32Array | None = None
-
-    def step(self, row: NDArray[Any]) -> Float32Array:
-        network, newest = self._network, np.asarray(row, dtype=np.float64)[None]
-        if self._recent is None:
-            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
-        self._recent = np.concatenate([self._recent[1:], newest])
-        seen = network.features.along(self._recent[None])[0, -1:]
-        if self._window is None:
-            self._window = np.repeat(seen, network.n_samples, axis=0)
-        self._window = np.concatenate([self._window[1:], seen])
-        return network.evaluate_features(self._window[None]).reshape(-1)
-
-    @property
-    def newest(self) -> Float32Array:
-        """The features of the newest sample, shape (n_features,), after the first step."""
-        assert self._window is not None
-        return np.asarray(self._window[-1])
-
-    @property
-    def truncation_error(self) -> Float32Array | None:
-        return None

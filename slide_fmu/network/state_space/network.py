@@ -21,16 +21,8 @@ from numpy.typing import NDArray
 from slide_fmu.core.parameters import Parameter, starts_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window, checked_batch
-from slide_fmu.features.base import BEFORE
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.base import (
-    Float32Array,
-    Network,
-    Parametric,
-    ParametricStepper,
-    Stepper,
-    batches,
-)
+from slide_fmu.network.base import Float32Array, Network, Parametric, batches
 from slide_fmu.network.state_space.cell import Cell, Roles, check_cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.polynomial import CellPolynomial
@@ -228,9 +220,6 @@ class StateSpace(Network, Parametric):
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
         return np.asarray(np.maximum(ages, 0) / self.n_out, dtype=np.float32)
 
-    def stepper(self) -> PingPong:
-        return PingPong(self)
-
     def run(
         self, features: Float32Array, states: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array]:
@@ -272,50 +261,3 @@ def _joined(
     """Join arrays of some records with those of the others."""
     first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
     return first, second, third
-
-
-class PingPong(Stepper, ParametricStepper):
-    """The ping-pong of ``StateSpace.ping_pong``, step by step. Final."""
-
-    def __init__(self, network: StateSpace) -> None:
-        self._network = network  # another one from the next step on, where parameters change
-        self._fade = network.fade()
-        self._recent: NDArray[np.float64] | None = None
-        self._states = np.zeros((2, len(network.cell.a)), np.float32)
-        self._age = 0
-        self._largest = np.zeros(network.n_values, np.float32)
-        self._error: Float32Array | None = None
-
-    def step(self, row: NDArray[Any]) -> Float32Array:
-        newest, earlier = np.asarray(row, dtype=np.float64)[None], 0
-        if self._recent is None:  # held for ever before: the states have seen it often
-            self._recent = np.repeat(newest, BEFORE + 1, axis=0)
-            earlier = 2 * self._network.n_samples - 1
-        self._recent = np.concatenate([self._recent[1:], newest])
-        features = self._network.features.along(self._recent[None])[:, -1:]
-        for _ in range(earlier):
-            self._advance(features)
-        return self._advance(features)
-
-    def change(self, network: Network) -> None:
-        assert isinstance(network, StateSpace)
-        self._network = network
-
-    def _advance(self, features: Float32Array) -> Float32Array:
-        """Take the features of the newest input, (1, 1, q), into both states; older first."""
-        network = self._network
-        pairs, self._states = network.run(np.repeat(features, 2, axis=0), self._states)
-        older, younger = pairs[:, 0]
-        faded = self._fade[self._age] * (younger - older)
-        values = older + faded
-        self._largest = np.maximum(self._largest, np.abs(faded))
-        self._age += 1
-        if self._age == network.n_samples:
-            self._error, self._largest = self._largest, np.zeros_like(self._largest)
-            self._states = np.stack([self._states[1], np.zeros_like(self._states[1])])
-            self._age = 0
-        return np.asarray(values, dtype=np.float32)
-
-    @property
-    def truncation_error(self) -> Float32Array | None:
-        return self._error

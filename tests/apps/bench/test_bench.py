@@ -15,7 +15,7 @@ from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 
-TIMES = ("fmu_step", "fmu_set_step_get", "fmu_set_step_get_without_estimates", "numpy")
+TIMES = ("fmu_step", "fmu_set_step_get", "fmu_set_step_get_without_estimates")
 LITTLE = ["--rounds", "1", "--steps", "3", "--json", "-"]
 
 

@@ -107,16 +107,12 @@ def in_a_loop(surrogate: Surrogate, steps: int) -> FloatArray:
 
     Each steps with what the other gave at the end of the step before, at first with 0.
     """
-    both = surrogate.stream(), surrogate.stream()
-    both[0].set_parameters(GIVEN)
-    last, found = [0.0, 0.0], []
-    for _ in range(steps):
-        last = [
-            float(stream.step(np.array([value]))[0][0])
-            for stream, value in zip(both, reversed(last), strict=True)
-        ]
-        found.append(last)
-    return np.array(found).T
+    both, found = (surrogate.at(GIVEN), surrogate), np.zeros((2, steps + 1))
+    for k in range(steps):
+        for index, one in enumerate(both):
+            taken = found[1 - index, : k + 1, None]
+            found[index, k + 1] = one.predict_newest(taken)[-1, 0]
+    return found[:, 1:]
 
 
 def test_parameters_of_an_unknown_component_are_refused(ssp: Path) -> None:

@@ -1,4 +1,4 @@
-"""What is told about a training: its course, what it tried, and what it may have missed."""
+"""A history holds the course of a training, what it tried, and what it may have missed."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class History:
         training_error: error of the batches since the entry before, as the objective reports it.
         validation_error: error on the validation windows, as the objective reports it.
         sizes: what the search for sizes has judged, in its order; empty without a search.
-        units: kinds of hidden units that were tried; empty where the recipe says the kind.
+        units: kinds of hidden units that were tried; empty where the recipe names the kind.
         remark: what the user should know about the result; None if there is nothing.
         relative: whether the errors are relative RMSE: those of outputs over their standard
             deviation, all samples weighted alike.
         cpu_seconds: CPU time in s that it took, with the search for features before it; None
-            where nobody measured it. Histories that differ in it alone are equal.
+            where it was not measured. Histories that differ in it alone are equal.
     """
 
     step: tuple[int, ...]

@@ -27,16 +27,11 @@ from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, choices, search_features
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Physical, Problem, Records, seen_records
+from slide_fmu.fitting.problem import Physical, Problem, Seen, seen
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.learning import (
-    NetworkTable,
-    StateSpaceRecipe,
-    TrainingRecipe,
-    TrainingTable,
-)
+from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.either import either, no_answer
@@ -123,7 +118,7 @@ class Scales:
         outputs: scaling of the outputs.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest; None where they are not
             known, or of no use.
-        noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each; None
+        noise: samples of the outputs' noise alone in scaled units, (N, n_outputs) each; None
             where it is not known.
         key: key of the data, the machine and the recipe, for the names of checkpoints.
     """
@@ -159,7 +154,7 @@ class Prepared:
         checkpoint is the file for the state of an interrupted fit.
         """
         work, scales = self.work, self.scales
-        training, validation, *beyond = (self._records(split) for split in splits)
+        training, validation, *beyond = (self._seen(split) for split in splits)
         return Problem(
             work.recipe.window.as_window,
             self.features,
@@ -173,12 +168,12 @@ class Prepared:
             scales.noise,
         )
 
-    def _records(self, split: Split) -> Records:
+    def _seen(self, split: Split) -> Seen:
         recipe = self.work.recipe
         precision = "float64" if self.work.linearized else recipe.training.precision
         scaled = self.work.offered.scaling.apply(split.inputs)
-        records = seen_records(self.features, scaled, self.scales.outputs.apply(split.outputs))
-        one, other = (part.to(self.work.device, getattr(torch, precision)) for part in records)
+        values = seen(self.features, scaled, self.scales.outputs.apply(split.outputs))
+        one, other = (part.to(self.work.device, getattr(torch, precision)) for part in values)
         return one, other
 
 
@@ -194,7 +189,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         UnstableModeError: a mode of the system linearized at rest grows.
     """
     recipe, source = work.recipe, work.case.source
-    if any(flips_signs(training) for training in recipe.trainings()):
+    if any(getattr(training, "flip_signs", False) for training in recipe.trainings()):
         require_symmetry((*source.inputs, *source.outputs))
     require_motion(source.inputs, splits[0].inputs)
     own = standard_deviation_scaling(source.outputs, splits[0])
@@ -208,7 +203,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         *(v.tolist() for s in (work.offered.scaling, outputs) for v in vars(s).values()),
         recipe.model_dump(mode="json", include=LEARNT_BY),
         *([] if work.known is None else [work.known.to_bytes().hex()]),
-        *(stretch.tobytes().hex() for stretch in noise or ()),
+        *(part.tobytes().hex() for part in noise or ()),
     )
     return Scales(outputs, eigenvalues, noise, key)
 
@@ -233,7 +228,7 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
         table, tried = search_features(table, recipe.training, trials, work.progress)
         scaled = work.offered.scaling.apply(splits[0].inputs)
         features = choose_features(table.feature_names(), work.offered, scaled)
-    if flips_signs(recipe.training):
+    if getattr(recipe.training, "flip_signs", False):
         require_odd(features)
     return Prepared(work, scales, table, features, tried)
 
@@ -278,9 +273,7 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
 def _noise_of(source: Source, scaling: Affine) -> tuple[FloatArray, ...] | None:
     """Return the noise of outputs in the units of their scaling; None where it is not known."""
     noise = either(source, no_answer, lambda records: records.noise)
-    if noise is None:
-        return None
-    return tuple(stretch / scaling.scale for stretch in noise.stretches)
+    return None if noise is None else tuple(part / scaling.scale for part in noise.stretches)
 
 
 def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:
@@ -298,11 +291,6 @@ def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) ->
             f"{list(recipe.parameters)}; expected names of features, since those that are tried "
             "know no parameters: name them (network.drive)"
         )
-
-
-def flips_signs(training: TrainingTable) -> bool:
-    """Tell whether a training shows its windows with both signs."""
-    return isinstance(training, TrainingRecipe) and training.flip_signs
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:

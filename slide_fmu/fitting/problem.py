@@ -1,10 +1,9 @@
 """A problem is what a network family is given to learn from.
 
-Inputs and outputs of motions go through four forms, each of which the next step needs: a ``Split``
-of the store has them in their units; ``Records`` have them scaled, as features that a network
-sees; ``WindowData`` cut windows of records on the fly, at every phase, for networks without a
-state; and ``Segments`` are long pieces of records side by side, for networks with a state, which
-run along them.
+Inputs and outputs of motions go through four forms, each of which the next step needs. A ``Split``
+of the store has them in their units. ``Seen`` has them scaled, as features that a network sees.
+``WindowData`` cut windows out of them on the fly, at every phase, for networks without a state.
+``Segments`` are long pieces of them side by side, for networks with a state.
 """
 
 from __future__ import annotations
@@ -27,15 +26,15 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import NetworkTable
 
 Which = Literal["training", "validation", "beyond"]
-"""The records of a problem: to learn from, to choose by, and beyond the range of the inputs."""
+"""The trajectories of a problem: to learn from, to choose by, and beyond the inputs' range."""
 
-Records = tuple[torch.Tensor, torch.Tensor]
+Seen = tuple[torch.Tensor, torch.Tensor]
 """Features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1, n_outputs), both in
 scaled units."""
 
 
-def seen_records(features: FeatureMap, inputs: FloatArray, outputs: FloatArray) -> Records:
-    """Return records of scaled inputs, (n_trajectories, N, n_inputs), as a network sees them.
+def seen(features: FeatureMap, inputs: FloatArray, outputs: FloatArray) -> Seen:
+    """Return scaled inputs, (n_trajectories, N, n_inputs), and outputs as a network sees them.
 
     They have the precision of the features and of the outputs.
     """
@@ -61,7 +60,7 @@ class Physical:
     eigenvalues: NDArray[np.complex128] | None = None
 
     def terms(self, which: Which) -> FloatArray:
-        """Return the values of the polynomials, shape (n_trajectories, n_terms), of records."""
+        """Return the values of the polynomials, shape (n_trajectories, n_terms)."""
         return np.asarray(self.basis.values(getattr(self, which)))
 
 
@@ -72,35 +71,30 @@ class Problem:
     Attributes:
         window: the surrogate's window.
         features: what the network sees of the inputs.
-        training: records to learn from.
-        validation: records by which the weights are chosen.
+        training: trajectories to learn from.
+        validation: trajectories by which the weights are chosen.
         checkpoint: file that holds the state of an interrupted fit.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
             pair, without those of rigid-body modes; None where they are not known, as for
             measured records.
-        beyond: records beyond the range of the inputs, learnt with a low weight; None if there
-            are none.
+        beyond: trajectories beyond the inputs' range, learnt with a low weight; None if there are
+            none.
         start: network that the fit begins with; None if it searches for one.
         physical: the physical parameters that the weights shall follow; None if there are none.
-        noise: stretches of the outputs' noise alone in scaled units, (N, n_outputs) each, by whose
+        noise: samples of the outputs' noise alone in scaled units, (N, n_outputs) each, by whose
             spectrum residuals are weighted; None where it is not known.
     """
 
     window: Window
     features: FeatureMap
-    training: Records
-    validation: Records
+    training: Seen
+    validation: Seen
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
-    beyond: Records | None = None
+    beyond: Seen | None = None
     start: StateSpace | None = None
     physical: Physical | None = None
     noise: tuple[FloatArray, ...] | None = None
-
-    def records(self, which: Which) -> Records:
-        """Return records of the problem; those beyond the range must be there."""
-        found: Records = getattr(self, which)
-        return found
 
 
 @dataclass(frozen=True, eq=False)

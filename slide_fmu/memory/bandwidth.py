@@ -1,4 +1,4 @@
-"""How finely a system must be sampled, from the spectrum of its outputs.
+"""A sample step is proposed for a system, from the spectrum of its outputs.
 
 A step is proposed before there is a recipe: inputs are drawn anew over their whole range every few
 samples, so that they move at all frequencies, and the step follows from the frequency up to which
@@ -24,7 +24,7 @@ GAIN = 0.2
 first order at five times its corner, a weakly damped resonance a little above it. What is beyond
 hardly counts, and to follow it would make the window many times as long."""
 SMOOTHED = 16
-"""A spectrum is the mean of about so many of parts of the record, which makes it smooth."""
+"""A spectrum is the mean over about this many parts of a motion, which makes it smooth."""
 SAMPLES_PER_PERIOD = {"zero_order": 5.0, "first_order": 10.0}
 """Samples in a period of the bandwidth; a resonance below it gets about twice as many. How inputs
 that move go on within a step is forecast from their past: that takes more samples."""
@@ -38,8 +38,8 @@ BACK = 0.6
 """Inputs go back to this part of their ranges: not to the middle, where a product of an input and
 a state may hide the state."""
 EVERY = {"zero_order": 2, "first_order": 3}
-"""Every so many samples inputs are drawn: those that are held are back one sample later, those
-that move linearly rest there another sample later."""
+"""Inputs are drawn at every such sample: those that are held are back one sample later, those that
+move linearly rest there another sample later."""
 ZOOM, ZOOMS = 4.0, 10
 """The step is changed by this factor, at most so many times."""
 STATIC = 1e-4

@@ -1,4 +1,4 @@
-"""Whether what the linearized equations say and what is measured can both be true.
+"""Linearized equations are refused where they contradict what is measured.
 
 Along motions the two differ where a system is nonlinear. So a contradiction is looked for near
 rest too, where the equations are those of the system itself: only one that is there as well, in
@@ -39,15 +39,15 @@ def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> 
     rate = _rate_near_rest(motions, max(linearized.decay.mean, _finite(measured.mean)))
     modes, amplitude = linearized.modes, linearized.decay.remaining_amplitude
     if rate is None or not modes.modes:
-        near, found, said = along, measured.mean, linearized.decay.mean
+        near, found, expected = along, measured.mean, linearized.decay.mean
     else:
-        found, said = time_to_decay(rate, amplitude), modes.decay_time
-        near = found / said
+        found, expected = time_to_decay(rate, amplitude), modes.decay_time
+        near = found / expected
     if 1.0 / FACTOR <= near <= FACTOR or (near > 1.0) != (along > 1.0):
         return None
     return (
         f"the linearized equations contradict the system: by their eigenvalues initial effects "
-        f"decay in {linearized.decay.mean:.4g} s along motions and in {said:.4g} s near rest, but "
+        f"decay in {linearized.decay.mean:.4g} s along motions and in {expected:.4g} s near rest, but "
         f"measured are {measured.mean:.4g} s and {found:.4g} s; expected agreement within a "
         f"factor of {FACTOR:g}. Look for damping that linearize has and the simulation has not, "
         "or the reverse, for wrong signs, units or factors in its matrices, for springs and "

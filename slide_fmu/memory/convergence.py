@@ -1,6 +1,6 @@
-"""How fast a system forgets its past is measured: the time in which two motions meet.
+"""The time in which a system forgets its past is measured: that in which two motions meet.
 
-Both are under the same input, and nothing is asked of the system but to be simulated.
+Both are under the same input, and the system need only be simulated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.simulation import simulate
 
 LEAST_MET = 3
-"""A rate is measured on so many samples; motions that meet faster count as meeting in these."""
+"""A rate is measured on this many samples; motions that meet faster count as meeting in these."""
 
 
 class NoGapError(ValueError):
@@ -51,29 +51,6 @@ def measured_rate(
     if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
         second = State(second.coordinates, second.velocities, first.last_input)
     one, other = (simulate(system, inputs, state).outputs for state in (first, second))
-    return convergence_rate(system, one - other, remaining_amplitude)
-
-
-def rate_after(
-    system: System,
-    inputs: FloatArray,
-    histories: tuple[FloatArray, FloatArray],
-    remaining_amplitude: float = 0.01,
-) -> float:
-    """Measure the rate Re(v) in 1/s at which outputs meet after two histories of inputs.
-
-    This asks nothing of the system but to be simulated. The inputs, shape (N, n_inputs), follow
-    each of the histories, (M, n_inputs); rate and record are as of ``measured_rate``.
-
-    Raises:
-        ValueError, SimulationError: as of ``measured_rate``.
-    """
-    # with a first-order hold the first input of the record is reached on different ways
-    first = 1 if hold_of(system.inputs) == "first_order" else 0
-    one, other = (
-        simulate(system, np.concatenate([history, inputs])).outputs[len(history) + first :]
-        for history in histories
-    )
     return convergence_rate(system, one - other, remaining_amplitude)
 
 
@@ -155,9 +132,14 @@ def _rate_of_pair(
     rng: np.random.Generator,
     remaining_amplitude: float,
 ) -> float:
-    """Measure the rate of two motions, from random states or after a record and after rest."""
+    """Measure the rate of two motions, from random states or after other inputs and after rest."""
     if isinstance(system, RandomStates):
         one, other = (system.random_state(rng, record[0]) for _ in range(2))
         return measured_rate(system, record, one, other, remaining_amplitude)
-    histories = before, np.repeat(before[:1], len(before), axis=0)
-    return rate_after(system, record, histories, remaining_amplitude)
+    # with a first-order hold the first input is reached on different ways
+    first = len(before) + (hold_of(system.inputs) == "first_order")
+    after_motion, after_rest = (
+        simulate(system, np.concatenate([past, record])).outputs[first:]
+        for past in (before, np.repeat(before[:1], len(before), axis=0))
+    )
+    return convergence_rate(system, after_motion - after_rest, remaining_amplitude)

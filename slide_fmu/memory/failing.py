@@ -1,6 +1,6 @@
-"""Of the motions by which a system is looked at a few may fail, as a few of the data may.
+"""A few of the motions by which a system is examined may fail, as a few of the data may.
 
-Another draw takes the place of each, which a remark says.
+Another draw takes the place of each, and a remark says so.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
 LEAST = 2
-"""So many motions may fail in any case: a few motions say little about the share of all."""
+"""This many motions may fail in any case: a few motions say little about the share of all."""
 
 Result = TypeVar("Result")
 
@@ -35,8 +35,8 @@ class Tolerance:
     def __init__(self, share: float) -> None:
         self.share, self.tried, self.errors = share, 0, list[str]()
 
-    def hear(self, error: SimulationError) -> None:
-        """Hear that a motion failed.
+    def count(self, error: SimulationError) -> None:
+        """Count a motion that failed.
 
         Raises:
             TooManyFailuresError: too many did.
@@ -45,14 +45,14 @@ class Tolerance:
         allowed = max(LEAST, int(self.share * self.tried))
         if len(self.errors) > allowed:
             raise TooManyFailuresError(
-                f"{self._told}, {allowed} may fail ({100 * self.share:g} % of all, "
+                f"{self._count_failed}, {allowed} may fail ({100 * self.share:g} % of all, "
                 f"data.most_failures): {error}. Correct the model, narrow the ranges of its "
                 "inputs (system.inputs, data.excitation), or allow more",
                 error.time,
             ) from error
 
     @property
-    def _told(self) -> str:
+    def _count_failed(self) -> str:
         count = max(self.tried, len(self.errors))
         return f"{len(self.errors)} of {count} motions could not be simulated"
 
@@ -61,7 +61,7 @@ class Tolerance:
         """The text says that motions failed; None if none did."""
         if not self.errors:
             return None
-        return f"{self._told}, and others took their place; the first failed so: {self.errors[0]}"
+        return f"{self._count_failed}, and others took their place; the first failed so: {self.errors[0]}"
 
 
 class Failing:
@@ -97,7 +97,7 @@ class Failing:
                 simulate(self._system, found.inputs, found.initial)
                 break
             except SimulationError as error:
-                self.tolerance.hear(error)
+                self.tolerance.count(error)
                 self.tolerance.tried += 1
                 attempt += 1
                 found = shortened(draw(attempt), count)
@@ -117,7 +117,7 @@ class Failing:
                 raise
             except SimulationError as error:
                 if self._careful:  # each motion works by itself, but not one after another
-                    self.tolerance.hear(error)
+                    self.tolerance.count(error)
                     self._first += 1
                 self._careful = True
                 self._fits.clear()

@@ -1,6 +1,6 @@
-"""Whether a system never forgets, since its outputs integrate its inputs, before it has a recipe.
+"""A system whose outputs integrate its inputs never forgets; that is found without a recipe.
 
-``lasting`` finds that out too, along the motions of a recipe, and tells other reasons.
+``path_dependence`` finds it along the motions of a recipe, with other reasons.
 """
 
 from __future__ import annotations
@@ -14,19 +14,20 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
 PAST, EVERY = 100, 10
-"""Pasts have so many samples, and other inputs after every so many of them."""
+"""Pasts have the first number of samples, and other inputs after every second number of them."""
 SOON, LATE = 500, 2000
-"""Outputs are compared so many samples after the pasts."""
+"""Outputs are compared these numbers of samples after the pasts."""
 MET = 0.2
 """Outputs that are apart by less than this part of their first difference meet."""
 FLAT = 0.99
-"""A difference of which so much is left from ``SOON`` to ``LATE`` stays."""
+"""A difference of which this part is left from ``SOON`` to ``LATE`` stays."""
 GROWN = 2.0
-"""One that becomes so many times as large grows without end: past motions differ widely."""
+"""One that becomes this many times as large grows without end: past motions differ widely."""
 ALONE = 0.01
 """A strong input changes a difference that is integrated by less than this part of it."""
 SEVERAL = 6
-"""So many pasts lead to as many ends, where outputs integrate; to few where rests are several."""
+"""This many pasts lead to as many ends where outputs integrate, and to few where there are several
+positions of rest."""
 
 
 def integral(system: System) -> PathDependence | None:

@@ -1,4 +1,4 @@
-"""What a recipe leaves to be found about its lengths: window, trajectories, and their burn-in.
+"""The lengths that a recipe leaves open are found: window, trajectories, and their burn-in.
 
 The window follows from how long the system remembers, the rest from the window. The same recipe
 and the same system always give the same lengths.
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.window import Window
 from slide_fmu.data.division import longest_scored
 from slide_fmu.memory.decay import MARGIN
 from slide_fmu.memory.motions import LEAST_MEASURED
@@ -34,10 +33,10 @@ WINDOWS = 4
 LEAST_SAMPLES = 1024
 """It scores at least this many samples, some segments of a training."""
 ROUNDS = 4
-"""So many times the window is sized at most: motions as long as the window found may ask for more
+"""The window is sized this many times at most: motions as long as the window found may need more
 than those of a first guess."""
 TOO_LONG = 2.0
-"""A window that truncates so many times what its own motions ask for is much too long."""
+"""A window that truncates this many times what its own motions need is much too long."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,7 @@ def _of_system(recipe: Recipe, system: System, patience: TimeBudget) -> Lengths:
     for _ in range(ROUNDS):
         found = _with_window(recipe, *_both(recipe, truncated))
         if patience.gone("more motions, as long as the window asks for"):
-            window = found.recipe.window
-            known = Window(window.step, window.n_in, window.n_out)
+            known = found.recipe.window.as_window
             sizing = replace(sizing, window=known, left_out=patience.remark)
             break
         sizing = size_window(found.recipe, system, patience=patience)
@@ -110,14 +108,13 @@ def _of_records(recipe: Recipe, source: MeasuredRecords) -> Lengths:
         n_in, n_out = _both(recipe, tidy(wanted_samples(sizing)))
     found = _with_window(recipe, n_in, n_out)
     if sizing is not None:
-        window = found.recipe.window
-        sizing = replace(sizing, window=Window(window.step, window.n_in, window.n_out))
+        sizing = replace(sizing, window=found.recipe.window.as_window)
     if "data.duration" not in recipe.automatic:
         return replace(found, sizing=sizing)
-    window = found.recipe.window
-    scored = found.recipe.data.duration / window.step - (window.n_in - window.n_out)
+    window = found.recipe.window.as_window
+    scored = round(found.recipe.data.duration / window.step - window.n_truncated)
     most = longest_scored(found.recipe, source)
-    duration = round((min(round(scored), most) + window.n_in - window.n_out) * window.step, 12)
+    duration = round((min(scored, most) + window.n_truncated) * window.step, 12)
     data = {**found.values.get("data", {}), "duration": duration}
     values = {**found.values, "data": data}
     source_name = f"recipe {recipe.name!r} with the lengths that its records need"

@@ -1,4 +1,4 @@
-"""How long a system remembers along the motions of its recipe: linearized, and measured.
+"""The memory of a system along the motions of its recipe is linearized, and measured.
 
 The equations are linearized along motions where the system offers that. The decay is measured on
 pairs of motions of any system, in records that grow until the motions meet.
@@ -25,7 +25,6 @@ from slide_fmu.memory.failing import Failing
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.memory.time_budget import TIMED_SAMPLES, TimeBudget
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.tables import WindowRecipe
 from slide_fmu.systems.base import Linearizable, State, System
 
 MOTIONS = 40
@@ -46,7 +45,7 @@ decay takes long, a few pairs show what the window needs."""
 GROWTH = 32
 """Records grow to this many times their first length before motions count as never meeting."""
 FURTHER, LINEARIZING = "further motions to linearize along", 0.4
-"""Of a limited time this part is there to linearize: to measure tells more."""
+"""Of a limited time this part is there to linearize: measuring shows more."""
 MEETING = 0.5
 """This part of the measured pairs must meet, or the system counts as one that does not forget."""
 
@@ -125,7 +124,7 @@ def motions_of(
     allowed = max(window.n_in, samples) * window.step
     if allowed >= duration:
         return motions
-    patience.hear(f"motions of more than {allowed:.3g} s")
+    patience.leave_out(f"motions of more than {allowed:.3g} s")
     return replace(motions, stream=replace(stream, duration=allowed))
 
 
@@ -140,7 +139,7 @@ def linearize_motions(motions: Motions) -> Linearized:
     """
     recipe, system = motions.recipe, motions.system
     assert isinstance(system, Linearizable)
-    amplitude, window = recipe.window.remaining_amplitude, _window(recipe.window)
+    amplitude, window = recipe.window.remaining_amplitude, recipe.window.as_window
     rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
     modes = spectrum(system.linearize(rest), amplitude)
     samples = round((motions.stream.duration + recipe.data.burn_in) / window.step)
@@ -243,7 +242,3 @@ def _states_along(
         if (k + 1) % stride == 0:
             states.append(system.get_state())
     return states
-
-
-def _window(recipe: WindowRecipe) -> Window:
-    return Window(recipe.step, recipe.n_in, recipe.n_out)

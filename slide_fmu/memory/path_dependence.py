@@ -1,4 +1,4 @@
-"""Whether a system comes to rest at the same outputs, whatever it went through before.
+"""A system that forgets comes to rest at the same outputs, whatever it went through before.
 
 Motions with different pasts are given the same constant input. What forgets ends at the same
 outputs, however slowly. What does not is told apart by where it ends, and by what the same strong

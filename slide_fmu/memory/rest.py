@@ -1,4 +1,4 @@
-"""What a network still tells at rest of what moved it before.
+"""A network may come to rest at outputs that depend on what moved it before.
 
 A system with hysteresis or dry friction comes to rest elsewhere after each motion. Inputs that
 never rest hide that: as long as they keep it moving it forgets, and the test of fading memory,

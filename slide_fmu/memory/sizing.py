@@ -116,8 +116,8 @@ class Sizing:
         if self.refusal is not None:
             return self.refusal
         if self.measured.meeting < MEETING:
-            said = _never_meet(self.measured, self.linearized)
-            return said if self.left_out is None else f"{self.left_out}; so far, {said}"
+            problem = _never_meet(self.measured, self.linearized)
+            return problem if self.left_out is None else f"{self.left_out}; so far, {problem}"
         met = [float(time) for time in self.measured.times if math.isfinite(time)]
         return too_short(self.window, self.needed, max(met, default=0.0))
 
@@ -128,8 +128,7 @@ class Sizing:
         It is None if none of these is so.
         """
         texts = self.left_out, self.failed, self._asks_for_more()
-        said = [text for text in texts if text is not None]
-        return ". Besides, ".join(said) or None
+        return ". Besides, ".join(text for text in texts if text is not None) or None
 
     def _asks_for_more(self) -> str | None:
         """Say that the measured decay asks for more than what decided; or None."""
@@ -194,7 +193,7 @@ def size_window(
         SimulationError: more motions could not be simulated than ``data.most_failures`` allows.
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
-    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    window = recipe.window.as_window
     patience = patience or TimeBudget()
     motions = motions_of(recipe, system, seed, most, patience)
     linearized, expected = None, window.n_in * window.step
@@ -210,9 +209,9 @@ def size_window(
     if compared and not patience.gone("a comparison of equations and motions near rest"):
         assert linearized is not None
         refusal = contradiction(motions, linearized, measured)
-    said = motions.failing.tolerance.remark, patience.remark
+    remarks = motions.failing.tolerance.remark, patience.remark
     amplitude = recipe.window.remaining_amplitude
-    return Sizing(window, amplitude, linearized, measured, refusal, *said)
+    return Sizing(window, amplitude, linearized, measured, refusal, *remarks)
 
 
 def _linearized(recipe: Recipe, motions: Motions) -> Linearized:

@@ -23,7 +23,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import specimens
 from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.base import Source
 
 RECORDS = 32
 """The test uses this many records of inputs at every amplitude."""
@@ -38,7 +38,7 @@ HYSTERESIS = (
     " (a system with hysteresis, or with a drift, never forgets what happened to it: no network "
     "that has learnt its records passes)"
 )
-"""What is said of records, since nobody can simulate how their system comes to rest."""
+"""Problems of records end so, since nobody can simulate how their system comes to rest."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -94,11 +94,11 @@ def check_stability(
         return _worst_of_corners(surrogate, recipe, system)
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
-        unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
+        unit, _ = network.run(_excited_features(surrogate, recipe, system, 1.0))
     return tuple(
         _test(
             network,
-            excited_features(surrogate, recipe, system, factor),
+            _excited_features(surrogate, recipe, system, factor),
             (factor, unit),
             recipe,
             either(system, lambda _: "", lambda _: HYSTERESIS),
@@ -122,11 +122,11 @@ def _worst_of_corners(
     for corner in corners:
         tests = check_stability(surrogate.at(corner), recipe, system)
         where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
-        found.append([_told_where(test, where) for test in tests])
+        found.append([_with_place(test, where) for test in tests])
     return tuple(max(tests, key=_badness) for tests in zip(*found, strict=True))
 
 
-def _told_where(test: AmplitudeTest, where: str) -> AmplitudeTest:
+def _with_place(test: AmplitudeTest, where: str) -> AmplitudeTest:
     problem = None if test.problem is None else f"with {where}, {test.problem}"
     return replace(test, problem=problem)
 
@@ -173,13 +173,13 @@ def _test(
     features: Float32Array,
     reference: tuple[float, Float32Array],
     recipe: Recipe,
-    lasting: str,
+    cause: str,
 ) -> AmplitudeTest:
     """Test boundedness along whole records, and fading memory in their second window.
 
     Features have the shape (R, WINDOWS n_in, n_features); the reference is the factor on the
-    amplitude, and the outputs at amplitude 1. What may be the cause of a memory that lasts ends
-    the problem.
+    amplitude, and the outputs at amplitude 1. The problem ends with the cause that a lasting
+    memory may have.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -198,7 +198,7 @@ def _test(
         growth = np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf).max()
     worst = int(np.argmax(differences))
     pair = np.stack([own[worst], other[worst]]).astype(np.float64)
-    problem = _problem(factor, float(growth), differences, recipe, lasting)
+    problem = _problem(factor, float(growth), differences, recipe, cause)
     return AmplitudeTest(factor, float(growth), differences, pair, problem)
 
 
@@ -208,7 +208,7 @@ def _at_least_tiny(values: FloatArray) -> FloatArray:
 
 
 def _problem(
-    factor: float, growth: float, gaps: FloatArray, recipe: Recipe, lasting: str
+    factor: float, growth: float, gaps: FloatArray, recipe: Recipe, cause: str
 ) -> str | None:
     """Say which limit of the recipe a test exceeds; None if it passes."""
     limits = recipe.stability
@@ -226,35 +226,26 @@ def _problem(
         return (
             f"at {factor:g} times the trained amplitude two runs from different states still "
             f"differ by {gap:.3g} of the output's standard deviation after one window ({which}); "
-            f"expected at most {limit:g}{'' if beyond else lasting}"
+            f"expected at most {limit:g}{'' if beyond else cause}"
         )
     return None
 
 
-def excited_features(
-    surrogate: Surrogate, recipe: Recipe, system: Source, factor: float
+def _excited_features(
+    surrogate: Surrogate, recipe: Recipe, source: Source, factor: float
 ) -> Float32Array:
-    """Draw inputs of the recipe's excitation as features, (RECORDS, WINDOWS n_in, n_features).
+    """Draw inputs of the recipe's excitation, or cut them out of measured records, as features.
 
-    The factor is that on the excitation's amplitude.
+    The shape is (RECORDS, WINDOWS n_in, n_features); the factor is that on the amplitude.
     """
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
-    inputs = _inputs(recipe, system, count, factor)
-    return surrogate.network.features.along(surrogate.input_scaling.apply(inputs))
-
-
-def _inputs(recipe: Recipe, source: Source, count: int, factor: float) -> FloatArray:
-    """Draw inputs, or cut them out of measured records, shape (RECORDS, count, n_inputs)."""
-    return either(
+    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
+    inputs = either(
         source,
-        lambda system: _drawn(recipe, system, count, factor),
+        lambda system: np.array(
+            [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
+        ),
         lambda records: inputs_beyond(recipe, records, count, RECORDS, factor),
     )
-
-
-def _drawn(recipe: Recipe, system: System, count: int, factor: float) -> FloatArray:
-    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
-    return np.array(
-        [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
-    )
+    return surrogate.network.features.along(surrogate.input_scaling.apply(inputs))

@@ -1,4 +1,4 @@
-"""What is lost between the samples of a recipe's step: it may be too coarse, or waste samples."""
+"""A recipe's step may lose what happens between samples, or waste samples: a remark says so."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 
 FINER, FINE_SAMPLES = 4, 256
-"""Between two samples of a recipe's step so many are simulated, along so many of its samples."""
+"""A step of the recipe is simulated in the first number of parts, along the second number of its
+samples."""
 COARSE, COARSER, WASTE = 0.1, 4, 0.005
 """Errors between samples, relative to the output's standard deviation: more than the first is too
 coarse; if samples that are so many times rarer keep below the last, the step wastes samples."""

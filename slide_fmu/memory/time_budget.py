@@ -1,6 +1,6 @@
 """A first look at a window takes a limited time, and says what was left out for that.
 
-How much can be looked at in the time depends on the machine, so what is found here is not kept.
+What the time allows depends on the machine, so what is found here is not kept.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 
 TIMED_SAMPLES, PART = 50, 0.1
-"""So many samples are timed, and one motion may take this part of the time."""
+"""This many samples are timed, and one motion may take this part of the time."""
 
 
 class TimeBudget:
-    """A TimeBudget ends after a time; it hears what was left out since then. Final.
+    """A TimeBudget ends after a time, and notes what is left out since then. Final.
 
     Attributes:
         seconds: the time in s; infinite if there is no hurry.
-        left_out: what was left out, in the order in which it was heard.
+        left_out: what was left out, in the order of time.
     """
 
     def __init__(self, seconds: float = math.inf) -> None:
@@ -32,13 +32,13 @@ class TimeBudget:
         """Tell whether the time that there is for this is over: then it is left out."""
         over = time.monotonic() - self._begin > part * self.seconds
         if over:
-            self.hear(leaves_out)
+            self.leave_out(leaves_out)
         return over
 
-    def hear(self, leaves_out: str) -> None:
-        """Hear that something is left out."""
-        if leaves_out not in self.left_out:
-            self.left_out.append(leaves_out)
+    def leave_out(self, name: str) -> None:
+        """Note that something is left out."""
+        if name not in self.left_out:
+            self.left_out.append(name)
 
     def samples(self, system: System, inputs: FloatArray) -> float:
         """Return how many samples of a system a motion may have; some inputs are for timing.

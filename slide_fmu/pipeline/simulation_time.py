@@ -32,7 +32,7 @@ def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
         try:
             simulate_draw(system, drawn)
         except SimulationError as error:
-            tolerance.hear(error)
+            tolerance.count(error)
         else:
             simulated += duration + recipe.data.burn_in
     return (time.perf_counter() - begin) / simulated, tolerance.remark, system.remarks

@@ -213,7 +213,7 @@ def _outputs_under(system: System, kind: Kind, index: int, tolerance: Tolerance)
         try:
             return simulate(system, _motion(system, kind, index, attempt)).outputs
         except SimulationError as error:
-            tolerance.hear(error)
+            tolerance.count(error)
         attempt += 1
 
 

@@ -57,9 +57,9 @@ def test_share_of_failures_is_that_of_the_data() -> None:
     tolerance = Tolerance(0.1)
     tolerance.tried = 50
     for _ in range(5):
-        tolerance.hear(SimulationError("no"))
+        tolerance.count(SimulationError("no"))
     with pytest.raises(TooManyFailuresError, match=r"6 of 50 .* 5 may fail"):
-        tolerance.hear(SimulationError("no"))
+        tolerance.count(SimulationError("no"))
 
 
 def drawn(attempt: int) -> Draw:

@@ -128,7 +128,7 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     def segments(which: Which) -> Segments:
         burn_in = problem.window.n_truncated
         length = training.segment or max(SEGMENT, burn_in)
-        features, targets = (part.to(dtype) for part in problem.records(which))
+        features, targets = (part.to(dtype) for part in getattr(problem, which))
         phi = None
         if problem.physical is not None:
             phi = torch.from_numpy(problem.physical.terms(which)).to(features)

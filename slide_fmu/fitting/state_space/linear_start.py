@@ -31,7 +31,7 @@ SMALLEST_POWER = 1e-6
 NEIGHBOURS = 1.3
 """Two oscillations whose eigenvalues differ by less than this factor count as one that turns."""
 MEMORIES = (0.2, 0.6)
-"""States that are short memories have poles from the first to the last of these."""
+"""Extra states that forget fast have poles in this range."""
 EXCITED_POWER = 0.999
 """The excited band holds this part of the power of the state input."""
 
@@ -199,14 +199,17 @@ def lowest_eigenvalues(
     A real eigenvalue needs one state, one of a conjugate pair needs two.
     """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
-    states = np.cumsum(np.where(ordered.imag != 0, 2, 1))
-    found = np.flatnonzero(states == order)
+    found = np.flatnonzero(np.cumsum(_states_of_each(ordered)) == order)
     return ordered[: found[0] + 1] if found.size else None
 
 
 def states_of(eigenvalues: NDArray[np.complex128]) -> int:
     """Count the states that eigenvalues need: two for one of a conjugate pair."""
-    return int(np.sum(np.where(eigenvalues.imag != 0, 2, 1)))
+    return int(np.sum(_states_of_each(eigenvalues)))
+
+
+def _states_of_each(eigenvalues: NDArray[np.complex128]) -> NDArray[np.int64]:
+    return np.where(eigenvalues.imag != 0, 2, 1)
 
 
 def from_eigenvalues(
@@ -220,8 +223,8 @@ def from_eigenvalues(
     The eigenvalues v are in 1/s, one of each conjugate pair; the sizes are numbers of state inputs
     and of outputs.
     """
-    sizes_of = np.where(eigenvalues.imag != 0, 2, 1)  # a real eigenvalue has one state
-    modes = [_mode(v, step)[:n, :n] for v, n in zip(eigenvalues, sizes_of, strict=True)]
+    pairs = zip(eigenvalues, _states_of_each(eigenvalues), strict=True)
+    modes = [_mode(value, step)[:n, :n] for value, n in pairs]
     a = torch.from_numpy(scipy.linalg.block_diag(*modes))
 
     def random(*shape: int) -> torch.Tensor:
@@ -240,10 +243,10 @@ def from_turned_pairs(
     """Build a linear model whose first states are pairs that turn with the system about z.
 
     Two neighbouring oscillations that are nearly as fast as each other are one that may go any way
-    across the axis, with their mean eigenvalue: two pairs. Further states are the next
-    oscillations, and short memories. The state input and the outputs are vectors (x, y, z), one
-    after the other: pairs are moved by x and y alone, and move nothing else. The sizes are numbers
-    of states, of pairs among them, of state inputs and of outputs.
+    across the axis, with their mean eigenvalue: two pairs. Further states are those of the next
+    oscillations, and some that forget fast. The state input and the outputs are vectors (x, y, z),
+    one after the other: pairs are moved by x and y alone, and move nothing else. The sizes are
+    numbers of states, of pairs among them, of state inputs and of outputs.
 
     Raises:
         ValueError: state inputs or outputs are no vectors, or there are more pairs than states.
@@ -296,7 +299,7 @@ def _mode(eigenvalue: complex, step: float) -> torch.Tensor:
 
 
 def _memories(count: int) -> list[float]:
-    """Return the poles of ``count`` short memories."""
+    """Return the poles of ``count`` states that forget fast."""
     return [float(pole) for pole in np.linspace(*MEMORIES, count)]
 
 

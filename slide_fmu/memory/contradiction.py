@@ -47,8 +47,8 @@ def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> 
         return None
     return (
         f"the linearized equations contradict the system: by their eigenvalues initial effects "
-        f"decay in {linearized.decay.mean:.4g} s along motions and in {expected:.4g} s near rest, but "
-        f"measured are {measured.mean:.4g} s and {found:.4g} s; expected agreement within a "
+        f"decay in {linearized.decay.mean:.4g} s along motions and in {expected:.4g} s near rest, "
+        f"but measured are {measured.mean:.4g} s and {found:.4g} s; expected agreement within a "
         f"factor of {FACTOR:g}. Look for damping that linearize has and the simulation has not, "
         "or the reverse, for wrong signs, units or factors in its matrices, for springs and "
         "controls that it does not see, and for slow modes that the outputs do not show"

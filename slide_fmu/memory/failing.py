@@ -45,14 +45,14 @@ class Tolerance:
         allowed = max(LEAST, int(self.share * self.tried))
         if len(self.errors) > allowed:
             raise TooManyFailuresError(
-                f"{self._count_failed}, {allowed} may fail ({100 * self.share:g} % of all, "
+                f"{self._failed}, {allowed} may fail ({100 * self.share:g} % of all, "
                 f"data.most_failures): {error}. Correct the model, narrow the ranges of its "
                 "inputs (system.inputs, data.excitation), or allow more",
                 error.time,
             ) from error
 
     @property
-    def _count_failed(self) -> str:
+    def _failed(self) -> str:
         count = max(self.tried, len(self.errors))
         return f"{len(self.errors)} of {count} motions could not be simulated"
 
@@ -61,7 +61,9 @@ class Tolerance:
         """The text says that motions failed; None if none did."""
         if not self.errors:
             return None
-        return f"{self._count_failed}, and others took their place; the first failed so: {self.errors[0]}"
+        return (
+            f"{self._failed}, and others took their place; the first failed so: {self.errors[0]}"
+        )
 
 
 class Failing:

@@ -49,11 +49,6 @@ class Ledger:
             with reading(path):
                 self._runs = _checked(found)
 
-    @property
-    def iterations(self) -> int:
-        """All runs together have done this many iterations."""
-        return sum(run["iterations"] for run in self._runs.values())
-
     def plan(self, iterations: int, part: str = "") -> None:
         """Begin a part of the fit, whose runs have at most so many iterations; another one ends.
 

@@ -29,6 +29,7 @@ from slide_fmu.fitting.state_space.residual import (
     noise_in,
     without_noise,
 )
+from slide_fmu.memory.decay_figures import finite
 
 SEARCH_STARTS = 3
 """A size is judged by this many random starts, of which the best goes on."""
@@ -240,8 +241,8 @@ class _Search:
             self._orders[place[0]],
             candidate.shape.n_units,
             candidate.shape.n_parameters,
-            _finite(candidate.error),
-            _finite(learnable),
+            finite(candidate.error),
+            finite(learnable),
         )
 
 
@@ -307,7 +308,3 @@ def still_learnable(data: FitData, candidate: Candidate) -> float:
     both = data.part, data.validation
     share = learnable_share(candidate.shape, candidate.state.best, both)
     return candidate.error * math.sqrt(share)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

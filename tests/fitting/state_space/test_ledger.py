@@ -54,7 +54,6 @@ def fit(
     for name, iterations in RUNS.items():
         ends.append(ledger.run(name, Wandering(theta), step, iterations))
         theta = ends[-1].theta
-    assert ledger.iterations == TOTAL
     return ends
 
 

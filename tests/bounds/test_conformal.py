@@ -29,12 +29,6 @@ def test_further_trajectories_are_covered_on_average() -> None:
     assert 0.9 - 0.01 < np.mean(shares) < 0.95
 
 
-def test_factors_rise_with_the_confidence() -> None:
-    ratios = np.random.default_rng(2).exponential(size=(120, 20, 1))
-    factors = [conformal_factors(ratios, confidence)[0] for confidence in (0.9, 0.95, 0.99)]
-    assert factors[0] < factors[1] < factors[2]
-
-
 @pytest.mark.parametrize(("confidence", "least"), [(0.9, 10), (0.95, 20), (0.99, 100)])
 def test_too_few_trajectories_are_refused(confidence: float, least: int) -> None:
     ratios = np.ones((least - 1, 5, 1))

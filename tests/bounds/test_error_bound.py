@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -229,29 +228,6 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     ]
     assert covered[1] > 0.93
     assert covered[0] < covered[1] - 0.05
-
-
-def test_head_learns_from_a_twentieth_as_many_samples_of_further_kinds(
-    fit: Fit, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    counts = []
-
-    def noted(learnt: Sequence[_Seen], *_: object) -> None:
-        counts.extend(mix.errors.shape[0] * mix.errors.shape[1] for mix in learnt)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(error_bound, "_fit_head", noted)
-    bound, table = fit.surrogate.bound, RECIPE.bound
-    assert bound is not None
-    assert table is not None
-    learnt, calibration = (
-        read_split(folder / "store", name, RECIPE.count(name)) for name in ("bound", "calibration")
-    )
-    splits, device = [learnt, calibration, learnt], torch.device("cpu")
-    with pytest.raises(KeyboardInterrupt):
-        fit_bound(fit.surrogate, bound.companion, splits, table, tmp_path / "c", device, silent)
-    usual, further = counts
-    assert 0.02 * usual < further <= 0.06 * usual
 
 
 @pytest.mark.parametrize(

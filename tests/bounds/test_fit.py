@@ -12,15 +12,10 @@ import torch
 
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.measures import rms
-from slide_fmu.core.progress import Progress
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
 from slide_fmu.data.trajectories import Split, read_split
-from slide_fmu.features.differences import Differences
-from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.checkpoint import read_checkpoint
-from slide_fmu.fitting.feed_forward import FeedForwardModule
 from slide_fmu.fitting.network import FITS, Fit
 from slide_fmu.fitting.preparation import (
     Work,
@@ -91,22 +86,6 @@ def test_learnt_matrix_is_the_exact_one(fit: Fit) -> None:
     figures = response_figures(learnt_matrix(fit.surrogate), exact)
     assert figures.max_deviation_relative < SMALL_ERROR
     assert figures.max_above_diagonal_relative < SMALL_ERROR
-
-
-def test_torch_module_gives_what_numpy_gives(fit: Fit, folder: Path) -> None:
-    """The best weights of the checkpoint, in float64, on unseen windows."""
-    (checkpoint,) = (folder / "checkpoints").glob("surrogate-*.pt")
-    surrogate, window = fit.surrogate, fit.surrogate.window
-    inputs = FeatureMap(Differences(1))
-    module = FeedForwardModule(LEARNING.network, window.n_in, inputs, window.n_out).double()
-    module.load_state_dict(read_checkpoint(checkpoint, torch.device("cpu"))["best"])
-    test = read_split(folder / "store", "estimator_validation")
-    windows = test.inputs[0][window.input_indices(window.starts(len(test.inputs[0])))]
-    with torch.no_grad():
-        values = module(torch.from_numpy(surrogate.input_scaling.apply(windows))).numpy()
-    expected = surrogate.output_scaling.invert(values[:, :, None])
-    found = surrogate.predict_windows(windows)
-    assert np.max(np.abs(found - expected)) < TORCH_IS_NUMPY * np.ptp(expected)
 
 
 def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> None:
@@ -223,29 +202,6 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     other = fitted(state_space_recipe(seed=1), folder / "store", tmp_path)
     assert other.surrogate.to_bytes() != content
     assert len(list(tmp_path.glob("*.pt"))) == 2
-
-
-@pytest.mark.extended
-@pytest.mark.parametrize("broken_at", [2, 12])
-def test_broken_fit_gives_the_same_bytes(
-    state_space: Fit, folder: Path, tmp_path: Path, broken_at: int
-) -> None:
-    class Broken(Exception):
-        pass
-
-    def stopping(stage: str) -> Progress:
-        def stop(done: int, total: int, error: float | None = None) -> None:
-            if done == broken_at:
-                raise Broken
-
-        return stop
-
-    store = folder / "store"
-    with pytest.raises(Broken):
-        fit_surrogate(Work(case_of(STATE_SPACE), store, tmp_path, stopping))
-    again = fitted(STATE_SPACE, store, tmp_path)
-    assert again.surrogate.to_bytes() == state_space.surrogate.to_bytes()
-    assert again.histories == state_space.histories
 
 
 def test_trajectories_beyond_the_range_reach_the_fit(

@@ -16,7 +16,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting.feature_choice import choose_features, require_odd, roles_of
 from slide_fmu.network.state_space.cell import Roles
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP, Still
 
 ONE_ANGLE = ("direction", "turn", "turn_change")
@@ -73,32 +73,11 @@ def test_differences_are_those_of_the_inputs(order: int) -> None:
     assert features.features.order == order
 
 
-@pytest.mark.parametrize("name", ["changes", "second_changes"])
-def test_set_is_formed_as_far_as_the_names_need(name: str) -> None:
-    features = chosen((name,), noise(2))
-    assert isinstance(features.features, Differences)
-    order = Differences.NAMES.index(name)
-    assert features.features.order == order
-    assert features.chosen == (2 * order, 2 * order + 1)
-
-
 def test_signals_come_in_the_order_of_the_names() -> None:
     features = chosen(("second_changes", "inputs"), noise(2))
     assert features.chosen == (4, 5, 0, 1)
     assert features.scaling.scale[2:].tolist() == [1.0, 1.0]
     assert np.all(features.scaling.scale[:2] > 1.0)
-
-
-def test_features_are_divided_by_the_standard_deviation_of_the_differences() -> None:
-    """However small an input is beside the others."""
-    inputs = noise(2) * [1.0, 1e-10]
-    features = chosen(Differences.NAMES, inputs)
-    assert features.scaling.scale[:2].tolist() == [1.0, 1.0]
-    assert not features.scaling.offset.any()
-    signals = Differences(2, 2).along(inputs).reshape(-1, 6)
-    assert features.scaling.scale[2:] == pytest.approx(signals.std(0)[2:], rel=SINGLE)
-    scale = features.scaling.scale
-    assert np.array_equal(scale, scale.astype(np.float32))  # as weights are
 
 
 @pytest.mark.parametrize(
@@ -311,18 +290,6 @@ def test_turned_pairs_see_the_frame() -> None:
     assert np.square(turn).sum(2) == pytest.approx(np.ones((6, 160)), abs=SINGLE)
     assert (roles.drive, roles.schedule) == (tuple(range(6)), tuple(range(6, 15)))
     assert roles.gated == roles.static == roles.drive
-
-
-def test_feed_forward_networks_see_the_features_they_name() -> None:
-    recipe = FeedForwardRecipe(family="feed_forward", hidden=(), features=("turn", "direction"))
-    features = choose_features(
-        recipe.feature_names(), Still(2, angle=True).offered(unit(2)), directors()
-    )
-    assert features.chosen == (2, 0, 1)
-    plain = FeedForwardRecipe(family="feed_forward", hidden=())
-    assert choose_features(
-        plain.feature_names(), Still(2).offered(unit(2)), directors()
-    ).chosen == (0, 1)
 
 
 def test_signs_of_angles_and_loads_are_not_flipped() -> None:

@@ -3,41 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import (
-    DuffingBaseMotion,
     DuffingOscillator,
     LinearOscillator,
 )
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.memory.convergence import NoGapError, measured_decay, measured_rate
-from slide_fmu.memory.decay import decay_along
 from slide_fmu.systems.base import State
-from slide_fmu.systems.exudyn.plant_system import PlantSystem
 from tests.memory.plain_systems import Lag
 
 PAPER = math.log(100) / 4
 """1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""
-
-
-@pytest.mark.parametrize("make", [LinearOscillator, DuffingOscillator, DuffingBaseMotion])
-def test_measured_decay_agrees_with_the_linearized_one(make: type[PlantSystem[Any]]) -> None:
-    system = make()
-    rng = np.random.default_rng(5)
-    signal, count = system.inputs[0], round(6.0 / system.step)
-    inputs = [rng.uniform(signal.low, signal.high, (count, 1)) for _ in range(20)]
-    motion = []
-    system.set_state(system.random_state(rng))
-    for row in inputs[0][:100]:
-        system.advance(row)
-        motion.append(system.get_state())
-    linearized = decay_along(system, motion)
-    assert linearized.mean == pytest.approx(PAPER, rel=1e-4)
-    assert measured_decay(system, inputs, rng).mean == pytest.approx(linearized.mean, rel=0.15)
 
 
 @pytest.mark.parametrize("amplitude", [0.1, 0.01, 1e-4])

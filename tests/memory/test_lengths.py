@@ -148,12 +148,6 @@ def test_tidy_numbers_are_at_most_an_eighth_larger(count: int, rounded: int) -> 
     assert count <= rounded <= 1.125 * count
 
 
-def test_all_keys_are_found() -> None:
-    recipe = of_lag()
-    values = find_lengths(recipe, case_of(recipe).system).values
-    assert {f"{t}.{k}" for t, inner in values.items() for k in inner} == set(KEYS)
-
-
 class Sizings:
     """Gives sizings whose slowest pairs take these times in s, one after another."""
 

@@ -18,7 +18,6 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.memory import stability
 from slide_fmu.memory.stability import (
-    NEWEST,
     RECORDS,
     AmplitudeTest,
     UnstableSurrogateError,
@@ -118,19 +117,6 @@ def test_limit_is_allowed_and_more_is_not(
     found = stability._problem(factor, growth, np.array(gaps), RECIPE, "")
     assert (found is None) == (limit is None)
     assert found is None or found.endswith(limit or "")
-
-
-def test_linear_network_grows_as_its_inputs_do() -> None:
-    for test in examine(scalar_cell(0.8)):
-        assert test.growth == pytest.approx(1.0, rel=MEAN_OF_RECORDS)
-
-
-def test_difference_after_a_window_is_what_a_pole_leaves() -> None:
-    """Two runs of a linear cell differ by pole^n of what they differed before."""
-    first, other = (examine(scalar_cell(pole))[0].differences for pole in (0.95, 0.9))
-    n = RECIPE.window.n_in - (NEWEST - 1) / 2
-    assert np.max(first) / np.max(other) == pytest.approx((0.95 / 0.9) ** n, rel=1.0)
-    assert 0.1 * 0.95**n < np.median(first) < 10 * 0.95**n
 
 
 @pytest.mark.parametrize("factor", [1.5, 3.0, 1e3])
@@ -350,13 +336,6 @@ def test_stability_figures_are_those_of_the_median_and_of_the_worst_pair() -> No
     test = AmplitudeTest(2.0, 1.5, np.array([0.25, 0.0, 4.0]), np.zeros((2, 1, 1)), None)
     (found,) = stability_figures((test,))
     assert (found.median_difference, found.largest_difference) == (0.25, 4.0)
-
-
-def test_stability_check_gives_the_same_twice() -> None:
-    one, other = (examine(scalar_cell(0.9)) for _ in range(2))
-    for a, b in zip(one, other, strict=True):
-        assert np.array_equal(a.differences, b.differences)
-        assert a.growth == b.growth
 
 
 def test_networks_with_a_window_for_their_memory_are_not_tested() -> None:

@@ -14,8 +14,8 @@ import torch
 from slide_fmu.core.window import Window
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.problem import Problem
-from slide_fmu.fitting.state_space import ledger, preconditioned_descent, sizes
 from slide_fmu.fitting.state_space import multi_start as multi_start_module
+from slide_fmu.fitting.state_space import preconditioned_descent, sizes
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
 from slide_fmu.fitting.state_space.penalties import PolePenalty
@@ -108,13 +108,6 @@ def test_order_that_neither_shows_is_refused(tmp_path: Path) -> None:
         fit(problem, {"order": 3, "hidden": 0})
 
 
-def test_order_that_both_show_starts_from_both(tmp_path: Path) -> None:
-    problem = problem_of(tmp_path, 0.0)
-    fit(problem, {"order": 2, "hidden": 0})
-    sources = ("eigenvalues", "impulse responses")
-    assert runs(problem) == {f"linear, 2 states, from {s}" for s in sources} | {"refined"}
-
-
 @pytest.mark.parametrize(
     ("eigenvalues", "slowest"), [(EIGENVALUES, abs(POLE)), (None, 0.0), (EIGENVALUES[:0], 0.0)]
 )
@@ -171,42 +164,6 @@ def test_training_error_of_a_start_that_nothing_improves_counts_likewise(
     found = fit(problem, network, dense_limit=100, stretches=2)
     assert found.history.step == (0,)
     assert told_error(found) == pytest.approx(weighted_error(problem, network, found), rel=SINGLE)
-
-
-class Stop(Exception):
-    pass
-
-
-@pytest.mark.extended
-@pytest.mark.parametrize("store_every", [0.0, 1e9])
-@pytest.mark.parametrize("share", [0.45, 0.6, 0.75, 0.97])
-def test_resumed_fit_tells_the_best_error_so_far(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, store_every: float
-) -> None:
-    """Broken after a share of the iterations; the best error may be that of a run before."""
-    monkeypatch.setattr(ledger, "STORE_EVERY", store_every)
-    whole = fit(problem_of(tmp_path / "whole"), NONLINEAR)
-    states: list[tuple[int, int, float]] = []
-
-    def stop(*state: Any) -> None:
-        states.append(state)
-        if state[0] == round(share * whole.iterations):
-            raise Stop
-
-    problem = problem_of(tmp_path / "broken")
-    with pytest.raises(Stop):
-        fit(problem, NONLINEAR, stop)
-    before = dict((done, best) for done, _, best in states)
-    states.clear()
-    found = fit(problem, NONLINEAR, lambda *state: states.append(state))
-    first = states[0][0]
-    assert all(np.isfinite(best) for _, _, best in states[1:])  # the first: nothing is known yet
-    after = [(done, best) for done, _, best in states if done > first]
-    assert after[-1] == (whole.iterations, found.error)
-    assert len({done for done, _ in after}) == whole.iterations - first
-    for done, best in after:
-        assert best <= before.get(done, np.inf)
-        assert best <= before[first]
 
 
 @pytest.mark.parametrize("network", [NONLINEAR, {"order": 2, "hidden": 0}])

@@ -31,7 +31,6 @@ from tests.fitting.state_space.cells import (
     random_segments,
     random_theta,
     random_weights,
-    taught_segments,
 )
 from tests.strategies import learnt_cell_shapes
 
@@ -86,33 +85,6 @@ SHAPES = [
 ]
 
 
-@pytest.mark.extended
-@pytest.mark.filterwarnings(
-    "ignore:`torch.jit.script` is deprecated"
-)  # torch.func warns of itself
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("thin", [1, 2, 4, 8])
-def test_cells_of_all_kinds_agree_with_forward_differentiation(
-    monkeypatch: pytest.MonkeyPatch, shape: CellShape, thin: int
-) -> None:
-    theta, scored = random_theta(shape, 3), 2 * BLOCK + 5
-    segments = random_weights(random_segments(shape, 7, scored, 5))
-
-    def residuals(parameters: torch.Tensor) -> torch.Tensor:
-        outputs, _ = simulate(shape, parameters, segments.features)
-        return segments.weights[:, None] * (outputs[segments.burn_in :] - segments.targets)
-
-    r, rows = residuals(theta), torch.func.jacfwd(residuals)(theta)
-    weights = thinned_weights(scored, thin).sqrt()[:, None, None, None]
-    some = (weights * rows).reshape(-1, shape.n_parameters)
-    monkeypatch.setattr(module, "thinning", lambda shape, segments: thin)
-    found = normal_equations(shape, theta, segments)
-    assert deviation(found.matrix, some.T @ some) < FORWARD
-    expected = rows.reshape(-1, shape.n_parameters).T @ r.reshape(-1)
-    assert deviation(found.gradient, expected) < FORWARD
-    assert found.cost == pytest.approx(float(r.square().sum()), rel=FORWARD)
-
-
 @example(READ, 3, BLOCK + 1, 9, 0)
 @example(TURNED, 3, BLOCK + 1, 9, 0)
 @example(SUBSTEPS, 3, BLOCK + 1, 9, 0)
@@ -139,22 +111,6 @@ def test_all_rows_give_the_exact_normal_equations(
     assert deviation(found.gradient, j.T @ r) < EXACT
     assert found.cost == pytest.approx(float(r @ r), rel=EXACT)
     assert sum_of_squares(shape, theta, segments) == pytest.approx(found.cost, rel=EXACT)
-
-
-@pytest.mark.parametrize("size", [1, 10**6])
-def test_chunks_make_no_difference(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
-    shape = plain(3, 2, 4, 2)
-    theta, segments = random_theta(shape), random_weights(random_segments(shape, 4, 21, 30))
-    default = normal_equations(shape, theta, segments)
-    monkeypatch.setitem(module.SENSITIVITIES, "cpu", size)
-    found = normal_equations(shape, theta, segments)
-    assert deviation(found.matrix, default.matrix) < EXACT
-    assert deviation(found.gradient, default.gradient) < EXACT
-
-
-def test_chunks_of_a_gpu_are_larger() -> None:
-    assert module.SENSITIVITIES.keys() == {"cpu", "cuda"}
-    assert module.SENSITIVITIES["cuda"] > 100 * module.SENSITIVITIES["cpu"]
 
 
 @pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
@@ -192,32 +148,8 @@ def test_thinning_leaves_enough_rows(residuals: float, thin: int) -> None:
     assert thin == 1 or count // thin >= least
 
 
-@pytest.mark.parametrize("bias", [True, False])
-def test_weight_is_the_square_root_of_how_often_a_segment_counts(bias: bool) -> None:
-    """Twice the segment or once with weight 2 ** 0.5; weight 0 is none."""
-    shape = plain(2, 2, 3, 2, "tanh", bias)
-    theta, segments = random_theta(shape, 7), random_segments(shape, 5, 40, 3)
-    twice = segments.chosen(torch.tensor([0, 0, 1]))
-    once = replace(segments, weights=torch.tensor([math.sqrt(2), 1.0, 0.0], dtype=torch.float64))
-    expected, found = (normal_equations(shape, theta, data) for data in (twice, once))
-    # the same number of rows, so that the same samples make the matrix
-    assert deviation(found.matrix, expected.matrix) < EXACT
-    assert deviation(found.gradient, expected.gradient) < EXACT
-    assert found.cost == pytest.approx(expected.cost, rel=EXACT)
-    assert sum_of_squares(shape, theta, once) == pytest.approx(
-        sum_of_squares(shape, theta, twice), rel=EXACT
-    )
-
-
 def test_blocks_hold_whole_strides() -> None:
     assert BLOCK % THINNEST == 0
-
-
-@pytest.mark.parametrize("shape", [plain(2, 1, 3, 1), READ, TURNED])
-def test_gradient_of_the_teacher_is_zero(shape: CellShape) -> None:
-    found = normal_equations(shape, random_theta(shape, 99), taught_segments(shape, 1))
-    assert found.cost < EXACT**2
-    assert float(found.gradient.abs().max()) < EXACT
 
 
 def test_diverging_cell_has_no_finite_sum() -> None:

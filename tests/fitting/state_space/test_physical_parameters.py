@@ -18,7 +18,6 @@ from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space import normal_equations as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import rescale, widen_all
-from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.normal_equations import (
@@ -34,12 +33,8 @@ from slide_fmu.fitting.state_space.penalties import (
     pole_radii,
 )
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
-from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.cells import (
-    FACTORS,
-    READ,
-    TURNED,
     plain,
     random,
     random_segments,
@@ -112,21 +107,6 @@ def test_normal_equations_are_those_of_automatic_differentiation(
     assert sum_of_squares(shape, theta, segments) == pytest.approx(found.cost, rel=EXACT)
 
 
-@pytest.mark.parametrize("shape", [plain(4, 2, 5, 2), FACTORS, READ, TURNED])
-def test_constant_term_alone_is_a_plain_cell(
-    monkeypatch: pytest.MonkeyPatch, shape: CellShape
-) -> None:
-    """Thinned too: samples that stand for others count as often."""
-    theta = random_theta(shape, 3)
-    segments = random_weights(random_segments(shape, 7, 2 * BLOCK + 5, 9))
-    one = replace(segments, phi=torch.ones(9, 1, dtype=torch.float64))
-    monkeypatch.setattr(module, "thinning", lambda shape, segments: 4)
-    expected, found = (normal_equations(shape, theta, data) for data in (segments, one))
-    torch.testing.assert_close(found.matrix, expected.matrix, rtol=EXACT, atol=EXACT)
-    torch.testing.assert_close(found.gradient, expected.gradient, rtol=EXACT, atol=EXACT)
-    assert found.cost == pytest.approx(expected.cost, rel=EXACT)
-
-
 def test_segments_keep_the_terms_of_their_trajectories() -> None:
     features, targets = random(3, 20, 2), random(3, 21, 1)
     phi = torch.arange(6, dtype=torch.float64).view(3, 2)
@@ -179,19 +159,6 @@ def test_wider_cells_answer_as_before_for_every_parameter() -> None:
     assert len(wide) == new.n_parameters
     found, _ = simulate(new, wide, segments.features, segments.phi)
     torch.testing.assert_close(found, expected, rtol=1e-9, atol=1e-9)
-
-
-def test_cubes_get_room_and_answer_as_before_for_every_parameter() -> None:
-    shape = with_terms(plain(3, 2, 4, 1, MIXED_UNITS), ONE)
-    theta = random_thetas(shape, 2)
-    segments = with_phi(random_segments(shape, 4, 12, 5), ONE, 3)
-    found = with_room(shape, theta, segments)
-    assert float((found - theta).abs().max()) > 0.1
-    outputs = [
-        simulate(shape, either, segments.features, segments.phi)[0] for either in (theta, found)
-    ]
-    torch.testing.assert_close(*outputs, rtol=1e-9, atol=1e-9)
-    assert torch.allclose(with_room(shape, found, segments), found)
 
 
 def springs(seed: int, stiffness: np.ndarray) -> Pair:  # type: ignore[type-arg]

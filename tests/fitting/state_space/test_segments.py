@@ -134,19 +134,6 @@ def test_evened_out_segments_weigh_the_less_the_more_they_move() -> None:
     assert torch.equal(even.targets, whole.targets)
 
 
-def test_segments_that_move_alike_keep_their_weights() -> None:
-    """In whatever units they move."""
-    for spread in (1e-3, 1.0, 1e3):
-        whole = moving([spread] * 5)
-        assert whole.evened_out().weights.tolist() == pytest.approx(whole.weights.tolist())
-
-
-def test_evening_out_does_not_depend_on_units_or_middle() -> None:
-    whole = moving([0.2, 1.0, 5.0])
-    other = replace(whole, targets=1e-3 * whole.targets + 7.0)
-    torch.testing.assert_close(other.evened_out().weights, whole.evened_out().weights)
-
-
 def test_segments_that_never_move_stay_as_important_as_each_other() -> None:
     whole = moving([0.0, 0.0])
     resting = replace(whole, targets=torch.full_like(whole.targets, 0.5))

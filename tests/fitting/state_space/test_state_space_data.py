@@ -261,18 +261,6 @@ def test_motions_beyond_the_range_are_learnt_with_a_low_weight(tmp_path: Path) -
     assert relative_error(network, inside) < SMALL
 
 
-@pytest.mark.extended
-def test_weight_of_next_to_nothing_changes_next_to_nothing(tmp_path: Path) -> None:
-    outside = spring(5, 2, 400, CUBIC, BEYOND)
-    errors = []
-    for weight in (1e-6, 1.0):
-        beyond = spring(4, 6, 160, CUBIC, BEYOND)
-        problem = problem_of(tmp_path / str(weight), beyond=beyond)
-        found = fit(problem, NONLINEAR, beyond_weight=weight).network
-        errors.append(relative_error(found, outside))
-    assert errors[1] < SMALL * 5 < 10 * SMALL < errors[0]
-
-
 def violent(seed: int) -> Pair:
     """The spring; one record of six is of large forces."""
     inputs, _ = spring(seed, 6, 160)

@@ -188,14 +188,6 @@ def test_beyond_the_dense_limit_the_network_is_widened(
     assert np.any(cell.e[:2, fewest:])
 
 
-@pytest.mark.extended
-def test_widened_network_gets_better_than_the_smaller_one_refined(tmp_path: Path) -> None:
-    fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
-    small = fit(problem_of(tmp_path / "small"), {"order": 2, "hidden": fewest})
-    wide = fit(problem_of(tmp_path / "wide"), **{**WIDE, "stretches": 15})
-    assert wide.error < small.error
-
-
 def test_widening_that_never_helps_keeps_the_smaller_network(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,7 +18,6 @@ from slide_fmu.fitting.state_space.linear_start import (
     _turning_modes,
     from_turned_pairs,
 )
-from tests.fitting.state_space.cells import random
 from tests.strategies import linear_systems
 
 ROUNDING = 1e-12
@@ -88,23 +87,6 @@ def test_turned_start_turns(
         torch.testing.assert_close(left, right, rtol=0, atol=ROUNDING)
     radii = torch.linalg.eigvals(m.a).abs()
     assert float(radii.max()) <= LARGEST_POLE + math.sqrt(ROUNDING)  # of double eigenvalues
-
-
-def test_answers_to_turned_loads_are_turned() -> None:
-    m, angle = start(ALL), 0.8
-    loads = random(40, 6, seed=3)
-
-    def answers(loads: torch.Tensor) -> torch.Tensor:
-        state, values = torch.zeros(10, dtype=torch.float64), []
-        for load in loads:
-            state = m.a @ state + m.b @ load
-            values.append(m.c @ state)
-        return torch.stack(values)
-
-    turn = turn_of_vectors(6, angle)
-    found, expected = answers(loads @ turn.T), answers(loads) @ turn.T
-    torch.testing.assert_close(found, expected, rtol=0, atol=1e-10)
-    assert float((found - answers(loads)).abs().max()) > 0.1
 
 
 def test_further_states_see_and_show_z_alone() -> None:

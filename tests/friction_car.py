@@ -16,7 +16,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, State
 from slide_fmu.systems.errors import SimulationError
-from tests.recipes import merged
+from tests.recipes import merged, whole_recipe
 
 BODY, WHEEL = 300.0, 40.0
 """Masses in kg."""
@@ -164,4 +164,4 @@ samples = [5, 40]
 
 def friction_recipe(**changes: Any) -> Recipe:
     """The recipe of the car; tables given as keyword arguments are merged into it."""
-    return Recipe.model_validate(merged(tomllib.loads(RECIPE), changes))
+    return whole_recipe(merged(tomllib.loads(RECIPE), changes))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.recipe.case import Case, case_of
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
@@ -60,9 +61,14 @@ ESTIMATOR: dict[str, Any] = {
 }
 
 
+def whole_recipe(tables: dict[str, Any]) -> Recipe:
+    """The recipe of tables that leave nothing to be found."""
+    return OpenRecipe.of(tables, "it").resolved()
+
+
 def tiny_recipe(**changes: Any) -> Recipe:
     """The tiny recipe; tables given as keyword arguments are merged into it."""
-    return Recipe.model_validate(merged(tomllib.loads(TINY), changes))
+    return whole_recipe(merged(tomllib.loads(TINY), changes))
 
 
 def case_of_object(system: System) -> Case:
@@ -70,21 +76,21 @@ def case_of_object(system: System) -> Case:
     tables = tomllib.loads(TINY)
     tables["system"] = {"model": "given", "kind": "object"}
     step = {"window": {"step": system.step}, "data": {"duration": 128 * system.step}}
-    return case_of(Recipe.model_validate(merged(tables, step)), system)
+    return case_of(whole_recipe(merged(tables, step)), system)
 
 
 def recipe_of_model(model: Path, **changes: Any) -> Recipe:
     """The tiny recipe of another model: a function in a file."""
     tables = tomllib.loads(TINY)
     tables["system"] = {"model": str(model), "kind": "function"}
-    return Recipe.model_validate(merged(tables, changes))
+    return whole_recipe(merged(tables, changes))
 
 
 def tiny_state_space_recipe(**changes: Any) -> Recipe:
     """The tiny recipe with the network and the training that a recipe has by default."""
     tables = tomllib.loads(TINY)
     del tables["network"], tables["training"]
-    return Recipe.model_validate(merged(tables, changes))
+    return whole_recipe(merged(tables, changes))
 
 
 def merged(table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

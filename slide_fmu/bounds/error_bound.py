@@ -41,7 +41,7 @@ from slide_fmu.fitting.training import Objective, train
 from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.error_bound import BoundRecipe, span_block
+from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
@@ -145,7 +145,7 @@ def fit_bound(
     factors = np.maximum.reduce([_factors_of(head, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
-    block, estimate = span_block(recipe, surrogate.window.step), None
+    block, estimate = recipe.span_block(surrogate.window.step), None
     if block is not None:
         rms = _scales(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))

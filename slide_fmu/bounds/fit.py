@@ -29,7 +29,6 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.error_bound import companion_recipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -64,7 +63,6 @@ def fit_surrogate(work: Work) -> Fit:
             moves in the training data.
     """
     recipe = work.recipe
-    recipe.require_resolved()
     require_origin(work.store, recipe, identity(recipe, work.case.source))
     require_trajectories(work.store, recipe)
     fit = _with_forecast(work, fit_network(work))
@@ -174,7 +172,7 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
         judged_by = split if goes_on else "validation"
         part = Part(stage, split, judged_by, surrogate.output_scaling)
         begun = surrogate if goes_on else work.known
-        case = work.case.with_recipe(companion_recipe(sized, attempt))
+        case = work.case.with_recipe(sized.of_companion(attempt))
         other = fit_network(replace(work, case=case, known=begun), part)
         if goes_on and _same(other.surrogate, surrogate):
             goes_on = False  # it teaches nothing: the next attempt begins anew

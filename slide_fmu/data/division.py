@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.record_rules import shares_of
 from slide_fmu.recipe.specimens import too_few_specimens
 from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.model import MeasuredRecords
@@ -83,7 +82,7 @@ def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
 def _split(
     recipe: Recipe, source: MeasuredRecords, lead: int, numbers: NDArray[np.intp] | None = None
 ) -> Split:
-    shares = {str(part): share for part, share in shares_of(recipe).items() if share}
+    shares = {str(part): share for part, share in recipe.shares().items() if share}
     by = recipe.data.by
     try:
         found = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)

@@ -71,7 +71,6 @@ def generate(
             process that simulated it; trajectories in the store stay there.
     """
     recipe, source = case.recipe, case.source
-    recipe.require_resolved()
     path = path.absolute()
     open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
     forget_damaged(recipe, path)

@@ -19,8 +19,7 @@ from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.recipe.automatic import LENGTHS, nested
-from slide_fmu.recipe.error_bound import bound_samples
-from slide_fmu.recipe.reading import with_resolved
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
@@ -44,17 +43,19 @@ class Lengths:
     """Lengths were found for a recipe.
 
     Attributes:
-        recipe: the recipe with them, and without first guesses of any.
+        recipe: the recipe with them; numbers of trajectories may still be open in it.
         values: the same by table and key, as ``{"window": {"n_in": 96}}``.
         sizing: how the window was sized; None where the recipe gives it.
     """
 
-    recipe: Recipe
+    recipe: OpenRecipe
     values: dict[str, dict[str, Any]]
     sizing: AnySizing | None
 
 
-def find_lengths(recipe: Recipe, system: Source, patience: TimeBudget | None = None) -> Lengths:
+def find_lengths(
+    recipe: OpenRecipe, system: Source, patience: TimeBudget | None = None
+) -> Lengths:
     """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
 
     A window that turns out to be much too long, since a few motions had a rare one among them, is
@@ -72,21 +73,21 @@ def find_lengths(recipe: Recipe, system: Source, patience: TimeBudget | None = N
     )
 
 
-def _of_system(recipe: Recipe, system: System, patience: TimeBudget) -> Lengths:
+def _of_system(recipe: OpenRecipe, system: System, patience: TimeBudget) -> Lengths:
     """Find the lengths of a recipe whose system is simulated."""
-    if "window.n_in" not in recipe.automatic:
-        return _with_window(recipe, recipe.window.n_in, None)
+    if "window.n_in" not in recipe.open_keys:
+        return _with_window(recipe, recipe.guess.window.n_in, None)
     # a first look, which is cheap
-    sizing = size_window(recipe, system, most=LEAST_MEASURED, patience=patience)
-    truncated, shortened = _truncated(recipe, sizing), False
+    sizing = size_window(recipe.guess, system, most=LEAST_MEASURED, patience=patience)
+    truncated, shortened = _truncated(recipe.guess, sizing), False
     for _ in range(ROUNDS):
         found = _with_window(recipe, *_both(recipe, truncated))
         if patience.gone("more motions, as long as the window asks for"):
-            known = found.recipe.window.as_window
+            known = found.recipe.guess.window.as_window
             sizing = replace(sizing, window=known, left_out=patience.remark)
             break
-        sizing = size_window(found.recipe, system, patience=patience)
-        asked = _truncated(recipe, sizing, shortened)
+        sizing = size_window(found.recipe.guess, system, patience=patience)
+        asked = _truncated(recipe.guess, sizing, shortened)
         if asked * TOO_LONG <= truncated and not shortened:
             truncated, shortened = asked, True
         elif _time_to_hold(sizing, shortened) <= sizing.window.truncation_time:
@@ -96,35 +97,35 @@ def _of_system(recipe: Recipe, system: System, patience: TimeBudget) -> Lengths:
     return Lengths(found.recipe, found.values, sizing)
 
 
-def _of_records(recipe: Recipe, source: MeasuredRecords) -> Lengths:
+def _of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
     """Find the lengths of a recipe of records; stretches of them are no longer than its parts."""
     sizing = None
-    n_in: int = recipe.window.n_in
+    n_in: int = recipe.guess.window.n_in
     n_out: int | None = None
-    if "window.n_in" in recipe.automatic:
-        sizing = size_records(recipe, source)
+    if "window.n_in" in recipe.open_keys:
+        sizing = size_records(recipe.guess, source)
         if not sizing.forgets:
-            raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
+            raise NotForgettingError(f"recipe {recipe.guess.name!r}: {sizing.problem}")
         n_in, n_out = _both(recipe, tidy(wanted_samples(sizing)))
     found = _with_window(recipe, n_in, n_out)
     if sizing is not None:
-        sizing = replace(sizing, window=found.recipe.window.as_window)
-    if "data.duration" not in recipe.automatic:
+        sizing = replace(sizing, window=found.recipe.guess.window.as_window)
+    if "data.duration" not in recipe.open_keys:
         return replace(found, sizing=sizing)
-    window = found.recipe.window.as_window
-    scored = round(found.recipe.data.duration / window.step - window.n_truncated)
-    most = longest_scored(found.recipe, source)
+    window = found.recipe.guess.window.as_window
+    scored = round(found.recipe.guess.data.duration / window.step - window.n_truncated)
+    most = longest_scored(found.recipe.guess, source)
     duration = round((min(scored, most) + window.n_truncated) * window.step, 12)
     data = {**found.values.get("data", {}), "duration": duration}
     values = {**found.values, "data": data}
-    source_name = f"recipe {recipe.name!r} with the lengths that its records need"
-    return Lengths(with_resolved(recipe, values, source_name), values, sizing)
+    source_name = f"recipe {recipe.guess.name!r} with the lengths that its records need"
+    return Lengths(recipe.with_found(values, source_name), values, sizing)
 
 
-def _both(recipe: Recipe, truncated: int) -> tuple[int, int]:
+def _both(recipe: OpenRecipe, truncated: int) -> tuple[int, int]:
     """Return n_in and n_out of a window that truncates so many samples."""
-    n_out = recipe.window.n_out
-    if "window.n_out" in recipe.automatic:
+    n_out = recipe.guess.window.n_out
+    if "window.n_out" in recipe.open_keys:
         n_out = max(1, int(OUTPUTS * truncated))
     return truncated + n_out, n_out
 
@@ -161,22 +162,25 @@ def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
     return max(1, tidy(needed), lags[-1])
 
 
-def _with_window(recipe: Recipe, n_in: int, n_out: int | None) -> Lengths:
+def _with_window(recipe: OpenRecipe, n_in: int, n_out: int | None) -> Lengths:
     """Return a recipe with a window, and with the lengths that follow from it."""
     if n_out is None:
-        given = "window.n_out" not in recipe.automatic
-        n_out = recipe.window.n_out if given else max(1, round(n_in * OUTPUTS / (1 + OUTPUTS)))
-    span = (recipe.estimator and recipe.estimator.span) or 0
-    window = recipe.window.model_copy(update={"n_in": n_in, "n_out": n_out})
-    of_bound = bound_samples(recipe.model_copy(update={"window": window}))
+        given = "window.n_out" not in recipe.open_keys
+        n_out = (
+            recipe.guess.window.n_out if given else max(1, round(n_in * OUTPUTS / (1 + OUTPUTS)))
+        )
+    estimator, bound = recipe.guess.estimator, recipe.guess.bound
+    span = (estimator and estimator.span) or 0
+    window = recipe.guess.window.model_copy(update={"n_in": n_in, "n_out": n_out})
+    of_bound = 0 if bound is None else bound.samples(window)
     scored = max(WINDOWS * n_in, LEAST_SAMPLES + n_in, span + n_in, of_bound)
     step = window.step
     all_values = (n_in, n_out, round(scored * step, 9), round(n_in * step, 9))
     found = {
         key: value
         for key, value in zip(LENGTHS, all_values, strict=True)
-        if key in recipe.automatic
+        if key in recipe.open_keys
     }
-    source = f"recipe {recipe.name!r} with the lengths that its system needs"
+    source = f"recipe {recipe.guess.name!r} with the lengths that its system needs"
     values = nested(found)
-    return Lengths(with_resolved(recipe, values, source), values, None)
+    return Lengths(recipe.with_found(values, source), values, None)

@@ -100,11 +100,11 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     from slide_fmu.pipeline.job import open_job, provenance
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.pipeline.stages import examine_stability
-    from slide_fmu.recipe.reading import parse_recipe, read_recipe_text
+    from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 
     seeds, runs = (request.training_seed, request.data_seed), request.runs or Path("runs")
-    recipe = parse_recipe(read_recipe_text(request.source), request.source)
-    RunFolder(runs / recipe.name).require_surrogate()  # before lengths are looked for
+    read = parse_open_recipe(read_recipe_text(request.source), request.source)
+    RunFolder(runs / read.guess.name).require_surrogate()  # before lengths are looked for
     job = open_job(request.source, runs, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)

@@ -22,7 +22,8 @@ from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.case import Case, case_of
-from slide_fmu.recipe.reading import parse_recipe, read_recipe_text, with_resolved
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
@@ -45,6 +46,7 @@ class Job:
         case: what it says, seeds of the command line included, with the systems made of it.
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
+        open_keys: keys of the recipe that are still to be found; they hold first guesses.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
         sizing: how the window of this recipe was sized when it was found; None if it was not now.
         beside: folder of the recipe file; None of a text that lies in none.
@@ -57,6 +59,7 @@ class Job:
     case: Case
     folder: RunFolder
     bar: Stages = field(repr=False)
+    open_keys: tuple[str, ...] = ()
     resolved: Resolved = field(default_factory=dict)
     sizing: AnySizing | None = field(default=None, repr=False)
     beside: Path | None = None
@@ -68,6 +71,11 @@ class Job:
     def recipe(self) -> Recipe:
         """The recipe of the case."""
         return self.case.recipe
+
+    @property
+    def open_recipe(self) -> OpenRecipe:
+        """The recipe, with what is still to be found in it."""
+        return OpenRecipe(self.recipe, self.open_keys)
 
 
 def open_job(
@@ -126,25 +134,26 @@ def job_of_text(
     """
     begun = bar("recipe")
     begun(0, 1)  # a word at once: to find the lengths may take a minute
-    recipe, (training_seed, data_seed) = parse_recipe(text, source), seeds
-    folder = RunFolder(runs / recipe.name)
+    read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
+    folder = RunFolder(runs / read.guess.name)
     folder.require_folder()
-    case, sizing = case_of(recipe, given), None
+    case, sizing = case_of(read.guess, given), None
     resolved: Resolved = {}
-    is_open = any(key in LENGTHS for key in recipe.automatic)
+    is_open = any(key in LENGTHS for key in read.open_keys)
     if is_open:  # found for the recipe as it is written: other seeds keep the window
         check_case(case)
-        resolved, sizing = resolved_lengths(case, folder.resolved, patience)
-        recipe = with_resolved(recipe, resolved, str(source))
+        resolved, sizing = resolved_lengths(case, read.open_keys, folder.resolved, patience)
+        read = read.with_found(resolved, str(source))
+    recipe = read.guess
     if training_seed is not None:
         recipe = with_training_seed(recipe, training_seed)
     if data_seed is not None:
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
     case = case.with_recipe(recipe)
-    job = Job(text, case, folder, bar, resolved, sizing, is_checked=is_open)
+    job = Job(text, case, folder, bar, read.open_keys, resolved, sizing, is_checked=is_open)
     begun(1, 1)
-    numbers = known_numbers(case, folder)
+    numbers = known_numbers(case, job.open_keys, folder)
     return job if numbers is None else with_values(job, numbers)
 
 
@@ -154,10 +163,11 @@ def with_values(job: Job, values: Resolved) -> Job:
     Raises:
         RecipeError: the values do not fit what the recipe gives.
     """
-    recipe = with_resolved(job.recipe, values, f"recipe {job.recipe.name!r}")
+    found = job.open_recipe.with_found(values, f"recipe {job.recipe.name!r}")
     tables = {**job.resolved, **values}
     resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
-    return replace(job, case=job.case.with_recipe(recipe), resolved=resolved)
+    case = job.case.with_recipe(found.guess)
+    return replace(job, case=case, open_keys=found.open_keys, resolved=resolved)
 
 
 def checked(job: Job) -> Job:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.pipeline.simulation_time import simulation_time
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
 from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.records.either import either
 from slide_fmu.records.model import MeasuredRecords
@@ -63,6 +64,7 @@ by. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 
 
 def find_numbers(
     case: Case,
+    open_keys: Collection[str],
     folder: RunFolder,
     bar: Stages,
     place: Workplace,
@@ -77,19 +79,19 @@ def find_numbers(
         StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
-    found = known_numbers(case, folder)
+    found = known_numbers(case, open_keys, folder)
     if found is not None:
         return found
-    if "data.train" in case.recipe.automatic:
+    if "data.train" in open_keys:
         _extend_curve(case, folder, _Staged(case, folder, bar, place, beside))
-    if _needs_cost(case.recipe) and kept_cost(case, folder) is None:
+    if _needs_cost(open_keys) and kept_cost(case, folder) is None:
         _measure_cost(case, folder, bar)
-    found = known_numbers(case, folder)
+    found = known_numbers(case, open_keys, folder)
     assert found is not None
     return found
 
 
-def known_numbers(case: Case, folder: RunFolder) -> Resolved | None:
+def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> Resolved | None:
     """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
 
     Those of records follow from their samples.
@@ -97,28 +99,27 @@ def known_numbers(case: Case, folder: RunFolder) -> Resolved | None:
     Raises:
         RecipeError: a part of records has no stretch.
     """
-    recipe = case.recipe
-    if not any(key in recipe.automatic for key in (*NUMBERS, *BOUND_NUMBERS)):
+    if not any(key in open_keys for key in (*NUMBERS, *BOUND_NUMBERS)):
         return {}
     return either(
         case.source,
-        lambda _: _found_numbers(case, folder),
-        lambda records: _numbers_of_records(recipe, records),
+        lambda _: _found_numbers(case, open_keys, folder),
+        lambda records: _numbers_of_records(case.recipe, open_keys, records),
     )
 
 
-def _found_numbers(case: Case, folder: RunFolder) -> Resolved | None:
+def _found_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> Resolved | None:
     """Return the numbers that a recipe of a model leaves open; None if its curve goes on."""
-    recipe, train = case.recipe, case.recipe.data.train
-    if "data.train" in recipe.automatic:
+    train = case.recipe.data.train
+    if "data.train" in open_keys:
         curve = kept_curve(case, folder)
         if curve.ended is None:
             return None
         train = _learnt_from(curve.points)
-    cost = kept_cost(case, folder)
-    if cost is None and _needs_cost(recipe):
+    cost = kept_cost(case, folder) if _needs_cost(open_keys) else 0.0
+    if cost is None:
         return None
-    return _numbers_with(recipe, train, cost or 0.0)
+    return _numbers_with(case.recipe, open_keys, train, cost)
 
 
 def _learnt_from(points: Sequence[CurvePoint]) -> int:
@@ -134,26 +135,27 @@ def _pays(points: Sequence[CurvePoint]) -> bool:
     return points[-1].validation_error < PAYS * points[-2].validation_error
 
 
-def least_numbers(recipe: Recipe, source: Source, cost: float) -> Resolved:
+def least_numbers(open_recipe: OpenRecipe, source: Source, cost: float) -> Resolved:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
 
     The cost is the time in s in which one process simulates a trajectory.
     """
-    train = FIRST if "data.train" in recipe.automatic else recipe.data.train
+    recipe, open_keys = open_recipe.guess, open_recipe.open_keys
+    train = FIRST if "data.train" in open_keys else recipe.data.train
     return either(
         source,
-        lambda _: _numbers_with(recipe, train, cost),
-        lambda records: _numbers_of_records(recipe, records),
+        lambda _: _numbers_with(recipe, open_keys, train, cost),
+        lambda records: _numbers_of_records(recipe, open_keys, records),
     )
 
 
-def _numbers_with(recipe: Recipe, train: int, cost: float) -> Resolved:
+def _numbers_with(recipe: Recipe, open_keys: Collection[str], train: int, cost: float) -> Resolved:
     """Return the numbers that a recipe leaves open, with so many trajectories to learn from.
 
     One of them is simulated in the time ``cost`` in s.
     """
     estimator = recipe.data.estimator
-    if "data.estimator" in recipe.automatic:
+    if "data.estimator" in open_keys:
         estimator = max(ESTIMATOR, train)
     least = max(VALIDATION, train // SHARE), max(VALIDATION, estimator // ESTIMATOR_SHARE)
     all_numbers: dict[str, int | str] = dict(
@@ -163,7 +165,7 @@ def _numbers_with(recipe: Recipe, train: int, cost: float) -> Resolved:
             strict=True,
         )
     )
-    return nested({key: n for key, n in all_numbers.items() if key in recipe.automatic})
+    return nested({key: n for key, n in all_numbers.items() if key in open_keys})
 
 
 def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
@@ -184,8 +186,8 @@ def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
     return "train", head, calibration
 
 
-def _needs_cost(recipe: Recipe) -> bool:
-    return any(key in recipe.automatic for key in BOUND_NUMBERS)
+def _needs_cost(open_keys: Collection[str]) -> bool:
+    return any(key in open_keys for key in BOUND_NUMBERS)
 
 
 def kept_cost(case: Case, folder: RunFolder) -> float | None:
@@ -194,7 +196,7 @@ def kept_cost(case: Case, folder: RunFolder) -> float | None:
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.cost.exists() or not _needs_cost(case.recipe):
+    if not folder.cost.exists():
         return None
     found: float | None = _memo(case, folder.cost).found("seconds")
     return found
@@ -211,8 +213,10 @@ def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
     progress(1, 1)
 
 
-def _numbers_of_records(recipe: Recipe, source: MeasuredRecords) -> Resolved:
-    wanted = [key for key in NUMBERS if key in recipe.automatic]
+def _numbers_of_records(
+    recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords
+) -> Resolved:
+    wanted = [key for key in NUMBERS if key in open_keys]
     counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
     empty = [key for key, count in counts.items() if not count]
     if empty:
@@ -307,7 +311,7 @@ class _Staged:
         data = recipe.data.model_copy(update=numbers)
         # those of error estimator and bound come when all numbers are known
         validation = recipe.validation.model_copy(update={"adversarial": 0})
-        without = {"automatic": (), "estimator": None, "bound": None, "validation": validation}
+        without = {"estimator": None, "bound": None, "validation": validation}
         changes = {"data": data, **without}
         staged = self.case.with_recipe(recipe.model_copy(update=changes))
         self.folder.path.mkdir(parents=True, exist_ok=True)

@@ -16,19 +16,22 @@ from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.records.either import either
 
 Resolved = dict[str, dict[str, Any]]
 """Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
-DECIDES = {"system", "window", "data", "estimator", "parameters", "automatic"}
+DECIDES = {"system", "window", "data", "estimator", "parameters"}
 """Tables of a recipe on which its lengths depend."""
 
 
 def resolved_lengths(
-    case: Case, place: Path, patience: float = math.inf
+    case: Case, open_keys: tuple[str, ...], place: Path, patience: float = math.inf
 ) -> tuple[Resolved, AnySizing | None]:
     """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
+
+    The open keys of the case's recipe hold first guesses.
 
     They are those that the file at ``place`` keeps, if it is about the same recipe and model; else
     they are found from the system's motions, and kept there. Those that are found in a limited
@@ -42,15 +45,16 @@ def resolved_lengths(
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
     recipe, source = case.recipe, case.source
-    asked, motion = recipe.model_dump(mode="json", include=DECIDES), identity(recipe, source)
+    asked = {**recipe.model_dump(mode="json", include=DECIDES), "open_keys": list(open_keys)}
+    motion = identity(recipe, source)
     memo = memo_of(place, asked, motion)
     kept: Resolved | None = memo.found("values")
     if kept is not None:
         return kept, None
     found = either(
         source,
-        lambda _: guarded_case(case, _lengths, patience),
-        lambda records: find_lengths(recipe, records, TimeBudget(patience)),
+        lambda _: guarded_case(case, _lengths, open_keys, patience),
+        lambda records: find_lengths(OpenRecipe(recipe, open_keys), records, TimeBudget(patience)),
     )
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
@@ -58,14 +62,17 @@ def resolved_lengths(
     return found.values, found.sizing
 
 
-def _lengths(case: Case, patience: float) -> Lengths:
+def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths:
     """Find lengths; of a recipe with physical parameters those of the corner that asks for most.
 
     There the memory is longest, and the eigenvalues alone do not tell it.
     """
     cases = [case.at_ends(corner) for corner in case.corners()]
-    found = [find_lengths(one.recipe, one.source, TimeBudget(patience)) for one in cases]
-    return max(found, key=lambda lengths: lengths.recipe.window.n_in)
+    found = [
+        find_lengths(OpenRecipe(one.recipe, open_keys), one.source, TimeBudget(patience))
+        for one in cases
+    ]
+    return max(found, key=lambda lengths: lengths.recipe.guess.window.n_in)
 
 
 def memo_of(place: Path, asked: dict[str, Any], motion: FloatArray) -> Memo:

@@ -18,7 +18,7 @@ from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
 from slide_fmu.fitting.history import History
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -275,5 +275,5 @@ def recipe_of_provenance(provenance: JsonObject | None, source: str) -> Recipe:
             "made by slide-fmu run or slide-fmu export"
         )
     place = f"recipe in {source}"
-    recipe = parse_recipe(provenance["recipe"], place)
-    return with_resolved(recipe, provenance.get("resolved", {}), place)
+    read = parse_open_recipe(provenance["recipe"], place)
+    return read.with_found(provenance.get("resolved", {}), place).resolved()

@@ -145,7 +145,7 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     if overwrite:
         remove_store(job.folder.store)
         remove_failures(job.folder.store)
-    numbers = find_numbers(job.case, job.folder, job.bar, place, job.beside)
+    numbers = find_numbers(job.case, job.open_keys, job.folder, job.bar, place, job.beside)
     return with_values(job, numbers) if numbers else job
 
 
@@ -161,6 +161,7 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
     from slide_fmu.data.failures import kept_failures, remark_on_beyond
 
     job = checked(job)
+    job.open_recipe.resolved()
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
@@ -195,7 +196,7 @@ def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
     from slide_fmu.bounds.fit import fit_surrogate
     from slide_fmu.fitting.preparation import Work
 
-    recipe, folder = job.recipe, job.folder
+    recipe, folder = job.open_recipe.resolved(), job.folder
     torch.set_num_threads(threads)
     known = known_start(recipe, job.case.source)
     fit = fit_surrogate(Work(job.case, folder.store, folder.checkpoints, job.bar, known))
@@ -258,7 +259,7 @@ def generate_recipe(
     place = Workplace(workers, executor)
     job = checked(job)
     check_window(job)
-    is_open = "data.train" in job.recipe.automatic
+    is_open = "data.train" in job.open_keys
     with job.folder.alone() if is_open or overwrite else nullcontext():
         job = choose_numbers(job, place, overwrite)
     with job.folder.together(job.bar):

@@ -15,9 +15,9 @@ from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.record_rules import shares_of
 from slide_fmu.recipe.writing_records import RecordDraft, record_recipe_text
 from slide_fmu.records.either import either, no_answer
 from slide_fmu.records.model import MeasuredRecords
@@ -38,7 +38,7 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
     """
     refused: RecipeError | None = None
     usual = _recipe(draft, paths)
-    source = case_of(usual).source
+    source = case_of(usual.guess).source
     for remaining in (draft.remaining_amplitude, COARSER):
         recipe = _recipe(replace(draft, remaining_amplitude=remaining), paths)
         try:
@@ -50,16 +50,18 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
             continue
         few = None if found.sizing is None else found.sizing.remark
         kept = replace(draft, remaining_amplitude=remaining)
-        again = either(source, no_answer, partial(about_repeats, found.recipe))
+        again = either(source, no_answer, partial(about_repeats, found.recipe.guess))
         remarks = again, few, _coarser(draft, kept)
         return kept, tuple(remark for remark in remarks if remark)
-    problem = either(source, no_answer, lambda records: _too_short(usual, records, str(refused)))
+    problem = either(
+        source, no_answer, lambda records: _too_short(usual.guess, records, str(refused))
+    )
     raise RecipeError(problem) from refused
 
 
-def _recipe(draft: RecordDraft, paths: Sequence[str]) -> Recipe:
+def _recipe(draft: RecordDraft, paths: Sequence[str]) -> OpenRecipe:
     text = record_recipe_text(replace(draft, paths=paths))
-    return parse_recipe(text, f"recipe {draft.name!r}")
+    return parse_open_recipe(text, f"recipe {draft.name!r}")
 
 
 def _coarser(draft: RecordDraft, kept: RecordDraft) -> str | None:
@@ -76,7 +78,7 @@ def _coarser(draft: RecordDraft, kept: RecordDraft) -> str | None:
 def _too_short(recipe: Recipe, source: MeasuredRecords, refused: str) -> str:
     """Say how long records must be, for a window that leaves what it usually does."""
     sizing = size_records(recipe, source)
-    lead, smallest = tidy(wanted_samples(sizing)), min(s for s in shares_of(recipe).values() if s)
+    lead, smallest = tidy(wanted_samples(sizing)), min(s for s in recipe.shares().values() if s)
     samples = sum(len(piece.trajectory.inputs) for piece in source.pieces)
     return (
         f"the records have {samples} samples, and the machine remembers {lead} of them, by the "

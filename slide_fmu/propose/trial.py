@@ -24,7 +24,7 @@ from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.reading import with_resolved
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.records.either import either
 from slide_fmu.systems.base import OFFERS, Source
@@ -87,14 +87,14 @@ class Trial:
     """A Trial is what was found out about a recipe without data.
 
     Attributes:
-        recipe: the recipe, with the lengths that it left to be found.
+        open_recipe: the recipe with its lengths; numbers of trajectories may still be open.
         system: the system that makes its data, or the records of one.
         sizing: how long the system remembers, and whether the window holds that.
         seconds: wall time in s that a simulated second takes in one process; None of records.
         remarks: what the user should know, one sentence each.
     """
 
-    recipe: Recipe
+    open_recipe: OpenRecipe
     system: Source
     sizing: AnySizing
     seconds: float | None
@@ -102,16 +102,17 @@ class Trial:
 
     def figures(self) -> TrialFigures:
         """Return the figures."""
-        data = self.recipe.data
+        guess = self.open_recipe.guess
+        data = guess.data
         cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
-        least = least_numbers(self.recipe, self.system, cost)
-        recipe = with_resolved(self.recipe, least, f"recipe {self.recipe.name!r}")
+        least = least_numbers(self.open_recipe, self.system, cost)
+        recipe = self.open_recipe.with_found(least, f"recipe {guess.name!r}").resolved()
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
         workers = os.cpu_count() or 1
         system = TriedSystem(
-            kind=self.recipe.system.kind,
-            model=self.recipe.system.model,
+            kind=guess.system.kind,
+            model=guess.system.model,
             inputs=tuple(self.system.inputs),
             outputs=tuple(self.system.outputs),
             offers={name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
@@ -127,7 +128,7 @@ class Trial:
             expected_wall_time_s=simulated * (self.seconds or 0.0) / workers,
         )
         return TrialFigures(
-            name=self.recipe.name,
+            name=guess.name,
             system=system,
             window=self.sizing.figures(),
             data=costs,
@@ -172,7 +173,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks
     progress(STEPS, STEPS)
     told = tuple(remark for remark in remarks if remark is not None)
-    return Trial(recipe, case.source, sizing, tried.seconds, told)
+    return Trial(job.open_recipe, case.source, sizing, tried.seconds, told)
 
 
 @dataclass(frozen=True)

@@ -55,17 +55,13 @@ def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def with_guesses(tables: dict[str, Any]) -> dict[str, Any]:
-    """Return tables with a first guess for each key that is left to be found.
-
-    The key ``automatic`` of the result says which those are; it keeps those that it had.
-    """
-    keys = automatic_keys(tables)
-    guessed = {**tables, "automatic": (*tables.get("automatic", ()), *keys)}
+def with_guesses(tables: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return tables with a first guess for each key that is left to be found, and these keys."""
+    keys, guessed = automatic_keys(tables), dict(tables)
     for place in keys:
         table, key = place.split(".")
         guessed[table] = {**guessed[table], key: _GUESSES[place](guessed)}
-    return guessed
+    return guessed, keys
 
 
 def nested(values: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, span_samples
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, StateSpaceRecipe, Table
-
-if TYPE_CHECKING:
-    from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
+from slide_fmu.recipe.tables import WindowRecipe
 
 
 class CompanionRecipe(Table):
@@ -79,137 +77,35 @@ class BoundRecipe(Table):
     estimate_span: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
 
+    def samples(self, window: WindowRecipe) -> int:
+        """Return how many samples a trajectory needs for the bound.
 
-def require_bound(recipe: Recipe) -> None:
-    """Refuse an error bound where it cannot be learnt.
+        The window, or what the bound must know before it counts, if that is longer; and after it
+        one mean over the long blocks, so that there is something to calibrate by.
+        """
+        long, span = self._long_block(window.step), self.span_block(window.step) or 0
+        known = max(window.n_in, window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * long)
+        return known + (N_BLOCKS + 1) * span + N_BLOCKS * long
 
-    Raises:
-        ValueError: the message has the remedy.
-    """
-    if recipe.bound is None:
-        if recipe.validation.adversarial:
-            raise ValueError(
-                f"validation.adversarial = {recipe.validation.adversarial} without a table "
-                "[bound]; expected an error bound, which the search attacks: add [bound], or "
-                "remove the key"
-            )
-        return
-    remedy = "remove the tables [bound] and [bound.companion]"
-    if recipe.system.is_record:
-        raise ValueError(
-            "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
-            f"a bound needs hundreds of trajectories of its own: {remedy}"
-        )
-    if recipe.parameters:
-        raise ValueError(
-            f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "
-            f"a surrogate with physical parameters is not built: {remedy}, or the parameters; a "
-            "table [estimator] in their place gives an error estimate"
-        )
-    if not isinstance(recipe.network, StateSpaceRecipe):
-        raise ValueError(
-            f"[bound] with network.family = {recipe.network.family!r}; expected 'state_space': "
-            f"choose it, or {remedy}"
-        )
-    start = getattr(recipe.training, "start", None)
-    if start is not None:
-        raise ValueError(
-            f"[bound] with training.start = {start!r}; expected none: the companion would begin "
-            f"with the same network, and share its errors: {remedy}, or the key"
-        )
-    if recipe.bound.companion.start == "surrogate" and recipe.bound.companion.hidden is not None:
-        raise ValueError(
-            f"bound.companion.hidden = {recipe.bound.companion.hidden} with bound.companion.start "
-            "= 'surrogate'; expected one of them: a companion that begins with the surrogate's "
-            "network has its size"
-        )
-    _require_further(recipe.data.further, recipe.bound)
-    if recipe.bound.estimate_span is not None and recipe.estimator is not None:
-        raise ValueError(
-            f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
-            "expected one error estimate: remove the key, or the table"
-        )
-    if recipe.bound.short_span > recipe.bound.long_span:
-        raise ValueError(
-            f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
-            f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
-        )
+    def filling(self, window: WindowRecipe) -> int:
+        """Return how many samples of the inputs a bound must know to count.
 
+        They are also those that its error estimate must know.
+        """
+        longest = self._long_block(window.step) + (self.span_block(window.step) or 0)
+        return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
 
-def _require_further(count: int, bound: BoundRecipe) -> None:
-    if bound.excitation and count == 1:
-        raise ValueError(
-            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
-            "them to choose by: raise it, or remove the key"
-        )
-    if count and not bound.excitation:
-        raise ValueError(
-            f"data.further = {count} without kinds under [[bound.excitation]]; expected some, of "
-            "which these trajectories are: add them, or remove the key"
-        )
+    def span_block(self, step: float) -> int | None:
+        """Return the samples, of a step in s, in a block of ``estimate_span``; None without it."""
+        if self.estimate_span is None:
+            return None
+        return max(1, round(self.estimate_span / step / (N_BLOCKS + 0.5)))
 
+    def span_length(self, step: float) -> int:
+        """Return over how many samples, of a step in s, the error estimate is; 0 without one."""
+        block = self.span_block(step)
+        return 0 if block is None else span_samples(block)
 
-def companion_recipe(recipe: Recipe, attempt: int) -> Recipe:
-    """Return the recipe by which an attempt, counted from 0, fits the companion's network."""
-    assert recipe.bound is not None
-    own = recipe.bound.companion.model_dump(exclude_none=True, exclude={"start"})
-    seed = recipe.training.seed + recipe.bound.seed + 1 + attempt
-    size = {name: own.pop(name) for name in ("hidden",) if name in own}
-    return recipe.model_copy(
-        update={
-            "network": recipe.network.model_copy(update=size),
-            "training": recipe.training.model_copy(update={"seed": seed, **own}),
-        }
-    )
-
-
-def bound_samples(recipe: Recipe) -> int:
-    """Return how many samples a trajectory needs for the bound; none without one.
-
-    The window, or what the bound must know before it counts, if that is longer; and after it one
-    mean over the long blocks, so that there is something to calibrate by.
-    """
-    if recipe.bound is None:
-        return 0
-    window, long = recipe.window, _long_block(recipe)
-    span = span_block(recipe.bound, window.step) or 0
-    known = max(window.n_in, window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * long)
-    return known + (N_BLOCKS + 1) * span + N_BLOCKS * long
-
-
-def bound_filling(recipe: Recipe) -> int:
-    """Return how many samples of the inputs a bound must know to count; none without one.
-
-    They are also those that its error estimate must know.
-    """
-    if recipe.bound is None:
-        return 0
-    window = recipe.window
-    longest = _long_block(recipe) + (span_block(recipe.bound, recipe.window.step) or 0)
-    return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
-
-
-def spans_of(bound: BoundRecipe) -> str:
-    """Name the times over which a bound averages, with their values."""
-    names = ["long_span", *(["estimate_span"] if bound.estimate_span else [])]
-    return " and ".join(f"bound.{name} = {getattr(bound, name):g} s" for name in names)
-
-
-def span_block(bound: BoundRecipe | None, step: float) -> int | None:
-    """Return the samples, of a step in s, in a block of ``estimate_span``; None without it."""
-    if bound is None or bound.estimate_span is None:
-        return None
-    return max(1, round(bound.estimate_span / step / (N_BLOCKS + 0.5)))
-
-
-def span_length(recipe: Recipe) -> int:
-    """Return over how many samples the bound's error estimate is; none without one."""
-    block = span_block(recipe.bound, recipe.window.step)
-    return 0 if block is None else span_samples(block)
-
-
-def _long_block(recipe: Recipe) -> int:
-    """Return the samples in a long block."""
-    assert recipe.bound is not None
-    spans = recipe.bound.short_span, recipe.bound.long_span
-    return block_lengths(recipe.window.step, spans)[1]
+    def _long_block(self, step: float) -> int:
+        """Return the samples, of a step in s, in a long block."""
+        return block_lengths(step, (self.short_span, self.long_span))[1]

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
-
 from pydantic import Field, model_validator
 
 from slide_fmu.core.parameters import Parameter, Transform
-from slide_fmu.recipe.learning import LeastSquaresRecipe, Table
-from slide_fmu.recipe.specimens import require_specimens
-
-if TYPE_CHECKING:
-    from slide_fmu.recipe.recipe import Recipe
-
-ITERATIONS = 150
-"""A training takes so many iterations on all data unless the recipe says otherwise. It converges
-more slowly than without parameters: the training error of a Duffing oscillator with a mass of 1 to
-3 kg falls by a factor of 2.5 from the 50th to the 150th."""
+from slide_fmu.recipe.learning import Table
 
 
 class ParameterRecipe(Table):
@@ -73,57 +61,3 @@ class ParameterRecipe(Table):
         """
         low, high = self.range or (min(self.values), max(self.values))
         return Parameter(name, self.unit, low, high, self.start, self.description, self.transform)
-
-
-def with_iterations(tables: dict[str, Any]) -> dict[str, Any]:
-    """Return the tables of a recipe with as many iterations as parameters need, if not given."""
-    training = tables.get("training", {})
-    if not tables.get("parameters") or not isinstance(training, Mapping):
-        return tables
-    method = training.get("method", LeastSquaresRecipe().method)
-    if "iterations" in training or method != LeastSquaresRecipe().method:
-        return tables
-    return {**tables, "training": {**training, "iterations": ITERATIONS}}
-
-
-def require_parameters(recipe: Recipe) -> None:
-    """Refuse parameters that make no sense, or that the recipe gives otherwise too.
-
-    Raises:
-        ValueError: the message names the parameter, and the remedy.
-    """
-    check = require_specimens if recipe.system.is_record else _require_ranges
-    check(recipe)
-    for name, table in recipe.parameters.items():
-        table.parameter(name)
-        if name == "step":
-            raise ValueError(
-                "parameters.step; expected a parameter of the model: the sample step of a "
-                "surrogate is window.step, and fixed"
-            )
-        for other in ("parameters", "reference", "inputs", "outputs"):
-            if name in getattr(recipe.system, other):
-                raise ValueError(
-                    f"parameters.{name} is in system.{other} too; expected it in one of them: "
-                    f"remove it from system.{other}"
-                )
-    if recipe.parameters:
-        _require_learnable(recipe)
-
-
-def _require_ranges(recipe: Recipe) -> None:
-    for name, table in recipe.parameters.items():
-        if table.values:
-            raise ValueError(
-                f"parameters.{name}.values = {list(table.values)} with system.kind = "
-                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
-            )
-
-
-def _require_learnable(recipe: Recipe) -> None:
-    names = list(recipe.parameters)
-    if not recipe.network.FOLLOWS_PARAMETERS:
-        raise ValueError(
-            f"parameters {names} with network.family = {recipe.network.family!r}; expected none: "
-            "the weights of state-space networks alone follow them"
-        )

@@ -1,28 +1,29 @@
-"""Recipes are read from TOML; every mistake is named with its key, its value and its remedy."""
+"""Recipes are read from TOML files."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import told_of_system
-from slide_fmu.core.mistakes import causes, expectation, meant_choice, value_text
 from slide_fmu.core.signals import UNUSABLE
-from slide_fmu.core.suggestions import nearest, or_meant
-from slide_fmu.core.toml_table import Table
-from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
-from slide_fmu.recipe.learning import METHODS
-from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.reference import known_keys, sections_of
 
 
 def parse_recipe(text: str, source: str | Path) -> Recipe:
+    """Read a recipe that leaves nothing to be found, as ``parse_open_recipe`` does.
+
+    Raises:
+        RecipeError: as of ``parse_open_recipe``, or something is left to be found.
+    """
+    return parse_open_recipe(text, source).resolved()
+
+
+def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
     """Read a recipe from TOML text, which messages call ``source``.
 
     A path is that of a file which holds the text: messages name the line of a mistake then.
@@ -32,23 +33,15 @@ def parse_recipe(text: str, source: str | Path) -> Recipe:
     """
     try:
         tables = tomllib.loads(text)
-        if "automatic" in tables:  # the recipe's own note of what is "auto"
-            raise RecipeError(
-                f'{source}: automatic is not a known key; remove it, or write "auto" at the keys '
-                "that are to be found"
-            )
-        for place, found in _texts(tables, ()):
-            if UNUSABLE.search(found):
-                raise RecipeError(
-                    f"{source}: {place} holds {found!r}; expected text without control "
-                    "characters, since the XML files of an FMU can hold none"
-                )
-        return Recipe.model_validate(tables)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}") from error
-    except ValidationError as error:
-        lines = text if isinstance(source, Path) else ""
-        raise RecipeError(mistakes(error, str(source), file=Recipe, text=lines)) from error
+    for place, found in _texts(tables, ()):
+        if UNUSABLE.search(found):
+            raise RecipeError(
+                f"{source}: {place} holds {found!r}; expected text without control characters, "
+                "since the XML files of an FMU can hold none"
+            )
+    return OpenRecipe.of(tables, str(source), text if isinstance(source, Path) else "")
 
 
 def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -64,82 +57,23 @@ def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
             yield from _texts(inner, place)
 
 
-def with_resolved(recipe: Recipe, values: Mapping[str, Mapping[str, Any]], source: str) -> Recipe:
-    """Put values that were found in the place of ``"auto"`` in a recipe.
-
-    Args:
-        recipe: what some of ``automatic`` are to be replaced in.
-        values: a table of tables, as ``{"window": {"n_in": 96}}``; keys that are left out stay.
-        source: what messages call the recipe.
-
-    Raises:
-        RecipeError: the values do not fit what the recipe gives, or it leaves another key open.
-    """
-    tables = recipe.model_dump()
-    found = [f"{table}.{key}" for table, inner in values.items() for key in inner]
-    unasked = [place for place in found if place not in recipe.automatic]
-    if unasked:
-        raise RecipeError(
-            f"{source}: values were found for {unasked}; expected some of {recipe.automatic}, "
-            'which are "auto": find them again for this recipe'
-        )
-    for table, inner in values.items():
-        tables[table].update(inner)
-    tables["automatic"] = tuple(key for key in recipe.automatic if key not in found)
-    try:
-        return Recipe.model_validate(tables)
-    except ValidationError as error:
-        raise RecipeError(mistakes(error, source, file=Recipe)) from error
-
-
-def mistakes(
-    error: ValidationError,
-    source: str,
-    whole: str = "recipe",
-    file: type[Table] | None = None,
-    text: str = "",
-) -> str:
-    """Say what is wrong in a TOML file, one line per mistake.
-
-    Args:
-        error: what pydantic found.
-        source: what messages call the file.
-        whole: what it is, for mistakes that belong to no single key.
-        file: the outermost table of the file, whose keys are suggested for misspelt ones.
-        text: what the file holds, whose lines are named; empty where nobody can look there.
-    """
-    found = causes(error)
-    places = {item["loc"] for item in found}
-    if not places.isdisjoint({("window",), ("window", "step")}):
-        # the mix of inputs follows from the step, so it is missing for that reason alone
-        found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
-    return "\n".join(
-        f"{source}{_line(text, item, file)}: {_describe(item, whole, file)}" for item in found
-    )
-
-
-def _line(text: str, item: Any, file: type[Table] | None) -> str:
-    """Return what to add to the name of a file, as ``, line 12``, where the line is known."""
-    tag = [item["ctx"]["discriminator"].strip("'")] if item["type"].startswith("union_") else []
-    number = line_of(text, (*_place(item, file)[0], *tag))
-    return "" if number is None else f", line {number}"
-
-
-def _place(item: Any, file: type[Table] | None) -> tuple[Place, str]:
-    """Return the place of a mistake in the file, and the form of the table that it is in."""
-    parts = [part for part in item["loc"] if part != "[key]"]  # pydantic's own word
-    if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
-        parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
-    return without_forms(tuple(parts), file)
-
-
 def load_recipe(path: str | Path) -> Recipe:
     """Read a recipe file such as ``training/duffing.toml``; keys that it lacks have defaults.
 
     Raises:
+        RecipeError: the file cannot be read, it is no recipe, or it leaves something to be found;
+            there is one line per mistake.
+    """
+    return load_open_recipe(path).resolved()
+
+
+def load_open_recipe(path: str | Path) -> OpenRecipe:
+    """Read a recipe file, which may leave keys to be found.
+
+    Raises:
         RecipeError: the file cannot be read, or it is no recipe; there is one line per mistake.
     """
-    return parse_recipe(read_recipe_text(Path(path)), Path(path))
+    return parse_open_recipe(read_recipe_text(Path(path)), Path(path))
 
 
 def read_recipe_text(path: Path) -> str:
@@ -163,78 +97,3 @@ def read_recipe_text(path: Path) -> str:
             f"recipe {str(path)!r} is no text ({error.reason}); expected a TOML file such as "
             "training/duffing.toml"
         ) from error
-
-
-def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
-    parts, form = _place(item, file)
-    place = in_words(parts, form, table=isinstance(item["input"], dict)) or whole
-    if item["type"] == "union_tag_not_found":
-        key = item["ctx"]["discriminator"].strip("'")
-        return f"{in_words((*parts, key))} is missing"
-    if item["type"] == "union_tag_invalid":
-        context = item["ctx"]
-        key = context["discriminator"].strip("'")
-        expected = context["expected_tags"]
-        meant = meant_choice(str(context["tag"]), expected)
-        at = in_words((*parts, key))
-        return f"{at} = {context['tag']!r}; expected one of {expected}{meant}"
-    if item["type"] == "missing" and isinstance(item["loc"][-1], int):  # of a list
-        place, n = in_words(parts[:-1], form), len(item["input"])
-        return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
-    if item["type"] == "missing":
-        return f"{place} is missing"
-    if item["type"] == "extra_forbidden":
-        return f"{place} {_unknown_key(item['loc'], file)}"
-    message = item.get("several") or expectation(item)
-    if place in AUTOMATIC:
-        message += f', or "{AUTO}"' + or_meant(str(item["input"]), [AUTO])
-    if isinstance(item["input"], dict):  # a whole table: the message names its values
-        return f"{place}: {message}"
-    return f"{place} = {value_text(item['input'])}: {message}"
-
-
-def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
-    """Say that a key is not known, and which one may be meant.
-
-    Args:
-        place: the key's place in the file, its own name last.
-        file: the outermost table of the file; nothing is suggested where there is none.
-    """
-    *table, key = place
-    if file is not None and (other := _of_other_forms(tuple(table), str(key), file)):
-        return other
-    known = known_keys(file, tuple(table)) if file is not None else []
-    elsewhere = [] if file is None else _tables_with(str(key), file)
-    if elsewhere:
-        return f"is not a known key; {key} is one of {' and '.join(elsewhere)}: move or remove it"
-    meant = nearest(str(key), known)
-    if meant is not None:
-        return f"is not a known key; did you mean {meant}? Correct its spelling, or remove it"
-    return "is not a known key; remove it or correct its spelling"
-
-
-def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -> str | None:
-    """Say that a key belongs to a table of another form, as of another family; else return None.
-
-    Args:
-        table: the table's place in the file, its form last, as ``("network", "state_space")``.
-        key: the key that it does not have.
-        file: the outermost table of the file.
-    """
-    alike = [s for s in sections_of(file) if s.tag and s.matches((*table[:-1], s.tag[1]))]
-    forms = [s.tag[1] for s in alike if s.tag and key in [each.name for each in s.keys]]
-    if not table or not forms or table[-1] not in [s.tag[1] for s in alike if s.tag]:
-        return None
-    (name,) = {s.tag[0] for s in alike if s.tag}
-    switch = "network.family" if table[0] in ("network", "training") else name
-    return (
-        f"is not a known key where {name} = {table[-1]!r}, only where it is "
-        f"{' or '.join(map(repr, forms))}: remove it, or choose another {switch}"
-    )
-
-
-def _tables_with(key: str, file: type[Table]) -> list[str]:
-    """Return the names of a file's tables that have a key, without items of lists."""
-    places = [s.place for s in sections_of(file) if key in [each.name for each in s.keys]]
-    named = [f"[{place[0]}]" for place in places if len(place) == 1 or len(place) == 2]
-    return list(dict.fromkeys(named))[:3]

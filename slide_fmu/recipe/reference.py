@@ -19,8 +19,6 @@ from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.automatic import AUTOMATIC
 from slide_fmu.recipe.key_types import default_text, type_text
 
-HIDDEN = ("automatic",)
-"""Fields that no file has."""
 FILLED = ("data",)
 """Tables that need not be in a file, since all that they must say can be found."""
 
@@ -123,7 +121,6 @@ def _keys(table: type[Table], place: tuple[str, ...]) -> tuple[Key, ...]:
     return tuple(
         _key(name, field, ".".join((*place, name)) in AUTOMATIC, meanings.get(name, ""))
         for name, field in table.model_fields.items()
-        if name not in HIDDEN
     )
 
 

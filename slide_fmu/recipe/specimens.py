@@ -1,53 +1,18 @@
-"""Physical parameters of measured records: each file is of a specimen, whose values are known."""
+"""Each file of measured records may be of another specimen, whose parameters are known."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from math import comb
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.recipe.learning import StateSpaceRecipe
-from slide_fmu.recipe.record_rules import is_measured
-
-if TYPE_CHECKING:
-    from slide_fmu.recipe.recipe import Recipe
-
+from slide_fmu.recipe.recipe import Recipe
 
 SPECIMENS_PER_TERM = 2
 """Polynomials with fewer specimens than this for each of their terms may be anything between."""
-DEGREES = 2, 1
-"""Of these degrees the first that the specimens suffice for is taken, or else the last."""
-
-
-def with_division(tables: dict[str, Any]) -> dict[str, Any]:
-    """Return the tables of a recipe of specimens with its division and degree, if not given.
-
-    Each file is divided by itself, so that every part has every specimen. The degree of the
-    polynomials is one that the specimens suffice for.
-    """
-    data, network = tables.get("data", {}), tables.get("network", {})
-    parameters = tables.get("parameters")
-    known = all(isinstance(table, Mapping) for table in (parameters, data, network))
-    if not (known and parameters and is_measured(tables)):
-        return tables
-    follows = network.get("family", StateSpaceRecipe().family) == StateSpaceRecipe().family
-    degree = {"parameter_degree": _degree(parameters)} if follows else {}
-    return {**tables, "data": {"by": "each", **data}, "network": {**degree, **network}}
-
-
-def _degree(parameters: Mapping[str, Any]) -> int:
-    """Return the degree that the values in tables, which are not checked yet, suffice for."""
-    columns = [
-        table.get("values", ()) for table in parameters.values() if isinstance(table, Mapping)
-    ]
-    different = len(set(zip(*columns, strict=False)))
-    for degree in DEGREES:
-        if different >= SPECIMENS_PER_TERM * comb(len(columns) + degree, degree):
-            break
-    return degree
 
 
 def values_in_file(recipe: Recipe, file: int) -> dict[str, float]:
@@ -62,31 +27,6 @@ def specimens(recipe: Recipe) -> list[dict[str, float]]:
     """Return the different specimens in the files of a recipe of records, in their order."""
     found = [values_in_file(recipe, file) for file in range(1 + len(recipe.system.further))]
     return [one for index, one in enumerate(found) if one not in found[:index]]
-
-
-def require_specimens(recipe: Recipe) -> None:
-    """Refuse parameters of records without one value for each file, or too few different ones.
-
-    Raises:
-        ValueError: the message names the parameter, and the remedy.
-    """
-    files = 1 + len(recipe.system.further)
-    for name, table in recipe.parameters.items():
-        given = list(table.values)
-        if len(given) != files:
-            raise ValueError(
-                f"parameters.{name}.values = {given}; expected {files} of them, one for each file "
-                "of records: system.model first, then those of system.further in their order"
-                + ("" if table.range is None else "; remove the range, which follows from them")
-            )
-        if len(set(given)) == 1:
-            raise ValueError(
-                f"parameters.{name}.values = {given}; expected at least two that differ: records "
-                "of one value alone teach no parameter; remove it, or measure other specimens"
-            )
-    problem = too_few_specimens(recipe, range(files))
-    if problem is not None:
-        raise ValueError(problem)
 
 
 def scarce_specimens(recipe: Recipe) -> str | None:

@@ -39,6 +39,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
+from tests.recipes import whole_recipe
 
 BEYOND = {"beyond": 0.05}
 MASS = {"range": [1.0, 3.0], "unit": "kg", "transform": "reciprocal", **BEYOND}
@@ -127,7 +128,7 @@ def recipe_of(name: str, quick: bool) -> Recipe:
             **({"starts": 1, "iterations": 3} if quick else {}),
         },
     }
-    return Recipe.model_validate(tables)
+    return whole_recipe(tables)
 
 
 def fixed_recipe(recipe: Recipe, value: float, parts: int) -> Recipe:

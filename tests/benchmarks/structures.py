@@ -31,7 +31,6 @@ from typing import Any
 import numpy as np
 import torch
 from figures_out import measure_and_write
-from pydantic import ValidationError
 from seeds import STRUCTURES
 from studies import Trained, positive, simulated_seconds, surrogate_only, trained
 from timing import Part, TimedSurrogate, part_times
@@ -46,8 +45,9 @@ from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.recipes import whole_recipe
 
 LOOP, LOOPS = 200, 20
 """Steps in one loop inside C, short enough to run undisturbed; loops in each round."""
@@ -85,8 +85,8 @@ def without_bound(tables: Table) -> Table:
 def variant_of(name: str, changes: Table, tables: Table) -> Recipe:
     """One variant of a recipe's tables."""
     try:
-        recipe = Recipe.model_validate(changed(name, changes, tables))
-    except ValidationError as error:
+        recipe = whole_recipe(changed(name, changes, tables))
+    except RecipeError as error:
         raise SystemExit(f"variant {name!r}: {error}") from error
     return surrogate_only(recipe)
 

@@ -36,7 +36,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.progress import no_stages, silent
-from tests.recipes import tiny_state_space_recipe
+from tests.recipes import tiny_state_space_recipe, whole_recipe
 
 RECIPE = tiny_state_space_recipe(
     system={
@@ -202,7 +202,7 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     values = RECIPE.model_dump()
     # the head alone learns from these; so hard that it errs much more
     table = {**values["bound"], "hidden": (12,), "excitation": (jumps,)}
-    recipe = Recipe.model_validate({**values, "bound": table})
+    recipe = whole_recipe({**values, "bound": table})
     assert recipe.count("further") == RECIPE.count("bound") // 2
     assert RECIPE.count("further") == 0
     taught = fitted(recipe, folder).surrogate
@@ -275,7 +275,7 @@ def test_companion_goes_on_from_the_surrogate_on_its_own_trajectories_or_on_othe
     values["bound"]["companion"] = {"start": "surrogate", "iterations": 8}
     for companion in ("train", 6):
         values["data"] |= {"companion": companion, "bound": 30, "calibration": 60}
-        other = fitted(Recipe.model_validate(values), folder)
+        other = fitted(whole_recipe(values), folder)
         bound = other.surrogate.bound
         assert bound is not None
         assert bound.companion.cell.e.shape == fit.surrogate.network.cell.e.shape

@@ -26,7 +26,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 from tests.data.failing_system import FailingSystem
 from tests.progress import silent
-from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe
+from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe, whole_recipe
 
 OF_ESTIMATOR = "estimator", "estimator_validation"
 RANGES = (-4.53, 9.36), (-0.66, 5.42)
@@ -43,7 +43,7 @@ def recipe(fail: float = 9.0, beyond: int = 0, **estimator: Any) -> Recipe:
         model="tests.data.failing_system:FailingSystem", parameters={"fail": fail}
     )
     tables["window"]["step"], tables["data"]["duration"] = 0.1, 6.0
-    return Recipe.model_validate(tables)
+    return whole_recipe(tables)
 
 
 def values(path: Path, wanted: Recipe) -> dict[tuple[str, int], FloatArray]:
@@ -77,7 +77,7 @@ def test_a_factor_above_1_without_the_key_is_refused_with_the_remedy() -> None:
 def test_every_draw_in_range_is_within_it_to_the_last_digit(low: float, high: float) -> None:
     tables = recipe().model_dump(mode="json")
     tables["data"]["excitation"] = [{"kind": "binary", "weight": 1.0, "duration": [0.2, 0.5]}]
-    wanted, system = Recipe.model_validate(tables), FailingSystem()
+    wanted, system = whole_recipe(tables), FailingSystem()
     system.inputs = (Signal("force", "N", low, high),)
     draws = [draw(wanted, system, split_stream(wanted, "train", i), i) for i in range(3)]
     raw = wanted.data.excitation[0].inputs(
@@ -165,7 +165,7 @@ def asked(fail: float, in_range: float = 0.5) -> Recipe:
     own = {"beyond": True, "amplitude_factor": [1.5, 3.0], "in_range": in_range}
     tables["estimator"].update(own)
     tables["data"]["beyond_factor"] = [2.0, 3.0]
-    return Recipe.model_validate(tables)
+    return whole_recipe(tables)
 
 
 def test_failures_in_range_still_end_a_generation(tmp_path: Path) -> None:
@@ -202,7 +202,7 @@ def test_another_kind_of_draw_is_refused_as_before(tmp_path: Path) -> None:
     tables = asked(1.2).model_dump(mode="json")
     tables["data"]["seed"] += 1
     with pytest.raises(StoreError, match=r"data\.seed = 7 there, 8 .*--overwrite"):
-        generate(case_of(Recipe.model_validate(tables)), tmp_path / "store", None, silent)
+        generate(case_of(whole_recipe(tables)), tmp_path / "store", None, silent)
     assert "beyond" not in data_fingerprint(asked(1.2))["estimator"]
 
 

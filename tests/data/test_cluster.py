@@ -27,7 +27,7 @@ from slide_fmu.data.trajectories import missing_trajectories
 from slide_fmu.data.worker import Order, make_ordered
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import SimulationError
 from tests.data.logging_system import LOG
@@ -85,7 +85,7 @@ def test_number_of_workers_of_a_cluster_is_refused() -> None:
 
 def test_records_are_not_made_elsewhere(tmp_path: Path) -> None:
     file = write_record(tmp_path / "bench.csv")
-    records = parse_recipe(RECIPE.replace("bench.csv", str(file)), "bench.toml")
+    records = parse_open_recipe(RECIPE.replace("bench.csv", str(file)), "bench.toml").guess
     with pytest.raises(RecipeError, match=r"is of records.*no --executor"):
         Workplace(executor=NOBODY).make(case_of(records), None, tmp_path / "data.zarr", silent)
 

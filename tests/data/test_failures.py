@@ -26,7 +26,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError
 from tests.data.test_generation import Inline
 from tests.progress import silent
-from tests.recipes import tiny_recipe
+from tests.recipes import tiny_recipe, whole_recipe
 
 TRAIN = 30
 
@@ -101,7 +101,7 @@ def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
     path = failures_folder(tmp_path / "store") / f"{failure.name}.csv"
     values = failing(fail=0.97).model_dump(mode="json")
     values["data"]["excitation"] = [{"kind": "file", "weight": 1.0, "path": str(path)}]
-    recipe = Recipe.model_validate(values)
+    recipe = whole_recipe(values)
     check = case_of(recipe).system
     drawn = draw(recipe, check, split_stream(recipe, "train", 0), 0)
     values_in_file = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]

@@ -29,7 +29,7 @@ from tests.data.logging_system import LOG, identity
 from tests.limits import HANGS
 from tests.own_models.quarter_car import build_in_c
 from tests.progress import silent
-from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, whole_recipe
 
 WORKERS = 2
 
@@ -81,7 +81,7 @@ def test_outputs_of_an_fmu_keep_the_order_of_the_recipe(tmp_path: Path) -> None:
         "inputs": {"road": {"range": [-0.1, 0.1]}},
         "outputs": {name: {"range": [-9, 9]} for name in outputs},
     }
-    recipe = Recipe.model_validate(values)
+    recipe = whole_recipe(values)
     generate(case_of(recipe), tmp_path / "s", None, silent)
     assert_complete(recipe, tmp_path / "s")
 

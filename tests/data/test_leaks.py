@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from slide_fmu.data.division import scored_parts
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, STEP
@@ -100,7 +100,7 @@ def recipe_of(folder: Path, case: Case) -> Recipe:
     if case.masses:
         text += f"[parameters.mass]\nvalues = {list(case.masses)}\n"
     resolved = {"data": {"duration": 1.0, "burn_in": 0.4}}
-    return with_resolved(parse_recipe(text, "bench.toml"), resolved, "bench.toml")
+    return parse_open_recipe(text, "bench.toml").with_found(resolved, "bench.toml").guess
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -7,7 +7,7 @@ import numpy as np
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
 from slide_fmu.data.fingerprint import same_motion
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from tests.systems.function_models.specifications import HERE
 
@@ -31,7 +31,7 @@ seed = 5
 
 
 def lag(time_constant: float) -> Recipe:
-    return parse_recipe(TEXT.replace("TIME", str(time_constant)), "recipe")
+    return parse_open_recipe(TEXT.replace("TIME", str(time_constant)), "recipe").guess
 
 
 def test_a_first_draw_at_rest_is_not_the_probe() -> None:

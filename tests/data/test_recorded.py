@@ -17,7 +17,8 @@ from slide_fmu.data.recorded import inputs_beyond, learnt_pieces, stretches, uns
 from slide_fmu.data.store import open_store
 from slide_fmu.data.trajectories import read_split, write_trajectory
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from tests.marks import needs_app
@@ -34,11 +35,17 @@ def recipe_of(path: Path, **values: object) -> Recipe:
     text = RECIPE.replace('"bench.csv"', f'"{path}"')
     for key, value in values.items():
         text += f"\n[data]\n{key} = {value}\n"
-    recipe = parse_recipe(text, "bench.toml")
+    read = parse_open_recipe(text, "bench.toml")
     lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
     given = {key for key in ("duration",) if key in values}
     lengths["data"] = {k: v for k, v in lengths["data"].items() if k not in given}
-    return with_resolved(recipe, lengths, "bench.toml")
+    return read.with_found(lengths, "bench.toml").guess
+
+
+def with_numbers(recipe: Recipe, train: int, validation: int) -> Recipe:
+    read = OpenRecipe(recipe, ("data.train", "data.validation"))
+    values = {"data": {"train": train, "validation": validation}}
+    return read.with_found(values, "bench.toml").resolved()
 
 
 def source_of(recipe: Recipe) -> MeasuredRecords:
@@ -148,7 +155,7 @@ def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
     tmp_path: Path,
 ) -> None:
     path, store = write_record(tmp_path / "a.csv"), tmp_path / "data"
-    recipe = with_resolved(recipe_of(path), {"data": {"train": 11, "validation": 3}}, "bench.toml")
+    recipe = with_numbers(recipe_of(path), 11, 3)
     assert made(recipe, store) == 14
     assert made(recipe, store) == 0
     split = read_split(store, "train")
@@ -222,15 +229,16 @@ def test_missing_outputs_are_refused_where_an_estimator_needs_them(
 ) -> None:
     path = without_outputs(tmp_path / "c.csv", slice(100, None, 400), 12_000)
     text = RECIPE.replace('"bench.csv"', f'"{path}"') + "\n[estimator]\n"
-    begun = parse_recipe(text, "bench.toml")
-    estimated = with_resolved(begun, {"data": {"duration": 3.5, "burn_in": 2.4}}, "bench.toml")
+    begun = parse_open_recipe(text, "bench.toml")
+    lengths = {"data": {"duration": 3.5, "burn_in": 2.4}}
+    estimated = begun.with_found(lengths, "bench.toml").guess
     with pytest.raises(RecipeError, match="expected all of them for an error estimator"):
         stretches(estimated, source_of(estimated), "estimator")
 
 
 def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
-    recipe = with_resolved(recipe, {"data": {"train": 2, "validation": 1}}, "bench.toml")
+    recipe = with_numbers(recipe, 2, 1)
     made(recipe, tmp_path / "data.zarr")
     outputs = read_split(tmp_path / "data.zarr", "train").outputs
     assert 0 < np.isnan(outputs).sum() < 5

@@ -14,7 +14,7 @@ from slide_fmu.data.recorded import learnt_pieces, unseen_stretches
 from slide_fmu.data.trajectories import read_split
 from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RECIPE, write_record
@@ -38,7 +38,7 @@ def recipe_of(folder: Path, data: str = "") -> Recipe:
         text = text.replace("[network]\norder = 2\nhidden = 4\n", "")
     text += f"\n[parameters.mass]\nvalues = {list(MASSES)}\n[data]\nduration = 4.0\n{data}"
     resolved = {"data": {"burn_in": 2.4, "train": TRAIN, "validation": 6}}
-    return with_resolved(parse_recipe(text, "recipe"), resolved, "recipe")
+    return parse_open_recipe(text, "recipe").with_found(resolved, "recipe").guess
 
 
 def source_of(recipe: Recipe) -> MeasuredRecords:

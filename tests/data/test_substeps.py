@@ -14,6 +14,7 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, simula
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import LoadError
+from tests.recipes import whole_recipe
 
 STEP, DURATION = 0.1, 40.0
 MODEL = """
@@ -41,7 +42,7 @@ def model(tmp_path: Path) -> str:
 
 def recipe(model: str, kind: dict[str, Any], substeps: int) -> Recipe:
     data = {"duration": DURATION, "burn_in": 1.0, "train": 2, "validation": 2}
-    return Recipe.model_validate(
+    return whole_recipe(
         {
             "name": "mass",
             "description": "A mass on a spring.",

@@ -11,7 +11,7 @@ from slide_fmu.data import draws
 from slide_fmu.data.draws import ATTEMPTS, TEST, Stream, draw
 from slide_fmu.data.unseen import measured_motions, unseen_motions
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -93,7 +93,7 @@ def test_motions_of_a_record_are_its_blocks_that_nothing_learnt_from(tmp_path: P
     path = write_record(tmp_path / "bench.csv", 3000)
     text = RECIPE.replace("bench.csv", str(path))
     lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
-    recipe = with_resolved(parse_recipe(text, "bench.toml"), lengths, "bench.toml")
+    recipe = parse_open_recipe(text, "bench.toml").with_found(lengths, "bench.toml").guess
     source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
     (motion,) = measured_motions(recipe, source)

@@ -12,7 +12,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.recipe.recipe import Recipe
+from tests.recipes import whole_recipe
 
 REPOSITORY = Path(__file__).parents[2]
 ROBOT = REPOSITORY / "fmus" / "robot_6r" / "robot_6r.fmu"
@@ -24,7 +24,7 @@ def test_released_robot_gives_the_same_with_the_chain_of_its_urdf() -> None:
     """So its measured error is that of the URDF too."""
     values = load_recipe(REPOSITORY / "training" / "robot_6r.toml").model_dump()
     values["system"]["chain"] = "mbs_models/robot_6r/puma_560.urdf"
-    recipe = Recipe.model_validate(values)
+    recipe = whole_recipe(values)
     surrogate, other = read_fmu(ROBOT)[0], read_fmu(ROBOT)[0]
     offered = offered_features(recipe, case_of(recipe).system, surrogate.input_scaling)
     names = recipe.network.feature_names()

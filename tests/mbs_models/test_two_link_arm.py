@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
-from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.recipe.reading import load_open_recipe
 from slide_fmu.recipe.systems import require_features
 from slide_fmu.systems.base import System
 
@@ -26,7 +26,7 @@ def arm() -> System:
     place = str(TUTORIALS)
     if place not in sys.path:
         sys.path.append(place)
-    recipe = load_recipe(TUTORIALS / "two_link_arm.toml")
+    recipe = load_open_recipe(TUTORIALS / "two_link_arm.toml").guess
     system = case_of(recipe).system
     require_features(recipe, system)
     return system
@@ -35,7 +35,7 @@ def arm() -> System:
 def test_base_gives_way_to_the_loads_of_the_chain(arm: System) -> None:
     """At rest: by its flexibility times the wrench, seen at the load."""
     module = sys.modules["two_link_arm"]
-    recipe = load_recipe(TUTORIALS / "two_link_arm.toml")
+    recipe = load_open_recipe(TUTORIALS / "two_link_arm.toml").guess
     chain = offered_features(recipe, arm, range_scaling(arm.inputs)).chain
     assert chain is not None
     for place in ([0.0, 0.0], [2.0, 0.7], [-1.0, -0.5]):

@@ -18,14 +18,14 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.recipes import TINY, merged
+from tests.recipes import TINY, merged, whole_recipe
 
 
 def recipe_of(**stability: Any) -> Recipe:
     """The tiny recipe with a state-space network and limits of its own."""
     tables = tomllib.loads(TINY)
     del tables["network"], tables["training"]
-    return Recipe.model_validate(merged(tables, {"stability": stability}))
+    return whole_recipe(merged(tables, {"stability": stability}))
 
 
 RECIPE = recipe_of()

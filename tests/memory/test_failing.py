@@ -26,7 +26,7 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_motion_that_fails_is_replaced_and_told() -> None:
-    recipe = find_lengths(of_lag(), Lag()).recipe
+    recipe = find_lengths(of_lag(), Lag()).recipe.guess
     whole = size_window(recipe, Lag())
     assert whole.failed is None
     system = Fragile(level=0.998)

@@ -15,7 +15,7 @@ from slide_fmu.memory.decay import MARGIN, Decay
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.error_bound import bound_samples
+from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.memory.plain_systems import Lag
 from tests.recipe.test_automatic import KEYS, open_recipe
@@ -30,47 +30,52 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motions, "MOTIONS", 6)
 
 
-def of_lag(name: str = "Lag", parameters: dict[str, Any] | None = None, **changes: Any) -> Recipe:
+def of_lag(
+    name: str = "Lag", parameters: dict[str, Any] | None = None, **changes: Any
+) -> OpenRecipe:
     """A recipe that leaves all lengths open, of a system that can only be simulated."""
     step = {"step": 0.05, **changes.pop("window", {})}
-    tables = open_recipe(window=step, **changes).model_dump(exclude={"automatic"})
+    read = open_recipe(window=step, **changes)
+    tables = read.guess.model_dump()
     tables["system"] = {
         "model": f"tests.memory.plain_systems:{name}",
         "parameters": parameters or {},
     }
-    for place in open_recipe(window=step, **changes).automatic:
+    for place in read.open_keys:
         table, key = place.split(".")
         del tables[table][key]
-    return Recipe.model_validate(tables)
+    return OpenRecipe.of(tables, "it")
 
 
 @pytest.mark.parametrize("model", ["plain", "oscillator"])
 def test_window_holds_the_decay_time_with_its_margin(model: str) -> None:
     recipe = of_lag() if model == "plain" else open_recipe()
-    found = find_lengths(recipe, case_of(recipe).system)
+    found = find_lengths(recipe, case_of(recipe.guess).system)
     assert found.sizing is not None
     longest = max(found.sizing.needed, found.sizing.measured.slowest)
     if model == "plain":
         assert longest == pytest.approx(LAG, rel=0.02)
-    window = found.recipe.window
+    window = found.recipe.guess.window
     truncated = window.n_in - window.n_out
     assert truncated == tidy(math.ceil(MARGIN * longest / window.step))
     assert window.n_out == truncated // 2
-    assert found.recipe.data.burn_in == pytest.approx(window.n_in * window.step)
-    assert found.recipe.data.duration >= 6 * window.n_in * window.step
-    assert found.recipe.automatic == ()
+    assert found.recipe.guess.data.burn_in == pytest.approx(window.n_in * window.step)
+    assert found.recipe.guess.data.duration >= 6 * window.n_in * window.step
+    assert found.recipe.open_keys == ()
     assert set(found.values) == {"window", "data"}
-    require_window(found.recipe, size_window(found.recipe, case_of(recipe).system, seed=99))
+    require_window(
+        found.recipe.guess, size_window(found.recipe.guess, case_of(recipe.guess).system, seed=99)
+    )
 
 
 def test_same_recipe_gives_the_same_lengths() -> None:
-    one, other = (find_lengths(of_lag(), case_of(of_lag()).system).values for _ in range(2))
+    one, other = (find_lengths(of_lag(), case_of(of_lag().guess).system).values for _ in range(2))
     assert one == other
 
 
 def test_what_is_given_stays() -> None:
     recipe = of_lag(window={"n_out": 7}, data={"duration": 9.0})
-    found = find_lengths(recipe, case_of(recipe).system).recipe
+    found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
     assert (found.window.n_out, found.data.duration) == (7, 9.0)
     assert found.window.n_in - 7 == tidy(math.ceil(MARGIN * LAG / 0.05))
 
@@ -78,7 +83,7 @@ def test_what_is_given_stays() -> None:
 def test_given_window_needs_no_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lengths, "size_window", None)
     recipe = of_lag(window={"n_in": 90})
-    found = find_lengths(recipe, case_of(recipe).system)
+    found = find_lengths(recipe, case_of(recipe.guess).system)
     assert found.values["window"] == {"n_out": 30}
     assert found.sizing is None
     assert found.values["data"]["burn_in"] == 4.5
@@ -88,27 +93,28 @@ def test_lags_of_an_estimator_fit_into_the_window() -> None:
     network = {**ESTIMATOR["network"], "time_invariant": True}
     estimator = {**ESTIMATOR, "network": network, "lags": [0, 150], "span": 4000}
     recipe = of_lag(estimator=estimator, data={"estimator": 2, "estimator_validation": 1})
-    found = find_lengths(recipe, case_of(recipe).system).recipe
+    found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
     assert found.window.n_in - found.window.n_out == 150
     assert found.data.duration >= 4000 * 0.05
 
 
 def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
-    tables = of_lag().model_dump(exclude={"automatic", "network", "training"})
+    tables = of_lag().guess.model_dump(exclude={"network", "training"})
     for place in KEYS:
         table, key = place.split(".")
         del tables[table][key]
     tables["bound"] = {"long_span": 40.0, "estimate_span": 60.0}
-    recipe = Recipe.model_validate(tables)
-    found = find_lengths(recipe, case_of(recipe).system).recipe
-    assert found.data.duration == pytest.approx(bound_samples(found) * 0.05)
+    recipe = OpenRecipe.of(tables, "it")
+    found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
+    assert found.bound is not None
+    assert found.data.duration == pytest.approx(found.bound.samples(found.window) * 0.05)
     assert found.data.duration > 0.05 * (1024 + found.window.n_in)
 
 
 def test_given_duration_that_is_too_short_is_named() -> None:
     recipe = of_lag(data={"duration": 1.0})
     with pytest.raises(RecipeError, match=r"the lengths that its system needs: .*duration = 1 s"):
-        find_lengths(recipe, case_of(recipe).system)
+        find_lengths(recipe, case_of(recipe.guess).system)
 
 
 def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
@@ -124,17 +130,17 @@ def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
     monkeypatch.setattr(motions, "_measure", note)
     recipe = of_lag("Undamped")
     with pytest.raises(ShortWindowError, match=r"never meet in the outputs \(4 of 4 measured"):
-        find_lengths(recipe, case_of(recipe).system)
+        find_lengths(recipe, case_of(recipe.guess).system)
     assert counts[-1] == motions.GROWTH * counts[0]
     assert all(later == 2 * earlier for earlier, later in itertools.pairwise(counts))
 
 
 def test_record_grows_until_the_motions_of_a_slow_system_meet() -> None:
     recipe = of_lag(parameters={"time_constant": 20.0})
-    first = motions.MEASURED_DECAYS * recipe.window.n_in * 0.05
+    first = motions.MEASURED_DECAYS * recipe.guess.window.n_in * 0.05
     decay = 20.0 * math.log(100)
     assert first < decay
-    sizing = size_window(recipe, case_of(recipe).system)
+    sizing = size_window(recipe.guess, case_of(recipe.guess).system)
     assert sizing.linearized is None
     assert sizing.measured.mean == pytest.approx(decay, rel=0.02)
 
@@ -168,7 +174,7 @@ def test_window_of_a_rare_pair_is_found_anew_without_it(
     sizings = Sizings((5.0,), (5.0, 21.0), (5.0,), (5.0, 21.0))
     monkeypatch.setattr(lengths, "size_window", sizings)
     found = find_lengths(of_lag(), Lag())
-    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
     assert truncated == tidy(math.ceil(MARGIN * 5.0 / 0.05))
     assert found.sizing is not None
     assert found.sizing.remark is not None
@@ -182,7 +188,7 @@ def test_window_that_was_shortened_grows_again_with_more_motions(
     sizings = Sizings((21.0,), (5.0,), (9.0, 9.0), (3.0,))
     monkeypatch.setattr(lengths, "size_window", sizings)
     found = find_lengths(of_lag(), Lag())
-    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
     assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))
     assert sizings.left == []
 
@@ -190,5 +196,5 @@ def test_window_that_was_shortened_grows_again_with_more_motions(
 def test_window_that_is_a_little_too_long_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lengths, "size_window", Sizings((9.0,), (5.0,)))
     found = find_lengths(of_lag(), Lag())
-    truncated = found.recipe.window.n_in - found.recipe.window.n_out
+    truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
     assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))

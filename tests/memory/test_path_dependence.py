@@ -33,7 +33,7 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 def found(name: str, excitation: dict[str, Any] = HELD) -> Any:
     recipe = of_lag(name, window={"n_in": 120}, data={"excitation": [excitation]})
     return path_dependence(
-        motions_of(recipe, case_of(recipe).system, None, None, TimeBudget()), 128
+        motions_of(recipe.guess, case_of(recipe.guess).system, None, None, TimeBudget()), 128
     )
 
 
@@ -97,8 +97,8 @@ def test_states_that_are_drawn_are_the_pasts_of_a_system_that_draws_them() -> No
 def test_window_of_what_does_not_forget_is_refused_by_name(name: str, words: str) -> None:
     recipe = of_lag(name)
     with pytest.raises(NotForgettingError, match=rf"recipe 'tiny': {words}"):
-        find_lengths(recipe, case_of(recipe).system)
-    given = of_lag(name, window={"n_in": 120})
+        find_lengths(recipe, case_of(recipe.guess).system)
+    given = of_lag(name, window={"n_in": 120}).guess
     sizing = size_window(given, case_of(given).system)
     assert not sizing.forgets
     with pytest.raises(NotForgettingError, match=words):

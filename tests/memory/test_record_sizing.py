@@ -11,7 +11,7 @@ from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.record_sizing import RecordSizing, size_records
 from slide_fmu.memory.sizing import NotForgettingError, ShortWindowError, require_window
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from tests.own_records import RATE, RECIPE, STEP, force_and_travel, write_record
@@ -20,7 +20,7 @@ OPEN = RECIPE.replace("n_in = 240\nn_out = 80\n", "remaining_amplitude = 0.01\n"
 
 
 def recipe_of(path: Path, text: str = RECIPE) -> Recipe:
-    return parse_recipe(text.replace('"bench.csv"', f'"{path}"'), "bench.toml")
+    return parse_open_recipe(text.replace('"bench.csv"', f'"{path}"'), "bench.toml").guess
 
 
 def sized(path: Path, text: str = RECIPE) -> RecordSizing:
@@ -35,8 +35,8 @@ def source_of(recipe: Recipe) -> MeasuredRecords:
 
 
 def lengths(path: Path, text: str = OPEN) -> Lengths:
-    recipe = recipe_of(path, text)
-    return find_lengths(recipe, source_of(recipe))
+    read = parse_open_recipe(text.replace('"bench.csv"', f'"{path}"'), "bench.toml")
+    return find_lengths(read, source_of(read.guess))
 
 
 def drifting(path: Path) -> Path:
@@ -49,17 +49,17 @@ def drifting(path: Path) -> Path:
 
 def test_window_is_found_from_the_slowest_pole_and_holds_it(tmp_path: Path) -> None:
     found = lengths(write_record(tmp_path / "a.csv", 8000, noise=0.01))
-    window, sizing = found.recipe.window, found.sizing
+    window, sizing = found.recipe.guess.window, found.sizing
     assert sizing is not None
     truncated = (window.n_in - window.n_out) * STEP
     assert np.log(100) / RATE < truncated < 2.0 * np.log(100) / RATE
     assert sizing.window.n_in == window.n_in
-    require_window(found.recipe, sizing)
+    require_window(found.recipe.guess, sizing)
 
 
 def test_stretches_are_no_longer_than_the_shortest_part(tmp_path: Path) -> None:
     found = lengths(write_record(tmp_path / "a.csv", 2500, noise=0.01))
-    window, duration = found.recipe.window, found.recipe.data.duration
+    window, duration = found.recipe.guess.window, found.recipe.guess.data.duration
     samples = round(duration / STEP) - (window.n_in - window.n_out)
     assert samples <= 0.15 * 2500
     assert found.values["data"]["duration"] == duration
@@ -68,7 +68,7 @@ def test_stretches_are_no_longer_than_the_shortest_part(tmp_path: Path) -> None:
 def test_lengths_that_are_given_stay(tmp_path: Path) -> None:
     text = RECIPE + "[data]\nduration = 5.0\n"
     found = lengths(write_record(tmp_path / "a.csv"), text)
-    assert (found.recipe.window.n_in, found.recipe.data.duration) == (240, 5.0)
+    assert (found.recipe.guess.window.n_in, found.recipe.guess.data.duration) == (240, 5.0)
     assert found.sizing is None
 
 

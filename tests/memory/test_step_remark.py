@@ -10,11 +10,10 @@ import pytest
 from slide_fmu.memory.step_remark import after_jumps, between_samples, step_remark
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.recipe.recipe import Recipe
 from tests.memory.test_lengths import of_lag
 from tests.memory.test_sizing import DUFFING
 from tests.own_models import quarter_car_corner
-from tests.recipes import tiny_recipe
+from tests.recipes import tiny_recipe, whole_recipe
 
 
 def test_error_between_samples_is_that_of_each_output() -> None:
@@ -40,21 +39,23 @@ def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
     assert remark is not None
     assert remark.startswith("window.step = 0.08 s: between its samples outputs differ by")
     slow = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
-    fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]})
+    fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]}).guess
     remark = step_remark(case_of(fine))
     assert remark is not None
     assert remark.startswith("window.step = 0.01 s: samples that are 4 times rarer still show")
 
 
 def test_step_of_a_system_that_has_its_own_has_no_remark() -> None:
-    assert step_remark(case_of(of_lag("FixedStep", window={"step": 0.01, "n_in": 90}))) is None
+    assert (
+        step_remark(case_of(of_lag("FixedStep", window={"step": 0.01, "n_in": 90}).guess)) is None
+    )
 
 
 def of_here(name: str, step: float, kind: dict[str, Any], **parameters: float) -> str | None:
     """The remark on a recipe of a plain system, with one kind of excitation."""
     data = {"excitation": [{"weight": 1.0, **kind}]}
     return step_remark(
-        case_of(of_lag(name, parameters, window={"step": step, "n_in": 90}, data=data))
+        case_of(of_lag(name, parameters, window={"step": step, "n_in": 90}, data=data).guess)
     )
 
 
@@ -68,7 +69,7 @@ def test_jump_with_a_held_input_is_no_loss_between_samples() -> None:
 
 def test_outputs_that_follow_rates_of_inputs_jump_without_a_remark() -> None:
     """Rates of straight lines jump at samples, and so does the force of a damper."""
-    recipe = Recipe.model_validate(
+    recipe = whole_recipe(
         {
             "name": "corner",
             "description": "Corner of a car.",

@@ -35,7 +35,7 @@ def test_window_of_a_first_estimate_holds_what_was_seen() -> None:
     assert sizing is not None
     assert len(sizing.measured.rates) == 1
     assert sizing.problem is None
-    assert sizing.window.n_in == found.recipe.window.n_in
+    assert sizing.window.n_in == found.recipe.guess.window.n_in
     assert sizing.window.truncation_time >= 0.5 * math.log(100)
     assert sizing.remark is not None
     assert "no time for" in sizing.remark

@@ -13,10 +13,10 @@ from slide_fmu.data.draws import probe_draws
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.systems.errors import SimulationError
 from tests.own_models.quarter_car import build_in_c
-from tests.pipeline.test_own_fmu import TEXT
+from tests.apps.reference.test_own_fmu import TEXT
 from tests.progress import silent
 
 SLOW = TEXT.replace('kind = "held_random"', 'kind = "held_random"\nsamples = [200, 200]').replace(
@@ -46,7 +46,7 @@ def recipe_text(trap: Path, crash_above: float, text: str = SLOW) -> str:
 
 def highest_of_probe(text: str) -> float:
     """Give the highest road, in m, of the short motion on which every recipe is checked."""
-    recipe = parse_recipe(text, "recipe")
+    recipe = parse_open_recipe(text, "recipe").guess
     drawn = next(probe_draws(recipe, case_of(recipe).system))
     return float(np.max(np.abs(drawn.inputs)))
 
@@ -95,7 +95,7 @@ def test_crash_while_the_window_is_sized_is_named(
 
 
 def test_crash_in_a_worker_that_makes_data_is_named(trap: Path, tmp_path: Path) -> None:
-    recipe = parse_recipe(recipe_text(trap, HIGH), "recipe")
+    recipe = parse_open_recipe(recipe_text(trap, HIGH), "recipe").guess
     with (
         process_pool(1) as pool,
         pytest.raises(SimulationError, match=rf"trap\.fmu' \(kind 'fmu'\) {ENDED}"),

@@ -83,7 +83,7 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     assert curve.ended is not None
     assert ("lower the error by less than" in curve.ended) == (part == 0)
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
-    assert job.recipe.automatic == ()
+    assert job.open_keys == ()
     assert generate_data(job, Workplace()).learning_curve == curve
     assert len(read_split(job.folder.store, "train").inputs) == train
 
@@ -125,7 +125,7 @@ def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert again.recipe == job.recipe
     assert again.resolved == job.resolved == {"data": {"train": 2 * FEW, "validation": FEW}}
     other = opened(tmp_path, OPEN.replace("damping = 40.0", "damping = 41.0"))
-    assert known_numbers(other.case, other.folder) is None
+    assert known_numbers(other.case, other.open_keys, other.folder) is None
 
 
 @pytest.mark.extended
@@ -147,7 +147,7 @@ def test_curve_follows_physical_parameters(
     shapes = [physical.training.shape for physical in seen if physical is not None]
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
     wider = opened(tmp_path, text.replace("3.0]", "3.5]"))
-    assert known_numbers(wider.case, wider.folder) is None
+    assert known_numbers(wider.case, wider.open_keys, wider.folder) is None
 
 
 def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -251,8 +251,8 @@ def test_numbers_of_a_bound_follow_from_the_time_of_a_simulation_once(
 ) -> None:
     monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (1.0, None, ()))
     job = opened(tmp_path, bounded_text())
-    with pytest.raises(RecipeError, match=r'data.bound is "auto" and was not found yet'):
-        job.recipe.count("bound")
+    with pytest.raises(RecipeError, match=r"data\.bound to be found"):
+        job.open_recipe.resolved()
     job = choose_numbers(job, Workplace(), overwrite=False)
     assert job.resolved == {"data": {"companion": "train", "bound": 30, "validation": FEW}}
     assert job.recipe.count("companion") == 0
@@ -260,7 +260,7 @@ def test_numbers_of_a_bound_follow_from_the_time_of_a_simulation_once(
     monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (0.0, None, ()))
     assert opened(tmp_path, bounded_text()).resolved == job.resolved
     other = opened(tmp_path, bounded_text().replace("damping = 40.0", "damping = 41.0"))
-    assert other.recipe.automatic
+    assert other.open_keys
 
 
 def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from tests.data.test_generation import Inline
 from tests.memory.plain_systems import Lag
 from tests.progress import no_stages
-from tests.recipe.test_automatic import KEYS, open_recipe
+from tests.recipe.test_automatic import open_recipe
 from tests.recipes import LINEAR_NETWORK, TINY
 
 OPEN = f"""
@@ -69,7 +69,7 @@ def note_searches(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 def test_lengths_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     searches = note_searches(monkeypatch)
     first = opened(tmp_path)
-    assert first.recipe.automatic == ()
+    assert first.open_keys == ()
     assert len(searches) == 1
     assert first.sizing is not None
     assert check_window(first) is first.sizing
@@ -110,7 +110,8 @@ def test_provenance_gives_the_resolved_recipe(tmp_path: Path) -> None:
     released = json.loads(json.dumps(provenance(job, {})))
     assert recipe_of_provenance(released, "lag.fmu") == job.recipe
     del released["resolved"]
-    assert recipe_of_provenance(released, "lag.fmu").automatic == KEYS
+    with pytest.raises(RecipeError, match=r"leaves window\.n_in, .* to be found"):
+        recipe_of_provenance(released, "lag.fmu")
 
 
 def test_values_that_are_not_the_recipes_are_refused(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from slide_fmu.memory import failing, motions
 from slide_fmu.pipeline import simulation_time
 from slide_fmu.propose import first_look, trial
 from slide_fmu.propose.proposal import Wish, propose
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.systems.errors import SimulationError
 from tests.progress import silent
 
@@ -90,7 +90,7 @@ def test_proposal_draws_other_motions_and_says_so(
     assert "so a part of them showed the step: " in step_remark
     assert "the spring breaks" in step_remark
     assert "motions could not be simulated, and others took their place; the first" in failed
-    output = parse_recipe(found.text, "proposal").system.outputs["position"]
+    output = parse_open_recipe(found.text, "proposal").guess.system.outputs["position"]
     assert output.range is not None
     assert -3.0 < output.range[0] < -0.1 < 0.1 < output.range[1] < 3.0
 

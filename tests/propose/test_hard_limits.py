@@ -29,7 +29,7 @@ from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.own_models import two_tanks
 from tests.progress import silent
-from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, whole_recipe
 
 STRICT = '''
 """A tank that cannot be asked for anything outside of the ranges of its inputs."""
@@ -205,7 +205,7 @@ def failing_recipe(level: float) -> Recipe:
     tables["system"].update(
         model="tests.data.failing_system:FailingSystem", parameters={"fail": level}
     )
-    return Recipe.model_validate(tables)
+    return whole_recipe(tables)
 
 
 @pytest.mark.parametrize("level", [1.0, 1.4])

@@ -15,7 +15,7 @@ from slide_fmu.pipeline import simulation_time
 from slide_fmu.propose import first_look
 from slide_fmu.propose.draft_signals import parse_range
 from slide_fmu.propose.proposal import Wish, propose
-from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.fmu.samples import sum_surrogate
@@ -56,7 +56,7 @@ def invoke(*arguments: str) -> Result:
 
 def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     found = propose(Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
-    recipe = parse_recipe(found.text, "proposal")
+    recipe = parse_open_recipe(found.text, "proposal").guess
     assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
     assert recipe.system.model == "slow_lag.py"
     # a function takes all its inputs: the one that was not named has the range of the model
@@ -74,7 +74,7 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
 
 def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
     wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
-    assert parse_recipe(propose(wish, silent).text, "proposal").data.substeps == 1
+    assert parse_open_recipe(propose(wish, silent).text, "proposal").guess.data.substeps == 1
 
 
 @pytest.mark.extended
@@ -92,7 +92,7 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     car = str(build_in_python(tmp_path / "car.fmu"))
     road = {"road": (-0.1, 0.1)}
     proposal = propose(Wish(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent)
-    recipe = parse_recipe(proposal.text, "proposal")
+    recipe = parse_open_recipe(proposal.text, "proposal").guess
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
     assert recipe.data.substeps == substeps
@@ -116,7 +116,7 @@ def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
     car = build_in_c(tmp_path / "car.fmu", co_simulation=True)
     wish = Wish(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
     found = propose(wish, silent)
-    recipe = parse_recipe(found.text, "proposal")
+    recipe = parse_open_recipe(found.text, "proposal").guess
     assert recipe.window.step == (step or 0.005)
     assert recipe.system.inputs["road"].hold == hold
     assert recipe.system.parameters == parameters
@@ -153,7 +153,7 @@ def remarks_of(model: Path) -> tuple[str, ...]:
 
 def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
     wish = Wish(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
-    found = parse_recipe(propose(wish, silent).text, "proposal")
+    found = parse_open_recipe(propose(wish, silent).text, "proposal").guess
     assert list(found.system.inputs) == ["force", "spare"]
     assert list(found.system.outputs) == ["position", "double"]
     assert found.system.outputs["double"].range == (-9.0, 9.0)
@@ -224,7 +224,7 @@ def test_choice_among_the_signals_of_a_class_is_refused(
     path.write_text(CLASS)
     with pytest.raises(RecipeError, match=message):
         propose(Wish(str(path), step=0.1, **wish), silent)  # type: ignore[arg-type]
-    found = parse_recipe(propose(Wish(str(path), step=0.1), silent).text, "proposal")
+    found = parse_open_recipe(propose(Wish(str(path), step=0.1), silent).text, "proposal").guess
     assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
 
 
@@ -236,17 +236,19 @@ def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
     build_libraries()
     fmu = export_fmu(sum_surrogate(16), tmp_path / "window_sum.fmu")
     proposal = propose(Wish(str(fmu)), silent)
-    found = parse_recipe(proposal.text, "proposal")
+    found = parse_open_recipe(proposal.text, "proposal").guess
     assert list(found.system.outputs) == ["y"]
     assert found.system.outputs["y"].range == (-1.0, 9.0)
     assert found.system.inputs["u"].hold == "zero_order"  # though the FMU can interpolate it
     assert found.window.step == sum_surrogate(16).window.step
     assert any("slide-fmu wrote this FMU" in remark for remark in proposal.remarks)
     wish = Wish(str(fmu), outputs=("window_filled",))
-    other = parse_recipe(propose(wish, silent).text, "proposal")
+    other = parse_open_recipe(propose(wish, silent).text, "proposal").guess
     assert list(other.system.outputs) == ["window_filled"]
     step = sum_surrogate(16).window.step
-    by_steps = parse_recipe(propose(Wish(str(fmu), fmu_step=step / 4), silent).text, "proposal")
+    by_steps = parse_open_recipe(
+        propose(Wish(str(fmu), fmu_step=step / 4), silent).text, "proposal"
+    ).guess
     assert by_steps.system.inputs["u"].hold == "zero_order"  # it stays what the model declares
     assert by_steps.system.parameters == {"fmu-step": step / 4}
     assert by_steps.data.substeps == 1
@@ -300,7 +302,7 @@ def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> N
     done = invoke(*command)
     assert done.exit_code == 0, done.output
     assert "next    slide-fmu try recipes/lag.toml" in done.output
-    recipe = load_recipe("recipes/lag.toml")
+    recipe = load_open_recipe("recipes/lag.toml").guess
     assert recipe.system.model == "../slow_lag.py"
     again = invoke(*command)
     assert again.exit_code == 1
@@ -328,7 +330,7 @@ def test_init_writes_a_small_model_that_runs(
     done = invoke("init", "--kind", kind, name, "--step", "0.02")
     assert done.exit_code == 0, done.output
     assert (tmp_path / f"{name}.py").exists()
-    recipe = load_recipe(f"{name}.toml")
+    recipe = load_open_recipe(f"{name}.toml").guess
     assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
 
 

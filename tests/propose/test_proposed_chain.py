@@ -13,7 +13,7 @@ from slide_fmu.features.urdf import UrdfError
 from slide_fmu.propose import first_look
 from slide_fmu.propose.proposal import Proposal, Wish, propose
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_features
 from tests.progress import silent
@@ -51,7 +51,7 @@ def proposed(chain: str | None = None, model: str = "two_link_arm.py") -> tuple[
         model, step=0.01, folder=Path("recipes"), chain=None if chain is None else Path(chain)
     )
     proposal = propose(wish, silent)
-    return proposal, parse_recipe(proposal.text, "proposal")
+    return proposal, parse_open_recipe(proposal.text, "proposal").guess
 
 
 def kinds(recipe: Recipe) -> set[str]:

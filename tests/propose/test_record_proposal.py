@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli.app import app
 from slide_fmu.propose.record_columns import RecordWish
 from slide_fmu.propose.record_proposal import propose_record
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.own_records import STEP, force_and_travel, write_record
 
@@ -24,7 +24,7 @@ def invoke(*arguments: object) -> Result:
 
 def recipe_for(path: Path, **wish: object) -> Recipe:
     wished = RecordWish((str(path),), inputs={"force": None}, **wish)  # type: ignore[arg-type]
-    return parse_recipe(propose_record(wished).text, "proposed")
+    return parse_open_recipe(propose_record(wished).text, "proposed").guess
 
 
 def write_columns(path: Path, **columns: np.ndarray) -> Path:
@@ -92,7 +92,7 @@ def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
 def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv", 1000)
     proposal = propose_record(RecordWish((str(path),), {"force": None}))
-    assert parse_recipe(proposal.text, "proposed").window.remaining_amplitude == 0.01
+    assert parse_open_recipe(proposal.text, "proposed").guess.window.remaining_amplitude == 0.01
     assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
 
 
@@ -129,7 +129,7 @@ def test_inputs_that_come_again_are_remarked_and_leave_no_estimator(
     tmp_path: Path, waves: int, period: int, meaning: str
 ) -> None:
     proposal = propose_record(repeated(tmp_path, waves, period))
-    recipe = parse_recipe(proposal.text, "proposed")
+    recipe = parse_open_recipe(proposal.text, "proposed").guess
     assert (recipe.data.by, recipe.estimator) == ("block", None)
     assert "in the part in which they came first" in proposal.draft.by_origin
     [remark] = [remark for remark in proposal.remarks if "come again" in remark]
@@ -149,7 +149,7 @@ def test_records_of_one_drive_signal_are_remarked_by_their_names(
         columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
         paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
     proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
-    assert parse_recipe(proposal.text, "proposed").data.by == "block"
+    assert parse_open_recipe(proposal.text, "proposed").guess.data.by == "block"
     [remark] = [remark for remark in proposal.remarks if "come again" in remark]
     alike = [f"{number}.csv" for number, drive in enumerate(drives) if drive == 0]
     assert f"{', '.join(alike)} have them in common" in remark
@@ -158,7 +158,7 @@ def test_records_of_one_drive_signal_are_remarked_by_their_names(
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
     paths = tuple(str(write_record(tmp_path / f"{n}.csv", 400, seed=n)) for n in range(12))
     proposal = propose_record(RecordWish(paths, {"force": None}, folder=tmp_path))
-    recipe = parse_recipe(proposal.text, "proposed")
+    recipe = parse_open_recipe(proposal.text, "proposed").guess
     assert (recipe.data.by, len(recipe.system.further)) == ("record", 11)
     assert recipe.system.model == "0.csv"
 
@@ -166,7 +166,7 @@ def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
 def test_unit_that_fmi_does_not_know_is_remarked_and_left_out(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv", header="time [s],force [pond],travel [m]")
     proposal = propose_record(RecordWish((str(path),), {"force": None}))
-    assert parse_recipe(proposal.text, "proposed").system.inputs["force"].unit == "1"
+    assert parse_open_recipe(proposal.text, "proposed").guess.system.inputs["force"].unit == "1"
     assert any("'pond', which FMI does not know" in remark for remark in proposal.remarks)
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.recipe.reading import parse_recipe, with_resolved
-from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.recipe import RecipeError
 from tests.recipes import ESTIMATOR, TINY, merged, tiny_recipe
 
 FOUND: dict[str, dict[str, Any]] = {
@@ -19,25 +20,26 @@ FOUND: dict[str, dict[str, Any]] = {
 KEYS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
 
 
-def open_recipe(**changes: Any) -> Recipe:
+def open_recipe(**changes: Any) -> OpenRecipe:
     """The tiny recipe with all that can be found left out, and changes of it."""
     tables = tomllib.loads(TINY)
     for table, values in FOUND.items():
         for key in values:
             del tables[table][key]
-    return Recipe.model_validate(merged(tables, changes))
+    return OpenRecipe.of(merged(tables, changes), "it")
 
 
 def test_keys_that_are_left_out_or_auto_are_automatic() -> None:
-    assert open_recipe().automatic == KEYS
-    assert open_recipe(window={"n_out": "auto"}).automatic == KEYS
-    assert open_recipe(window={"n_in": 40}, data={"burn_in": 1.0}).automatic == KEYS[1:3]
-    assert tiny_recipe().automatic == ()
+    assert open_recipe().open_keys == KEYS
+    assert open_recipe(window={"n_out": "auto"}).open_keys == KEYS
+    assert open_recipe(window={"n_in": 40}, data={"burn_in": 1.0}).open_keys == KEYS[1:3]
+    with pytest.raises(RecipeError, match=r"leaves window\.n_in, .* to be found"):
+        open_recipe().resolved()
 
 
 @pytest.mark.parametrize("given", [{"n_in": 2}, {"n_out": 500}, {"n_in": 1}, {}])
 def test_guesses_are_a_window(given: dict[str, int]) -> None:
-    recipe = open_recipe(window=given)
+    recipe = open_recipe(window=given).guess
     window = recipe.window
     assert 1 <= window.n_out <= window.n_in
     assert given.items() <= window.model_dump().items()
@@ -51,28 +53,23 @@ def test_what_is_given_need_not_agree_with_guesses() -> None:
         "data": {"duration": 0.5, "estimator": 2, "estimator_validation": 1},
         "estimator": {**estimator, "lags": [0, 200]},
     }
-    assert open_recipe(**changes).automatic == (*KEYS[:2], KEYS[3])
+    assert open_recipe(**changes).open_keys == (*KEYS[:2], KEYS[3])
     with pytest.raises(RecipeError, match=r"estimator.lags end with 200; expected at most"):
-        with_resolved(
-            open_recipe(**changes), {"window": FOUND["window"], "data": {"burn_in": 0.0}}, "it"
+        open_recipe(**changes).with_found(
+            {"window": FOUND["window"], "data": {"burn_in": 0.0}}, "it"
         )
 
 
-def test_open_recipe_survives_being_written() -> None:
-    recipe = open_recipe()
-    assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
-
-
 def test_resolved_recipe_is_the_one_that_gives_the_values() -> None:
-    assert with_resolved(open_recipe(), FOUND, "it") == tiny_recipe()
-    part = with_resolved(open_recipe(), {"window": FOUND["window"]}, "it")
-    assert part.automatic == KEYS[2:]
-    assert with_resolved(part, {"data": FOUND["data"]}, "it") == tiny_recipe()
+    assert open_recipe().with_found(FOUND, "it").resolved() == tiny_recipe()
+    part = open_recipe().with_found({"window": FOUND["window"]}, "it")
+    assert part.open_keys == KEYS[2:]
+    assert part.with_found({"data": FOUND["data"]}, "it").resolved() == tiny_recipe()
 
 
 def test_values_for_what_is_given_are_refused() -> None:
     with pytest.raises(RecipeError, match=r"it: values were found for \['window\.n_in'\]; exp"):
-        with_resolved(tiny_recipe(), {"window": {"n_in": 48}}, "it")
+        OpenRecipe(tiny_recipe(), ()).with_found({"window": {"n_in": 48}}, "it")
 
 
 def test_values_that_do_not_fit_what_is_given_are_refused() -> None:
@@ -81,7 +78,7 @@ def test_values_that_do_not_fit_what_is_given_are_refused() -> None:
     with pytest.raises(
         RecipeError, match=r"it: .*data\.duration = 0\.5 s; expected at least 0\.75"
     ):
-        with_resolved(recipe, found, "it")
+        recipe.with_found(found, "it")
 
 
 def test_window_without_a_step_is_a_mistake_of_the_step_alone() -> None:

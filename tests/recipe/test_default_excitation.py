@@ -10,14 +10,14 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import Recipe
-from tests.recipes import tiny_recipe
+from tests.recipes import tiny_recipe, whole_recipe
 
 
 def without_excitation(step: float) -> Recipe:
     values = tiny_recipe().model_dump(mode="json")
     del values["data"]["excitation"]
     values["window"]["step"], values["data"]["duration"] = step, 200 * step
-    return Recipe.model_validate(values)
+    return whole_recipe(values)
 
 
 @pytest.mark.parametrize("step", [1e-3, 0.02, 60.0])
@@ -48,9 +48,7 @@ def test_recipe_with_a_chain_goes_from_point_to_point() -> None:
     values = without_excitation(0.01).model_dump(mode="json")
     del values["data"]["excitation"]
     values["system"]["chain"] = "robot.urdf"
-    assert {kind.kind for kind in Recipe.model_validate(values).data.excitation} == {
-        "point_to_point"
-    }
+    assert {kind.kind for kind in whole_recipe(values).data.excitation} == {"point_to_point"}
 
 
 @pytest.mark.parametrize("widths", [(), (6.0, 0.5)])
@@ -89,7 +87,7 @@ def test_recipe_whose_inputs_are_cosine_and_sine_turns_their_angle() -> None:
     values["system"]["inputs"] = {
         name: {"range": [-1.0, 1.0], "angle": name} for name in ("cosine", "sine")
     }
-    assert [kind.kind for kind in Recipe.model_validate(values).data.excitation] == ["speed_ramps"]
+    assert [kind.kind for kind in whole_recipe(values).data.excitation] == ["speed_ramps"]
 
 
 def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:

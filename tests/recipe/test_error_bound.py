@@ -8,16 +8,10 @@ import pytest
 
 from slide_fmu.pipeline.checks import check_case
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.error_bound import (
-    bound_filling,
-    bound_samples,
-    companion_recipe,
-    span_block,
-    span_length,
-)
-from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
-from tests.recipes import tiny_recipe, tiny_state_space_recipe
+from slide_fmu.recipe.error_bound import BoundRecipe
+from slide_fmu.recipe.reading import parse_open_recipe
+from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, RecipeError
+from tests.recipes import tiny_recipe, tiny_state_space_recipe, whole_recipe
 
 AUTOMATIC = """
 name = "mine"
@@ -53,11 +47,11 @@ def test_companion_may_learn_from_the_trajectories_of_the_surrogate() -> None:
 def test_numbers_of_a_bound_are_found_where_those_of_the_surrogate_are(
     data: str, open_keys: set[str]
 ) -> None:
-    recipe = parse_recipe(f"{AUTOMATIC}[data]\n{data}\n[bound]\n", "mine.toml")
+    recipe = parse_open_recipe(f"{AUTOMATIC}[data]\n{data}\n[bound]\n", "mine.toml")
     of_bound = {"data.companion", "data.bound", "data.calibration"}
-    assert {key.removeprefix("data.") for key in of_bound & {*recipe.automatic}} == open_keys
-    without = parse_recipe(f"{AUTOMATIC}[data]\n", "mine.toml")
-    assert not of_bound & {*without.automatic}
+    assert {key.removeprefix("data.") for key in of_bound & {*recipe.open_keys}} == open_keys
+    without = parse_open_recipe(f"{AUTOMATIC}[data]\n", "mine.toml")
+    assert not of_bound & {*without.open_keys}
 
 
 def test_recipe_without_a_bound_makes_no_trajectories_for_it() -> None:
@@ -129,7 +123,7 @@ def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
 
 def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:
     recipe = tiny_state_space_recipe(bound={"seed": 5}, data=LONG)
-    other = companion_recipe(recipe, attempt=2)
+    other = recipe.of_companion(2)
     assert other.training.seed == recipe.training.seed + 5 + 1 + 2
     seed = {"seed": recipe.training.seed}
     same = other.model_copy(update={"training": other.training.model_copy(update=seed)})
@@ -139,7 +133,7 @@ def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:
 def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> None:
     own = {"hidden": 9, "iterations": 7, "stretches": 3}
     recipe = tiny_state_space_recipe(bound={"companion": own}, data=LONG)
-    other = companion_recipe(recipe, attempt=0)
+    other = recipe.of_companion(0)
     found = other.network, other.training, other.training
     assert [getattr(of, name) for of, name in zip(found, own, strict=True)] == [9, 7, 3]
     assert recipe.network.hidden != 9
@@ -148,9 +142,11 @@ def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> N
 @pytest.mark.parametrize(("seconds", "block", "samples"), [(0.5, 4, 34), (1e-9, 1, 9)])
 def test_estimate_is_over_about_its_span(seconds: float, block: int, samples: int) -> None:
     recipe = tiny_state_space_recipe(bound={"estimate_span": seconds}, data=LONG)
-    assert (span_block(recipe.bound, recipe.window.step), span_length(recipe)) == (block, samples)
-    assert abs(samples * recipe.window.step - seconds) <= 9 * recipe.window.step
-    assert span_length(tiny_state_space_recipe(bound={}, data=LONG)) == 0
+    bound, step = recipe.bound, recipe.window.step
+    assert bound is not None
+    assert (bound.span_block(step), bound.span_length(step)) == (block, samples)
+    assert abs(samples * step - seconds) <= 9 * step
+    assert BoundRecipe().span_length(step) == 0
 
 
 @pytest.mark.parametrize("seconds", [0.3, 0.5, 1.0])
@@ -165,13 +161,12 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
         bound={"estimate_span": seconds, "short_span": 0.1, "long_span": 0.1},
         data={"duration": 12.0},
     )
-    block = span_block(recipe.bound, recipe.window.step)
+    assert recipe.bound is not None
+    block = recipe.bound.span_block(recipe.window.step)
     assert block is not None
-    alone = recipe.model_copy(
-        update={"bound": recipe.bound.model_copy(update={"estimate_span": None})}
-    )
-    known = max(n_in, bound_filling(alone))
-    assert bound_samples(recipe) - known > 9 * block
+    alone = recipe.bound.model_copy(update={"estimate_span": None})
+    known = max(n_in, alone.filling(recipe.window))
+    assert recipe.bound.samples(recipe.window) - known > 9 * block
 
 
 @pytest.mark.parametrize(
@@ -232,7 +227,7 @@ def test_bound_of_records_is_refused() -> None:
         "bound": {},
     }
     with pytest.raises(ValueError, match="that can be simulated"):
-        Recipe.model_validate(tables)
+        whole_recipe(tables)
 
 
 def test_shortest_validation_has_a_sample_at_which_the_bound_counts() -> None:

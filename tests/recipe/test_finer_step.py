@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
 from tests.own_models.quarter_car import build_in_c
-from tests.recipes import TINY, merged, tiny_recipe
+from tests.recipes import TINY, merged, tiny_recipe, whole_recipe
 
 
 def test_a_finer_reference_moves_alike_under_the_same_held_input() -> None:
@@ -57,7 +56,7 @@ def test_an_fmu_runs_at_its_own_step_as_fmpy_runs_it(tmp_path: Path, hold: str) 
         "outputs": {"suspension_travel": {"range": [-0.2, 0.2]}},
     }
     tables = merged(tomllib.loads(TINY), {"window": {"step": 0.02}})
-    recipe = Recipe.model_validate({**tables, "system": system})
+    recipe = whole_recipe({**tables, "system": system})
     assert case_of(recipe).finer_steps == 4
     fine = case_of(recipe).reference_as_it_runs()
     times = 0.005 * np.arange(201)

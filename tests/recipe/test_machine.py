@@ -15,10 +15,10 @@ from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.urdf import UrdfError
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
-from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_features
-from tests.recipes import TINY
+from tests.recipes import TINY, whole_recipe
 
 REPOSITORY = Path(__file__).parents[2]
 ROBOT = REPOSITORY / "training" / "robot_6r.toml"
@@ -26,8 +26,8 @@ URDF = "mbs_models/robot_6r/puma_560.urdf"
 
 
 def robot(**system: Any) -> Recipe:
-    values = load_recipe(ROBOT).model_dump()
-    return Recipe.model_validate({**values, "system": {**values["system"], **system}})
+    values = load_open_recipe(ROBOT).guess.model_dump()
+    return whole_recipe({**values, "system": {**values["system"], **system}})
 
 
 def numbers(chain: object) -> list[list[float]]:
@@ -49,10 +49,10 @@ def test_chain_of_the_recipe_takes_the_place_of_the_systems_own() -> None:
 
 def test_path_alone_is_short_for_the_table() -> None:
     text = TINY.replace("[system]\n", '[system]\nchain = "arm.urdf"\n', 1)
-    chain = parse_recipe(text, "mine.toml").system.chain
+    chain = parse_open_recipe(text, "mine.toml").guess.system.chain
     assert chain is not None
     assert (chain.urdf, chain.tool, chain.gravity) == ("arm.urdf", None, (0.0, 0.0, -9.81))
-    recipe = parse_recipe(text, "mine.toml")
+    recipe = parse_open_recipe(text, "mine.toml").guess
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
 
 
@@ -74,7 +74,7 @@ def test_urdf_is_found_where_models_are(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_inputs_that_are_no_set_points_of_the_chain_are_refused() -> None:
     text = TINY.replace("[system]\n", f'[system]\nchain = "{URDF}"\n', 1)
-    recipe = parse_recipe(text, "mine.toml")
+    recipe = parse_open_recipe(text, "mine.toml").guess
     with pytest.raises(RecipeError, match=r"has the joints \['joint_1', .*found \['force'\] in"):
         require_features(recipe, case_of(recipe).system)
 
@@ -99,4 +99,4 @@ def test_weights_of_a_law_may_be_given() -> None:
 def test_drives_that_are_no_law_are_refused(drive: str, message: str) -> None:
     text = TINY.replace("[system]\n", f"[system]\ndrive = {drive}\n", 1)
     with pytest.raises(RecipeError, match=message):
-        parse_recipe(text, "mine.toml")
+        parse_open_recipe(text, "mine.toml")

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.record_rules import shares_of
 from tests.own_records import RECIPE
 from tests.recipes import tiny_recipe
 
 
 def test_recipe_of_records_leaves_its_numbers_open_and_has_no_excitation() -> None:
-    recipe = parse_recipe(RECIPE, "bench.toml")
-    assert recipe.data.excitation == ()
-    assert {"data.train", "data.validation", "data.duration"} <= set(recipe.automatic)
+    read = parse_open_recipe(RECIPE, "bench.toml")
+    assert read.guess.data.excitation == ()
+    assert {"data.train", "data.validation", "data.duration"} <= set(read.open_keys)
 
 
 def test_shares_follow_from_whether_there_is_an_estimator() -> None:
-    plain = shares_of(parse_recipe(RECIPE, "bench.toml"))
-    with_estimator = shares_of(parse_recipe(RECIPE + "[estimator]\n", "bench.toml"))
+    plain = parse_open_recipe(RECIPE, "bench.toml").guess.shares()
+    with_estimator = parse_open_recipe(RECIPE + "[estimator]\n", "bench.toml").guess.shares()
     assert plain["estimator"] == 0.0 < with_estimator["estimator"]
     for shares in (plain, with_estimator):
         assert list(shares) == ["train", "validation", "estimator", "estimator_validation", "test"]
@@ -57,7 +56,7 @@ def test_shares_follow_from_whether_there_is_an_estimator() -> None:
 )
 def test_what_only_models_have_is_refused_of_records(more: str, message: str) -> None:
     with pytest.raises(RecipeError, match=message) as caught:
-        parse_recipe(RECIPE + more, "bench.toml")
+        parse_open_recipe(RECIPE + more, "bench.toml")
     assert str(caught.value).startswith("bench.toml: ")
 
 
@@ -80,11 +79,11 @@ def test_what_only_records_have_is_refused_of_models(
 
 def test_noise_record_is_refused_of_networks_that_do_not_weight_residuals_by_it() -> None:
     text = RECIPE.replace('model = "bench.csv"', 'model = "bench.csv"\nnoise_record = "rest.csv"')
-    assert parse_recipe(text, "bench.toml").system.noise_record == "rest.csv"
+    assert parse_open_recipe(text, "bench.toml").guess.system.noise_record == "rest.csv"
     feed_forward = text.split("[network]")[0] + (
         '[network]\nfamily = "feed_forward"\nhidden = [4]\n'
         "[training]\nsteps = 10\nbatch = 8\nlearning_rate = 0.01\n"
     )
     with pytest.raises(RecipeError, match=r"expected network\.family = 'state_space'") as caught:
-        parse_recipe(feed_forward, "bench.toml")
+        parse_open_recipe(feed_forward, "bench.toml")
     assert "system.noise_record = 'rest.csv'" in str(caught.value)

@@ -9,8 +9,8 @@ import pytest
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.parameters import ITERATIONS
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.defaults import ITERATIONS
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
@@ -125,7 +125,7 @@ validation = 1
 
 
 def test_parameters_are_those_of_functions_too() -> None:
-    recipe = parse_recipe(FUNCTION.replace("NAME", "time_constant"), "recipe")
+    recipe = parse_open_recipe(FUNCTION.replace("NAME", "time_constant"), "recipe").guess
     assert [parameter.start_value for parameter in recipe.physical()] == pytest.approx([0.2])
     step = np.ones((10, 1))
     step[0] = 0.0  # it begins at rest under its first input
@@ -137,7 +137,7 @@ def test_parameters_are_those_of_functions_too() -> None:
 
 
 def test_parameter_that_the_model_has_not_is_refused() -> None:
-    recipe = parse_recipe(FUNCTION.replace("NAME", "mass"), "recipe")
+    recipe = parse_open_recipe(FUNCTION.replace("NAME", "mass"), "recipe").guess
     with pytest.raises(LoadError, match="mass"):
         _ = case_of(recipe).system
     with pytest.raises(LoadError, match="mass"):

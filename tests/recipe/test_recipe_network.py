@@ -12,7 +12,7 @@ from slide_fmu.core.mistakes import value_text
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe, TrainingRecipe
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from tests.recipes import ESTIMATOR, TINY
+from tests.recipes import ESTIMATOR, TINY, whole_recipe
 
 WITHOUT_LEARNING = TINY[: TINY.index("[network]")]
 """The tiny recipe without tables about learning."""
@@ -278,19 +278,19 @@ def test_shortest_validation_counts_the_inputs_that_a_network_sees(
     tables["data"] = {**tables["data"], **counts, "burn_in": 0.0}
     if estimator:
         tables["estimator"] = ESTIMATOR
-    recipe = Recipe.model_validate(tables)
+    recipe = whole_recipe(tables)
     scored = 8 if estimator else 1
     expected = (samples + scored - 1) * recipe.window.step
     assert recipe.shortest_validation() == pytest.approx(expected)
     burnt = tables["data"] | {"burn_in": 10 * recipe.window.step}
-    later = Recipe.model_validate(tables | {"data": burnt}).shortest_validation()
+    later = whole_recipe(tables | {"data": burnt}).shortest_validation()
     assert later == pytest.approx(expected - 10 * recipe.window.step)
 
 
 def test_all_trainings_are_those_of_surrogate_and_estimator() -> None:
     tables = tomllib.loads(STATE_SPACE)
     tables["data"] |= {"estimator": 1, "estimator_validation": 1}
-    recipe = Recipe.model_validate(tables | {"estimator": ESTIMATOR})
+    recipe = whole_recipe(tables | {"estimator": ESTIMATOR})
     assert recipe.estimator is not None
     assert recipe.trainings() == (LeastSquaresRecipe(), recipe.estimator.training)
 

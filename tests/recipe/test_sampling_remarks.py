@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.propose.trial import remarks_on_sampling
-from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.recipe.reading import load_open_recipe
 from tests.recipes import tiny_state_space_recipe
 
 RELEASED = sorted(Path(__file__).parents[2].joinpath("training").glob("*.toml"))
@@ -50,4 +50,4 @@ def test_sine_up_to_the_frequency_of_nyquist_is_not() -> None:
 
 @pytest.mark.parametrize("path", RELEASED, ids=lambda path: path.stem)
 def test_released_recipes_ask_for_no_such_frequency(path: Path) -> None:
-    assert not remarks_on_sampling(load_recipe(path))
+    assert not remarks_on_sampling(load_open_recipe(path).guess)

@@ -8,7 +8,7 @@ import pytest
 
 from slide_fmu.core.units import require_unit
 from slide_fmu.recipe.places import in_words, line_of
-from slide_fmu.recipe.reading import load_recipe, parse_recipe
+from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
 
 PLAIN = """
@@ -96,7 +96,7 @@ samples = [1, 5]
 def test_slip_in_a_recipe_gives_one_line(old: str, new: str, line: str) -> None:
     assert old in PLAIN
     with pytest.raises(RecipeError) as raised:
-        parse_recipe(PLAIN.replace(old, new, 1), "spring.toml")
+        parse_open_recipe(PLAIN.replace(old, new, 1), "spring.toml")
     assert str(raised.value) == f"spring.toml: {line}"
 
 
@@ -107,7 +107,7 @@ def test_recipe_of_an_editor_of_windows_is_read(
 ) -> None:
     place = tmp_path / "spring.toml"
     place.write_bytes(mark + PLAIN.encode().replace(b"\n", ending))
-    assert load_recipe(place) == parse_recipe(PLAIN, "spring.toml")
+    assert load_open_recipe(place).guess == parse_open_recipe(PLAIN, "spring.toml").guess
 
 
 def test_unit_without_a_text_is_answered_once() -> None:
@@ -151,7 +151,7 @@ def test_mistake_in_a_file_has_its_line(tmp_path: Path, old: str, new: str, line
     assert old in text
     place.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(RecipeError) as raised:
-        load_recipe(place)
+        load_open_recipe(place)
     assert any(told.startswith(f"{place}, {line}") for told in str(raised.value).splitlines())
 
 

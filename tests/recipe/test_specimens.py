@@ -8,7 +8,7 @@ import pytest
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.learning import StateSpaceRecipe
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.specimens import specimens, too_few_specimens, values_in_file
 from tests.own_records import RECIPE
@@ -22,7 +22,9 @@ def recipe_of(mass: str = f"values = {MASSES}", more: str = "", degree: int = 0)
     text = RECIPE.replace('model = "bench.csv"', FILES)
     if degree:
         text = text.replace("hidden = 4", f"hidden = 4\nparameter_degree = {degree}")
-    return parse_recipe(f'{text}\n[parameters.mass]\nunit = "kg"\n{mass}\n{more}', "recipe")
+    return parse_open_recipe(
+        f'{text}\n[parameters.mass]\nunit = "kg"\n{mass}\n{more}', "recipe"
+    ).guess
 
 
 def test_parameter_ranges_over_the_values_in_the_files() -> None:
@@ -36,7 +38,7 @@ def test_parameter_ranges_over_the_values_in_the_files() -> None:
 def test_each_file_is_divided_by_itself_if_nothing_is_said() -> None:
     assert recipe_of().data.by == "each"
     assert recipe_of(more='[data]\nby = "record"').data.by == "record"
-    assert parse_recipe(RECIPE, "recipe").data.by == "block"
+    assert parse_open_recipe(RECIPE, "recipe").guess.data.by == "block"
 
 
 def test_few_specimens_do_not_determine_a_polynomial() -> None:
@@ -60,7 +62,7 @@ def test_feed_forward_network_of_specimens_is_refused_for_what_it_is() -> None:
     text = RECIPE.replace('model = "bench.csv"', FILES)
     text = text[: text.index("[network]")] + tables
     with pytest.raises(ValueError, match="the weights of state-space networks alone follow them"):
-        parse_recipe(f"{text}\n[training]\nsteps=5\nbatch=5\nlearning_rate=1e-3\n"
+        parse_open_recipe(f"{text}\n[training]\nsteps=5\nbatch=5\nlearning_rate=1e-3\n"
                      f"[parameters.mass]\nvalues = {MASSES}", "recipe")  # fmt: skip
 
 
@@ -84,7 +86,9 @@ def test_degree_is_one_that_the_specimens_suffice_for() -> None:
     assert network_of(recipe_of()).parameter_degree == 1
     six = '["b.csv", "c.csv", "d.csv", "e.csv", "f.csv"]'
     text = RECIPE.replace('model = "bench.csv"', f'model = "a.csv"\nfurther = {six}')
-    recipe = parse_recipe(f"{text}\n[parameters.mass]\nvalues = [1, 2, 3, 4, 5, 6]", "recipe")
+    recipe = parse_open_recipe(
+        f"{text}\n[parameters.mass]\nvalues = [1, 2, 3, 4, 5, 6]", "recipe"
+    ).guess
     assert network_of(recipe).parameter_degree == 2
     assert network_of(recipe_of(degree=2)).parameter_degree == 2
 
@@ -100,7 +104,7 @@ def test_two_parameters_that_go_together_are_not_told_apart() -> None:
     values = [1.0, 1.5, 2.0, 2.5, 3.0]
     tables = [f"[parameters.{name}]\nvalues = {values}\n" for name in ("mass", "stiffness")]
     with pytest.raises(ValueError, match=r"5 different values .* determine 2 of the 3 terms"):
-        parse_recipe("\n".join([text, *tables]), "recipe")
+        parse_open_recipe("\n".join([text, *tables]), "recipe")
 
 
 def test_models_have_no_values_in_files() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.recipe.default_excitation import default_excitation
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
@@ -37,7 +37,8 @@ def draft(found: Declared = FOUND, name: str = "car", step: float = 0.01) -> Dra
 
 
 def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
-    recipe = parse_recipe(recipe_text(draft()), "draft")
+    read = parse_open_recipe(recipe_text(draft()), "draft")
+    recipe = read.guess
     assert (recipe.name, recipe.description) == ("car", 'a car, "quarter"')
     assert (recipe.system.kind, recipe.system.model) == ("fmu", "my models/car.fmu")
     assert recipe.system.parameters == {}  # all are comments: the model has its own values
@@ -49,20 +50,23 @@ def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
     spans = recipe.bound.short_span, recipe.bound.long_span, recipe.bound.estimate_span
     assert spans == (0.06, 0.6, 0.6)
     assert recipe.bound.companion.start == "random"  # else it would lack the same
-    assert {"data.companion", "data.bound", "data.calibration"} <= set(recipe.automatic)
-    assert "window.n_in" in recipe.automatic
+    assert {"data.companion", "data.bound", "data.calibration"} <= set(read.open_keys)
+    assert "window.n_in" in read.open_keys
 
 
 def test_commented_parameters_are_valid_when_the_mark_is_removed() -> None:
     text = recipe_text(draft())
     assert "# mass = 300.0  # kg of the body without driver\n" in text
     with_values = text.replace("# mass = ", "mass = ").replace("# stiff = ", "stiff = ")
-    assert parse_recipe(with_values, "draft").system.parameters == {"mass": 300.0, "stiff": True}
+    assert parse_open_recipe(with_values, "draft").guess.system.parameters == {
+        "mass": 300.0,
+        "stiff": True,
+    }
 
 
 def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
     own = Draft("car", "", FOUND, (), (), 0.02, "Given.", (), declares_signals=True)
-    recipe = parse_recipe(recipe_text(own), "draft")
+    recipe = parse_open_recipe(recipe_text(own), "draft").guess
     assert (recipe.system.inputs, recipe.system.outputs) == ({}, {})
 
 
@@ -72,7 +76,7 @@ def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
 )
 def test_any_names_of_a_model_survive(text: str, step: float) -> None:
     found = Declared("fmu", text, (DeclaredParameter(text, 1.0, text, text),), ROAD, TRAVEL)
-    recipe = parse_recipe(recipe_text(draft(found, step=step)), "draft")
+    recipe = parse_open_recipe(recipe_text(draft(found, step=step)), "draft").guess
     assert (recipe.system.model, recipe.window.step) == (text, step)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
@@ -136,7 +136,7 @@ def test_without_harm_there_is_no_verdict_and_no_rule() -> None:
 
 
 def test_records_are_named_by_their_files() -> None:
-    of_records = parse_recipe(RECORDS, "bench.toml")
+    of_records = parse_open_recipe(RECORDS, "bench.toml").guess
     (found,) = judgements(surrogate(), of_records, {})
     assert found == Judgement(
         "trained on", "inputs like those of the file bench.csv", "not measured"

@@ -11,7 +11,6 @@ import pytest
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.importer_sections import box_sections
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.box import box_figures
@@ -20,7 +19,7 @@ from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
-from tests.recipes import tiny_recipe
+from tests.recipes import tiny_recipe, whole_recipe
 
 SAMPLES = 8
 RECIPE = tiny_recipe(data={"burn_in": 0.5, "duration": 2.0})
@@ -82,7 +81,7 @@ def test_report_has_a_row_for_corners_and_one_for_points_inside(
 def test_planned_motions_and_drives_have_no_such_figures(found: tuple[Path, Validation]) -> None:
     fmu, validation = found
     moves = {"kind": "point_to_point", "weight": 1.0}
-    driven = Recipe.model_validate(
+    driven = whole_recipe(
         {**RECIPE.model_dump(), "data": {**RECIPE.data.model_dump(), "excitation": [moves]}}
     )
     assert (

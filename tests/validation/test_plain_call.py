@@ -46,7 +46,7 @@ from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
-from tests.recipes import TINY, merged
+from tests.recipes import TINY, merged, whole_recipe
 from tests.validation.measured import figures_of
 
 STEP, LAG, WINDOW = 0.0625, 0.25, 80
@@ -75,7 +75,7 @@ def lag_recipe(folder: Path, hold: Hold) -> Recipe:
     }
     window = {"step": STEP, "n_in": WINDOW, "n_out": 1}
     data = {"duration": 30.0, "burn_in": 5.0}
-    return Recipe.model_validate(merged(tables, {"window": window, "data": data}))
+    return whole_recipe(merged(tables, {"window": window, "data": data}))
 
 
 def lag_surrogate(recipe: Recipe, hold: Hold) -> Surrogate:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.html_report import Section
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
@@ -18,6 +17,7 @@ from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_tabl
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.validation.comparison import Said, Validation
 from slide_fmu.validation.error_figures import Covered, SearchFigures
+from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, told, validation
 
 STILL = [0.5, 0.5, 0.5, 0.5]
@@ -136,7 +136,7 @@ def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
     assert found.recipe.bound is not None
     values = found.recipe.model_dump()
     table = {**values["bound"], "excitation": (kind,)}
-    recipe = Recipe.model_validate({**values, "bound": table})
+    recipe = whole_recipe({**values, "bound": table})
     learnt = f"have also learnt from {recipe.count('further')} trajectories of further kinds"
     assert learnt in " ".join(bound_sentences(recipe, False, None))
     assert "further kinds" not in " ".join(bound_sentences(found.recipe, False, None))

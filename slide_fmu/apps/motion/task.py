@@ -17,7 +17,8 @@ from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
-from slide_fmu.recipe.reading import mistakes, read_recipe_text
+from slide_fmu.recipe.mistake_lines import mistake_lines
+from slide_fmu.recipe.reading import read_recipe_text
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -187,7 +188,7 @@ def read_task(path: Path) -> MoveTask | PathTask:
     except tomllib.TOMLDecodeError as error:
         raise MotionError(f"{path}: not valid TOML: {error}") from error
     except ValidationError as error:
-        raise MotionError(_without_kind(mistakes(error, str(path), "task"))) from error
+        raise MotionError(_without_kind(mistake_lines(error, str(path), "task"))) from error
     except RecipeError as error:
         text = str(error).replace("recipe ", "task ", 1)
         raise MotionError(text.replace("training/duffing.toml", EXAMPLE)) from error

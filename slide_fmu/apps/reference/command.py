@@ -20,11 +20,11 @@ def reference(
     from slide_fmu.apps.reference.side_by_side import write_reference
     from slide_fmu.pipeline.importable import make_importable
     from slide_fmu.recipe.case import case_of
-    from slide_fmu.recipe.reading import load_recipe
+    from slide_fmu.recipe.reading import load_open_recipe
 
     with errors():
         make_importable(recipe.parent)
-        path = write_reference(case_of(load_recipe(recipe)), output)
+        path = write_reference(case_of(load_open_recipe(recipe).guess), output)
     console.print(f"FMU     {path}")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.apps.credentials.metadata import OWN, Entry
 from slide_fmu.apps.credentials.statements import statements
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.validation.comparison import Validation
 from tests.own_records import RECIPE
@@ -141,7 +141,7 @@ def test_statements_of_records_name_their_files_and_hashes(finer: Validation) ->
         "records": [{"file": "bench.csv", "sha256": "1a"}],
         "noise_record": {"file": "rest.csv", "sha256": "2b"},
     }
-    recipe = parse_recipe(RECIPE, "bench.toml")
+    recipe = parse_open_recipe(RECIPE, "bench.toml").guess
     found = {e.keyword: e.value for e in statements(finer.surrogate, recipe, origin)}
     for keyword, row in (
         ("data.records", origin["records"][0]),

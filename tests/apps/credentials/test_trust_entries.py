@@ -9,9 +9,9 @@ import numpy as np
 
 from slide_fmu.apps.credentials.metadata import OWN
 from slide_fmu.apps.credentials.statements import statements
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sentences import bound_sentences
+from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, told
 from tests.validation.measured import figures_of
 
@@ -42,7 +42,7 @@ def test_kinds_that_the_bound_alone_has_learnt_from_have_a_table() -> None:
     kind = {"kind": "binary", "weight": 2.0, "duration": [0.1, 0.3]}
     values = found.recipe.model_dump()
     table = {**values["bound"], "excitation": (kind,)}
-    recipe = Recipe.model_validate({**values, "bound": table})
+    recipe = whole_recipe({**values, "bound": table})
     entries = {e.keyword: e.value for e in statements(found.surrogate, recipe, {})}
     (row,) = entries["error_bound.learnt_from"]
     assert (row.get("kind"), row.get("weight")) == ("binary", "2.0")

@@ -16,7 +16,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
@@ -68,7 +68,7 @@ def text_of(car: Path, parameters: str = "") -> str:
 
 
 def test_a_co_simulation_fmu_is_copied_as_reference(car: Path, tmp_path: Path) -> None:
-    recipe = parse_recipe(text_of(car), "recipe")
+    recipe = parse_open_recipe(text_of(car), "recipe").guess
     written = write_reference(case_of(recipe), tmp_path / "reference.fmu")
     assert written.read_bytes() == car.read_bytes()
     with pytest.raises(ValueError, match=r"expected a name ending in \.fmu"):
@@ -76,14 +76,14 @@ def test_a_co_simulation_fmu_is_copied_as_reference(car: Path, tmp_path: Path) -
 
 
 def test_an_fmu_with_parameters_is_no_reference_by_itself(car: Path, tmp_path: Path) -> None:
-    recipe = parse_recipe(text_of(car, "parameters = { spring = 20e3 }"), "recipe")
+    recipe = parse_open_recipe(text_of(car, "parameters = { spring = 20e3 }"), "recipe").guess
     with pytest.raises(LoadError, match=r"with parameters \['spring'\]; expected a co-simulation"):
         write_reference(case_of(recipe), tmp_path / "reference.fmu")
 
 
 def test_an_ssp_holds_the_fmu_of_the_user_beside_the_surrogate(car: Path, tmp_path: Path) -> None:
     text = text_of(car)
-    system = case_of(parse_recipe(text, "recipe")).system
+    system = case_of(parse_open_recipe(text, "recipe").guess).system
     build_libraries()
     surrogate = replace(
         sum_surrogate(16),
@@ -129,7 +129,7 @@ def test_an_open_parameter_of_the_fmu_of_the_user_is_set_by_the_ssp(
     """libcosim holds inputs over each step, and so does the system."""
     text = text_of(car).replace("0.05]\n", '0.05]\nhold = "zero_order"\n', 1)
     text += '[parameters.spring]\nrange = [10e3, 40e3]\nunit = "N/m"\n'
-    recipe, given = parse_recipe(text, "recipe"), {"spring": 31e3}
+    recipe, given = parse_open_recipe(text, "recipe").guess, {"spring": 31e3}
     build_libraries()
     surrogate = with_open_spring(case_of(recipe).system)
     fmu = export_fmu(surrogate, tmp_path / "surrogate.fmu", provenance={"recipe": text})

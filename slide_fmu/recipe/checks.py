@@ -1,0 +1,345 @@
+"""The tables of a recipe must fit each other; the checks of that are one list."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from slide_fmu.recipe.automatic import LENGTHS
+from slide_fmu.recipe.error_bound import BoundRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.record_rules import KIND, PARTS
+from slide_fmu.recipe.specimens import too_few_specimens
+
+MOST_SAMPLES = 10_000_000
+"""Longer motions fit into no memory: this one takes 80 MB for each signal."""
+
+
+def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
+    """Return what is wrong in a recipe, one sentence for each check that fails.
+
+    Lengths that are left to be found hold first guesses, with which nothing else need agree.
+    """
+    guessed = any(key in LENGTHS for key in open_keys)
+    found = []
+    for check in CHECKS if guessed else (*CHECKS, *CHECKS_OF_LENGTHS):
+        try:
+            check(recipe)
+        except ValueError as error:
+            found.append(str(error))
+    return found
+
+
+def require_parameters(recipe: Recipe) -> None:
+    """Refuse parameters that make no sense, or that the recipe gives otherwise too."""
+    if recipe.system.is_record:
+        _require_specimens(recipe)
+    else:
+        _require_ranges(recipe)
+    for name, table in recipe.parameters.items():
+        table.parameter(name)
+        if name == "step":
+            raise ValueError(
+                "parameters.step; expected a parameter of the model: the sample step of a "
+                "surrogate is window.step, and fixed"
+            )
+        for other in ("parameters", "reference", "inputs", "outputs"):
+            if name in getattr(recipe.system, other):
+                raise ValueError(
+                    f"parameters.{name} is in system.{other} too; expected it in one of them: "
+                    f"remove it from system.{other}"
+                )
+    if recipe.parameters:
+        _require_learnable(recipe)
+
+
+def _require_ranges(recipe: Recipe) -> None:
+    for name, table in recipe.parameters.items():
+        if table.values:
+            raise ValueError(
+                f"parameters.{name}.values = {list(table.values)} with system.kind = "
+                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
+            )
+
+
+def _require_learnable(recipe: Recipe) -> None:
+    names = list(recipe.parameters)
+    if not recipe.network.FOLLOWS_PARAMETERS:
+        raise ValueError(
+            f"parameters {names} with network.family = {recipe.network.family!r}; expected none: "
+            "the weights of state-space networks alone follow them"
+        )
+
+
+def _require_specimens(recipe: Recipe) -> None:
+    """Refuse parameters of records without one value for each file, or too few different ones."""
+    files = 1 + len(recipe.system.further)
+    for name, table in recipe.parameters.items():
+        given = list(table.values)
+        if len(given) != files:
+            raise ValueError(
+                f"parameters.{name}.values = {given}; expected {files} of them, one for each file "
+                "of records: system.model first, then those of system.further in their order"
+                + ("" if table.range is None else "; remove the range, which follows from them")
+            )
+        if len(set(given)) == 1:
+            raise ValueError(
+                f"parameters.{name}.values = {given}; expected at least two that differ: records "
+                "of one value alone teach no parameter; remove it, or measure other specimens"
+            )
+    problem = too_few_specimens(recipe, range(files))
+    if problem is not None:
+        raise ValueError(problem)
+
+
+def require_fitting_tables(recipe: Recipe) -> None:
+    """Refuse what is said of models in a recipe of records, and the other way round."""
+    if recipe.system.is_record:
+        _require_no_model(recipe)
+        _require_shares(recipe)
+        _require_weights(recipe)
+        return
+    system, data = recipe.system, recipe.data
+    columns = [s.column for s in (*system.inputs.values(), *system.outputs.values()) if s.column]
+    given: dict[str, Any] = {
+        "system.further": list(system.further),
+        "system.noise_record": system.noise_record,
+        "data.shares": dict(data.shares),
+        "data.by": "" if data.by == "block" else data.by,
+        "column": columns,
+    }
+    for key, value in given.items():
+        if value:
+            raise ValueError(
+                f"{key} = {value!r} with system.kind = {system.kind!r}; expected it with "
+                f"system.kind = {KIND!r} only: remove it"
+            )
+    if not data.excitation:
+        raise ValueError(
+            "data.excitation is empty; expected at least one kind of excitation, or none of the "
+            "tables: then a mix follows from the step"
+        )
+
+
+def _require_no_model(recipe: Recipe) -> None:
+    system, data = recipe.system, recipe.data
+    given: dict[str, Any] = {
+        "system.reference": dict(system.reference),
+        "system.picture": system.picture,
+        "data.excitation": [kind.kind for kind in data.excitation],
+        "data.beyond": data.beyond,
+        "validation.duration": recipe.validation.duration,
+        "validation.excitation": [kind.kind for kind in recipe.validation.excitation],
+    }
+    for key, value in given.items():
+        if value:
+            raise ValueError(
+                f"{key} = {value!r} with system.kind = {KIND!r}; expected none, since records "
+                "cannot be simulated: remove it"
+            )
+
+
+def _require_weights(recipe: Recipe) -> None:
+    """Refuse a noise record where no network is learnt by its spectrum."""
+    family = recipe.network.family
+    if recipe.system.noise_record is not None and family != "state_space":
+        raise ValueError(
+            f"system.noise_record = {recipe.system.noise_record!r} with network.family = "
+            f"{family!r}; expected network.family = 'state_space', whose residuals alone are "
+            "weighted by the spectrum of noise: choose it, or remove the key"
+        )
+
+
+def _require_shares(recipe: Recipe) -> None:
+    shares = recipe.shares()
+    wanted = [part for part in PARTS if recipe.estimator is not None or "estimator" not in part]
+    lacking = [part for part in wanted if not shares[part]]
+    idle = [part for part in PARTS if part not in wanted and shares[part]]
+    total = sum(shares.values())
+    if lacking or idle or abs(total - 1.0) > 1e-6:
+        raise ValueError(
+            f"data.shares = {dict(recipe.data.shares)}, {total:g} in all; expected positive "
+            f"shares of {wanted}, 1 in all, and of nothing else: correct them, or remove the key"
+        )
+
+
+def require_bound(recipe: Recipe) -> None:
+    """Refuse an error bound where it cannot be learnt."""
+    if recipe.bound is None:
+        if recipe.validation.adversarial:
+            raise ValueError(
+                f"validation.adversarial = {recipe.validation.adversarial} without a table "
+                "[bound]; expected an error bound, which the search attacks: add [bound], or "
+                "remove the key"
+            )
+        return
+    remedy = "remove the tables [bound] and [bound.companion]"
+    if recipe.system.is_record:
+        raise ValueError(
+            "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
+            f"a bound needs hundreds of trajectories of its own: {remedy}"
+        )
+    if recipe.parameters:
+        raise ValueError(
+            f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "
+            f"a surrogate with physical parameters is not built: {remedy}, or the parameters; a "
+            "table [estimator] in their place gives an error estimate"
+        )
+    if not isinstance(recipe.network, StateSpaceRecipe):
+        raise ValueError(
+            f"[bound] with network.family = {recipe.network.family!r}; expected 'state_space': "
+            f"choose it, or {remedy}"
+        )
+    start = getattr(recipe.training, "start", None)
+    if start is not None:
+        raise ValueError(
+            f"[bound] with training.start = {start!r}; expected none: the companion would begin "
+            f"with the same network, and share its errors: {remedy}, or the key"
+        )
+    if recipe.bound.companion.start == "surrogate" and recipe.bound.companion.hidden is not None:
+        raise ValueError(
+            f"bound.companion.hidden = {recipe.bound.companion.hidden} with bound.companion.start "
+            "= 'surrogate'; expected one of them: a companion that begins with the surrogate's "
+            "network has its size"
+        )
+    _require_further(recipe.data.further, recipe.bound)
+    if recipe.bound.estimate_span is not None and recipe.estimator is not None:
+        raise ValueError(
+            f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
+            "expected one error estimate: remove the key, or the table"
+        )
+    if recipe.bound.short_span > recipe.bound.long_span:
+        raise ValueError(
+            f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
+            f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
+        )
+
+
+def _require_further(count: int, bound: BoundRecipe) -> None:
+    if bound.excitation and count == 1:
+        raise ValueError(
+            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
+            "them to choose by: raise it, or remove the key"
+        )
+    if count and not bound.excitation:
+        raise ValueError(
+            f"data.further = {count} without kinds under [[bound.excitation]]; expected some, of "
+            "which these trajectories are: add them, or remove the key"
+        )
+
+
+def _spans_of(bound: BoundRecipe) -> str:
+    """Name the times over which a bound averages, with their values."""
+    names = ["long_span", *(["estimate_span"] if bound.estimate_span else [])]
+    return " and ".join(f"bound.{name} = {getattr(bound, name):g} s" for name in names)
+
+
+def require_kinds_in_one_table(recipe: Recipe) -> None:
+    """Refuse kinds of excitation that are learnt from and held out, or in two tables."""
+    learnt, further = (
+        [kind.model_dump(exclude={"weight"}) for kind in kinds]
+        for kinds in (recipe.data.excitation, recipe.further_kinds())
+    )
+    for kind in recipe.further_kinds():
+        if kind.model_dump(exclude={"weight"}) in learnt:
+            raise ValueError(
+                f"bound.excitation has a {kind.kind!r} that is in data.excitation too; "
+                "expected kinds, or settings of them, that no network learns from: remove it "
+                "from one of them"
+            )
+    for kind in recipe.validation.excitation:
+        settings = kind.model_dump(exclude={"weight"})
+        for table, known in (("data", learnt), ("bound", further)):
+            if settings in known:
+                raise ValueError(
+                    f"validation.excitation has a {kind.kind!r} that is in {table}.excitation "
+                    "too; expected kinds, or settings of them, that nothing is learnt from: "
+                    "remove it from one of them"
+                )
+
+
+def require_beyond_learnt(recipe: Recipe) -> None:
+    """Refuse trajectories beyond the ranges that no network learns from."""
+    if recipe.data.beyond and not recipe.network.LEARNS_BEYOND:
+        raise ValueError(
+            f"data.beyond = {recipe.data.beyond}; expected 0 for network.family = "
+            f"{recipe.network.family!r}: state-space networks alone learn from them"
+        )
+
+
+def require_data_of_estimator(recipe: Recipe) -> None:
+    """Refuse an error estimator without trajectories of its own."""
+    counts = (recipe.data.estimator, recipe.data.estimator_validation)
+    if recipe.estimator is not None and min(counts) < 1:
+        raise ValueError(
+            f"data.estimator = {counts[0]}, data.estimator_validation = {counts[1]}; "
+            "the error estimator needs trajectories of its own, at least one each"
+        )
+
+
+def require_fitting_into_memory(recipe: Recipe) -> None:
+    """Refuse motions that fit into no memory."""
+    durations = {
+        "data.duration": recipe.data.duration,
+        "data.burn_in": recipe.data.burn_in,
+        "validation.duration": recipe.validation.duration or 0.0,
+        "window.n_in": recipe.window.n_in * recipe.window.step,
+    }
+    for name, duration in durations.items():
+        if duration > MOST_SAMPLES * recipe.window.step:
+            raise ValueError(
+                f"{name} asks for {duration / recipe.window.step:.4g} samples; expected at most "
+                f"{MOST_SAMPLES:,}: shorten it, or choose a larger window.step"
+            )
+
+
+def require_lags_in_window(recipe: Recipe) -> None:
+    """Refuse an error estimator that sees inputs before the window."""
+    lags = (recipe.estimator and recipe.estimator.lags) or (0,)
+    if lags[-1] > recipe.window.n_in - recipe.window.n_out:
+        raise ValueError(
+            f"estimator.lags end with {lags[-1]}; expected at most n_in - n_out = "
+            f"{recipe.window.n_in - recipe.window.n_out}, the age of the oldest input that the "
+            "oldest output of the window has seen"
+        )
+
+
+def require_long_trajectories(recipe: Recipe) -> None:
+    """Refuse trajectories that are shorter than what is learnt from or measured on them."""
+    window, data = recipe.window, recipe.data
+    span = 0 if recipe.estimator is None else recipe.estimator.span or 0
+    of_bound = 0 if recipe.bound is None else recipe.bound.samples(window)
+    longest = max(window.n_in, window.n_in - window.n_out + span, of_bound)
+    validation = recipe.validation.duration or data.duration
+    whole = {
+        "data.duration": (data.duration, longest * window.step),
+        "validation.duration": (
+            validation,
+            max(recipe.shortest_validation(), of_bound * window.step),
+        ),
+    }
+    for name, (duration, needed) in whole.items():
+        if duration < needed - 0.5 * window.step:
+            also = f" and estimator.span = {span}" if span else ""
+            if recipe.bound is not None:
+                also += f" and {_spans_of(recipe.bound)}"
+            raise ValueError(
+                f"{name} = {duration:g} s; expected at least {needed:g} s for a window of "
+                f"n_in = {window.n_in}, n_out = {window.n_out} samples{also}"
+            )
+
+
+CHECKS = (
+    require_parameters,
+    require_fitting_tables,
+    require_bound,
+    require_kinds_in_one_table,
+    require_beyond_learnt,
+    require_data_of_estimator,
+    require_fitting_into_memory,
+)
+"""Each takes a recipe, and raises a ValueError with the key, its value and the remedy."""
+
+CHECKS_OF_LENGTHS = (require_lags_in_window, require_long_trajectories)
+"""Those that need the lengths of window and trajectories."""

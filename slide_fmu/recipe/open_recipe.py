@@ -1,0 +1,108 @@
+"""A recipe as it was read leaves keys to be found, which hold first guesses until then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from slide_fmu.recipe.checks import faults
+from slide_fmu.recipe.defaults import with_defaults
+from slide_fmu.recipe.mistake_lines import mistake_lines
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+
+
+@dataclass(frozen=True)
+class OpenRecipe:
+    """An OpenRecipe is a recipe with keys that are still to be found.
+
+    Attributes:
+        guess: the recipe with first guesses at these keys: its systems can be made and its motions
+            be drawn, but nothing is learnt from it.
+        open_keys: these keys (``"window.n_in"``), in the order of ``AUTOMATIC``.
+    """
+
+    guess: Recipe
+    open_keys: tuple[str, ...]
+
+    @staticmethod
+    def of(tables: Mapping[str, Any], source: str, text: str = "") -> OpenRecipe:
+        """Make a recipe of tables, in which ``"auto"`` or no value leaves a key to be found.
+
+        Args:
+            tables: as they were read.
+            source: what messages call the recipe.
+            text: what its file holds, for the lines of mistakes; empty where there is none.
+
+        Raises:
+            RecipeError: they are no recipe; there is one line per mistake.
+        """
+        try:
+            whole, open_keys = with_defaults(dict(tables))
+        except ValueError as error:
+            raise RecipeError(f"{source}: recipe: {error}") from error
+        return _checked(whole, open_keys, source, text)
+
+    def with_found(self, values: Mapping[str, Mapping[str, Any]], source: str) -> OpenRecipe:
+        """Return the recipe with values that were found in the place of first guesses.
+
+        Args:
+            values: a table of tables, as ``{"window": {"n_in": 96}}``; other keys stay open.
+            source: what messages call the recipe.
+
+        Raises:
+            RecipeError: the values do not fit what the recipe gives, or are not open in it.
+        """
+        tables = self.guess.model_dump()
+        found = [f"{table}.{key}" for table, inner in values.items() for key in inner]
+        unasked = [place for place in found if place not in self.open_keys]
+        if unasked:
+            raise RecipeError(
+                f"{source}: values were found for {unasked}; expected some of {self.open_keys}, "
+                'which are "auto": find them again for this recipe'
+            )
+        for table, inner in values.items():
+            tables[table].update(inner)
+        still_open = tuple(key for key in self.open_keys if key not in found)
+        return _checked(tables, still_open, source)
+
+    def resolved(self) -> Recipe:
+        """Return the recipe, in which nothing is open any more.
+
+        Raises:
+            RecipeError: a key is still to be found.
+        """
+        if not self.open_keys:
+            return self.guess
+        raise RecipeError(
+            f"recipe {self.guess.name!r} leaves {', '.join(self.open_keys)} to be found "
+            '("auto", or not given); expected values here: slide-fmu run RECIPE finds them, or '
+            "give them"
+        )
+
+
+def _checked(
+    tables: Mapping[str, Any], open_keys: tuple[str, ...], source: str, text: str = ""
+) -> OpenRecipe:
+    """Make a recipe of whole tables, whose values are checked."""
+    try:
+        recipe = Recipe.model_validate(tables)
+    except ValidationError as error:
+        raise RecipeError(mistake_lines(error, source, file=Recipe, text=text)) from error
+    found = [*_unfindable(recipe, open_keys), *faults(recipe, open_keys)]
+    if found:
+        raise RecipeError("\n".join(f"{source}: recipe: {fault}" for fault in found))
+    return OpenRecipe(recipe, open_keys)
+
+
+def _unfindable(recipe: Recipe, open_keys: tuple[str, ...]) -> list[str]:
+    """Return what is wrong where a number of trajectories is open, and no curve can find it."""
+    by_curve = recipe.network.family == "state_space" or recipe.system.is_record
+    if "data.train" not in open_keys or by_curve:
+        return []
+    return [
+        f'data.train is left out, or "auto"; expected a number for network.family = '
+        f"{recipe.network.family!r}: the learning curve is that of a state-space network"
+    ]

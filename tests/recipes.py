@@ -61,6 +61,37 @@ ESTIMATOR: dict[str, Any] = {
 }
 
 
+FMU_RECIPE = """
+name = "car"
+description = "quarter car"
+
+[system]
+kind = "fmu"
+model = "MODEL"
+
+[system.inputs.road]
+range = [-0.05, 0.05]
+
+[system.outputs.suspension_travel]
+range = [-0.1, 0.1]
+
+[window]
+step = 0.005
+n_in = 16
+n_out = 8
+
+[data]
+duration = 0.5
+burn_in = 0.1
+train = 2
+validation = 1
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+"""
+
+
 def whole_recipe(tables: dict[str, Any]) -> Recipe:
     """The recipe of tables that leave nothing to be found."""
     return OpenRecipe.of(tables, "it").resolved()

@@ -16,12 +16,12 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.systems.errors import SimulationError
 from tests.own_models.quarter_car import build_in_c
-from tests.apps.reference.test_own_fmu import TEXT
 from tests.progress import silent
+from tests.recipes import FMU_RECIPE
 
-SLOW = TEXT.replace('kind = "held_random"', 'kind = "held_random"\nsamples = [200, 200]').replace(
-    "duration = 0.5", "seed = SEED\nduration = 0.5"
-)
+SLOW = FMU_RECIPE.replace(
+    'kind = "held_random"', 'kind = "held_random"\nsamples = [200, 200]'
+).replace("duration = 0.5", "seed = SEED\nduration = 0.5")
 """The inputs of a short motion have one value or two."""
 HIGH = 0.02
 """With a fitting seed, the motion on which a recipe is checked is lower, in m, and others are not.

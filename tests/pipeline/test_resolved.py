@@ -9,19 +9,15 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
-from slide_fmu.data.generation import generate
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
 from slide_fmu.pipeline.export import Request, export
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
-from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
-from tests.data.test_generation import Inline
 from tests.memory.plain_systems import Lag
 from tests.progress import no_stages
-from tests.recipe.test_automatic import open_recipe
 from tests.recipes import LINEAR_NETWORK, TINY
 
 OPEN = f"""
@@ -118,12 +114,6 @@ def test_values_that_are_not_the_recipes_are_refused(tmp_path: Path) -> None:
     released = {"recipe": TINY, "resolved": {"window": {"n_in": 48}}}
     with pytest.raises(RecipeError, match=r"recipe in it\.fmu: values were found for \['window"):
         recipe_of_provenance(released, "it.fmu")
-
-
-def test_nothing_is_made_of_first_guesses(tmp_path: Path) -> None:
-    message = r"'tiny' leaves window\.n_in, window\.n_out, data\.duration, data\.burn_in to be"
-    with pytest.raises(RecipeError, match=message):
-        generate(case_of(open_recipe()), tmp_path / "data", Inline(), lambda *_: None)
 
 
 def test_lengths_that_were_found_in_a_hurry_are_not_kept(tmp_path: Path) -> None:

@@ -25,36 +25,7 @@ from tests.acceptance.importers import needs, run_libcosim
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 from tests.own_models.quarter_car import build_in_c
-
-TEXT = """
-name = "car"
-description = "quarter car"
-
-[system]
-kind = "fmu"
-model = "MODEL"
-
-[system.inputs.road]
-range = [-0.05, 0.05]
-
-[system.outputs.suspension_travel]
-range = [-0.1, 0.1]
-
-[window]
-step = 0.005
-n_in = 16
-n_out = 8
-
-[data]
-duration = 0.5
-burn_in = 0.1
-train = 2
-validation = 1
-
-[[data.excitation]]
-kind = "held_random"
-weight = 1.0
-"""
+from tests.recipes import FMU_RECIPE
 
 
 @pytest.fixture
@@ -63,7 +34,7 @@ def car(tmp_path: Path) -> Path:
 
 
 def text_of(car: Path, parameters: str = "") -> str:
-    text = TEXT.replace("MODEL", str(car))
+    text = FMU_RECIPE.replace("MODEL", str(car))
     return text.replace("[system.inputs", f"{parameters}\n[system.inputs", 1)
 
 

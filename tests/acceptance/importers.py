@@ -37,8 +37,8 @@ def booleans(ssp: Path) -> set[tuple[str, str]]:
         root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
     return {
         (component.attrib["name"], connector.attrib["name"])
-        for component in root.iter("{*}Component")
-        for connector in component.iter("{*}Connector")
+        for component in root.iterfind(".//{*}Component")
+        for connector in component.iterfind(".//{*}Connector")
         if connector.find("{*}Boolean") is not None
     }
 

@@ -33,7 +33,7 @@ from slide_fmu.pipeline.apps import Release, with_origins
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import open_job
-from slide_fmu.pipeline.measurement import IN_RANGE, tasks
+from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
@@ -43,6 +43,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import IN_RANGE
 from slide_fmu.validation.error_figures import SearchFigures
 
 TRAINING = Path(__file__).parents[1] / "training"

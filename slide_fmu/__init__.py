@@ -15,6 +15,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from slide_fmu.cli.learning import learn
+    from slide_fmu.cli.python_calls import Learnt, export, run, validate
     from slide_fmu.core.parameters import Parameter
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
@@ -27,12 +29,10 @@ if TYPE_CHECKING:
     from slide_fmu.fmu.native_library import NativeError
     from slide_fmu.memory.sizing import ShortWindowError
     from slide_fmu.memory.stability import UnstableSurrogateError
-    from slide_fmu.pipeline.errors import QualityError
-    from slide_fmu.pipeline.python_calls import Learnt, export, run, validate
     from slide_fmu.pipeline.run_folder import StageError
-    from slide_fmu.propose.learning import learn
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.recipe.recipe import Recipe, RecipeError
+    from slide_fmu.report.quality import QualityError
     from slide_fmu.surrogate.gradient import gradient, jacobian, parameter_jacobian
     from slide_fmu.surrogate.payload import PayloadError
     from slide_fmu.surrogate.surrogate import Surrogate
@@ -107,8 +107,8 @@ _HOMES = {
     "slide_fmu.cosim.simulate": ("simulate",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
-    "slide_fmu.propose.learning": ("learn",),
-    "slide_fmu.pipeline.python_calls": ("Learnt", "export", "run", "validate"),
+    "slide_fmu.cli.learning": ("learn",),
+    "slide_fmu.cli.python_calls": ("Learnt", "export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),
@@ -126,7 +126,7 @@ _HOMES = {
     ),
     "slide_fmu.fmu.native_library": ("NativeError",),
     "slide_fmu.surrogate.payload": ("PayloadError",),
-    "slide_fmu.pipeline.errors": ("QualityError",),
+    "slide_fmu.report.quality": ("QualityError",),
     "slide_fmu.memory.sizing": ("ShortWindowError",),
     "slide_fmu.pipeline.run_folder": ("StageError",),
     "slide_fmu.data.errors": ("StoreError",),

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
-from slide_fmu.core.files import look_beside
+from slide_fmu.core.search_path import make_importable
 from tests.browser import Browser, browser
 from tests.time_log import (
     pytest_configure,
@@ -39,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(autouse=True)
 def _no_recipe_is_used() -> None:
     """Files of former tests' recipes are not found."""
-    look_beside()
+    make_importable()
 
 
 @pytest.fixture(scope="module")

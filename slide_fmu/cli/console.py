@@ -15,7 +15,7 @@ from slide_fmu.core.extras import how_to_install, told_missing
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import told_of_system, write_whole, writing
 from slide_fmu.core.progress import Stages
-from slide_fmu.pipeline.display import messages, shown
+from slide_fmu.report.display import messages, shown
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable: if set, errors show where they come from."""

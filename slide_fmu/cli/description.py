@@ -1,48 +1,77 @@
-"""What an FMU is, for people: its signals, window, network, measured error and origin."""
+"""This shows an FMU to people: its signals, window, network, measured error and origin."""
 
 from __future__ import annotations
 
 import sys
 import tomllib
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.errors import NotRenderableError
 
-from slide_fmu.core.figures import JsonObject
+from slide_fmu.core.figures import read_figures
+from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
-from slide_fmu.pipeline.display import Messages
 from slide_fmu.report.console import print_table, print_validation
+from slide_fmu.report.display import Messages
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.table import Table
 from slide_fmu.report.verdict import Subject, verdict
+from slide_fmu.surrogate.surrogate import Surrogate
 
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
 """What is raised where figures have other types than slide-fmu writes."""
 
 
-def show_description(fmu: Path, figures: JsonObject) -> None:
-    """Print what ``slide_fmu.pipeline.info.describe_fmu`` has found, to standard output.
+@dataclass(frozen=True)
+class Origin:
+    """This is what people see of the origin of an FMU.
+
+    Attributes:
+        recipe: the text of its recipe.
+        seeds: by what they are for.
+        versions: of the packages that made it, by name.
+    """
+
+    recipe: str = ""
+    seeds: Mapping[str, int | None] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def description(self) -> str:
+        """The line that the recipe says about the surrogate; empty where there is none."""
+        try:
+            return str(tomllib.loads(self.recipe).get("description", ""))
+        except tomllib.TOMLDecodeError:
+            return ""
+
+
+def show_description(fmu: Path, surrogate: Surrogate, provenance: Mapping[str, Any]) -> None:
+    """Print what an FMU is, to standard output.
 
     Args:
         fmu: the file, for messages.
-        figures: what was found.
+        surrogate: what it runs.
+        provenance: what it says about its origin; empty if it says nothing.
 
     Raises:
         ValueError: what the FMU says about its origin is none that slide-fmu writes.
     """
     out = Messages(file=sys.stdout, markup=False, highlight=False)
     try:
-        origin = figures["provenance"] or {}
-        out.print(f"{figures['name']}: {_description(origin)}".rstrip(": "))
-        measured = released_figures(origin)
-        for sentence in _verdict(figures, measured):
+        origin = read_figures(Origin, provenance)
+        out.print(f"{surrogate.name}: {origin.description}".rstrip(": "))
+        measured = released_figures(provenance)
+        for sentence in verdict(measured, Subject.of(surrogate)):
             out.print(sentence)
-        _show_signals(figures, out)
-        _show_network(figures, out)
+        _show_signals(surrogate, out)
+        _show_network(surrogate, out)
         _show_error(measured, out)
-        _show_origin(origin, out)
+        _show_origin(origin if provenance else None, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
             f"{fmu}: resources/provenance.json says something else than slide-fmu "
@@ -51,47 +80,34 @@ def show_description(fmu: Path, figures: JsonObject) -> None:
         ) from error
 
 
-def _verdict(figures: JsonObject, measured: RunFigures | None) -> tuple[str, ...]:
-    """Return what a user must know of an FMU, by what was measured when it was made."""
-    inputs = tuple((s["name"], s["low"], s["high"], s["unit"]) for s in figures["inputs"])
-    memory, step = figures["memory_s"], figures["window"]["step"]
-    return verdict(measured, Subject(inputs, memory, step, figures["planned"]))
-
-
-def _description(origin: JsonObject) -> str:
-    """Return the line that the recipe says about the surrogate; empty where there is none."""
-    try:
-        return str(tomllib.loads(origin.get("recipe", "")).get("description", ""))
-    except tomllib.TOMLDecodeError:
-        return ""
-
-
-def _show_signals(figures: JsonObject, out: Console) -> None:
-    acts = "is held over a step" if figures["hold"] == "zero_order" else "moves between samples"
-    rows = []
-    for what in ("inputs", "outputs"):
-        for signal in figures[what]:
-            limits = f"{signal['low']:g} .. {signal['high']:g}{behind(signal['unit'])}"
-            row = (f"{what[:-1]} {signal['name']}", limits, acts if what == "inputs" else "")
-            rows.append((*row, signal["description"]))
-    for parameter in figures.get("physical_parameters", ()):
-        limits = f"{parameter['low']:g} .. {parameter['high']:g}{behind(parameter['unit'])}"
-        rows.append((f"parameter {parameter['name']}", limits, "", parameter["description"]))
+def _show_signals(surrogate: Surrogate, out: Console) -> None:
+    acts = "is held over a step" if surrogate.hold == "zero_order" else "moves between samples"
+    rows = [
+        *(_row("input", signal, acts) for signal in surrogate.inputs),
+        *(_row("output", signal) for signal in surrogate.outputs),
+        *(_row("parameter", parameter) for parameter in surrogate.parameters),
+    ]
     print_table(Table.of(("signal", "range", "acts", "meaning"), rows), out)
 
 
-def _show_network(figures: JsonObject, out: Console) -> None:
-    window, estimator = figures["window"], figures["estimator_parameters"]
-    samples = f"{window['n_in']} inputs to {window['n_out']} outputs"
-    out.print(f"window   {samples}, {window['step']:g} s apart")
-    told = "" if estimator is None else f"; its error estimator has {estimator}"
-    out.print(f"network  {figures['parameters']} weights{told}")
-    if "error_bound" in figures:
-        bound = figures["error_bound"]
-        confidences = ", ".join(f"{confidence:g}" for confidence in bound["confidences"])
+def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:
+    limits = f"{one.low:g} .. {one.high:g}{behind(one.unit)}"
+    return f"{what} {one.name}", limits, acts, one.description
+
+
+def _show_network(surrogate: Surrogate, out: Console) -> None:
+    window, estimator, bound = surrogate.window, surrogate.estimator, surrogate.bound
+    out.print(f"window   {window.n_in} inputs to {window.n_out} outputs, {window.step:g} s apart")
+    also = ""
+    if estimator is not None:
+        also = f"; its error estimator has {estimator.network.count_parameters()}"
+    out.print(f"network  {surrogate.network.count_parameters()} weights{also}")
+    if bound is not None:
+        confidences = ", ".join(f"{confidence:g}" for confidence in bound.confidences)
         out.print(f"bound    of the error, for the confidences {confidences}")
-        if "estimate_span_s" in bound:
-            out.print(f"estimate of the error over {bound['estimate_span_s']:g} s, by the same")
+        if bound.span is not None:
+            span = bound.span.samples * window.step
+            out.print(f"estimate of the error over {span:g} s, by the same")
 
 
 def _show_error(measured: RunFigures | None, out: Console) -> None:
@@ -105,14 +121,14 @@ def _show_error(measured: RunFigures | None, out: Console) -> None:
         print_validation(validation, f"error {name}", out)
 
 
-def _show_origin(origin: JsonObject, out: Console) -> None:
-    if not origin:
+def _show_origin(origin: Origin | None, out: Console) -> None:
+    if origin is None:
         out.print("origin   it does not say where it comes from")
         return
-    known = {key: seed for key, seed in origin.get("seeds", {}).items() if seed is not None}
+    known = {key: seed for key, seed in origin.seeds.items() if seed is not None}
     seeds = ", ".join(f"{key} {value}" for key, value in known.items())
-    versions = ", ".join(f"{key} {value}" for key, value in origin.get("versions", {}).items())
-    lines = len(str(origin.get("recipe", "")).splitlines())
+    versions = ", ".join(f"{key} {value}" for key, value in origin.versions.items())
+    lines = len(origin.recipe.splitlines())
     out.print(f"seeds    {seeds}")
     out.print(f"made by  {versions}")
     out.print(f"recipe   {lines} lines; slide-fmu info FMU --json - shows them, and all figures")

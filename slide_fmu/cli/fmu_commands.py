@@ -145,11 +145,13 @@ def check(
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """Say what an FMU is: its signals, its window, its measured error and its origin."""
     from slide_fmu.cli.description import show_description
-    from slide_fmu.pipeline.info import describe_fmu
+    from slide_fmu.fmu.export import read_fmu
+    from slide_fmu.report.fmu_description import FmuDescription
 
     with errors():
-        figures = describe_fmu(fmu)
-    write_json(json_path, figures)
-    if json_path is None:
-        with errors():
-            show_description(fmu, figures)
+        surrogate, provenance = read_fmu(fmu)
+    if json_path is not None:
+        write_json(json_path, FmuDescription.of(surrogate, provenance).dump())
+        return
+    with errors():
+        show_description(fmu, surrogate, provenance or {})

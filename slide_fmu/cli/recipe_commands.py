@@ -228,9 +228,9 @@ def run(
     with errors():
         require_training()
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
     from slide_fmu.report.console import print_curve, print_sizes
+    from slide_fmu.report.quality import require_quality
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)

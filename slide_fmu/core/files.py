@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import errno
-import filecmp
 import io
 import os
 import shutil
 import signal
-import sys
 import threading
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 OLDEST = (1980, 1, 1, 0, 0, 0)
@@ -41,10 +38,6 @@ class FullDiskError(OSError):
         )
 
 
-class AmbiguousFileError(ValueError):
-    """A recipe's name of a file may mean two files that differ."""
-
-
 SAID = {
     errno.ENOENT: "there is no such file or folder",
     errno.EISDIR: "is a folder; expected a file",
@@ -66,55 +59,6 @@ def told_of_system(error: OSError) -> str:
         return str(error)
     said = SAID.get(error.errno or 0, error.strerror or "cannot be used")
     return f"{str(error.filename)!r}: {said}: check the path"
-
-
-@dataclass
-class _Beside:
-    """The folders of the recipe or FMU that this process is about, in the order of the search."""
-
-    folders: tuple[Path, ...] = ()
-
-
-_beside = _Beside()
-
-
-def look_beside(*folders: Path) -> None:
-    """Let ``find_file`` look in the folders of a recipe or an FMU, not in those of former ones.
-
-    They are on Python's search path too.
-    """
-    _beside.folders = folders
-
-
-def find_file(name: str) -> Path:
-    """Find a file of the user: a path from here, or from a folder in which modules are looked for.
-
-    The folder of a recipe is one of those.
-
-    Raises:
-        AmbiguousFileError: the one here is another than the one beside the recipe. Worker
-            processes do not ask: they look in the same places after the recipe was read.
-        FileNotFoundError: there is no such file; the message says where it was looked for.
-    """
-    here, folders = Path(name), _beside.folders
-    own = next((folder / name for folder in folders if (folder / name).is_file()), None)
-    if own is not None and here.is_file() and not _same(here, own):
-        raise AmbiguousFileError(
-            f"two files {name!r} that differ: {str(own)!r}, and one in the current folder; "
-            "expected one: change to the folder of the recipe, or rename one"
-        )
-    places = (folder / name for folder in map(Path, ["", *sys.path]))
-    found = next((path for path in places if path.is_file()), None)
-    if found is None:
-        raise FileNotFoundError(
-            f"no file {name!r} in {Path.cwd()} or beside the recipe; expected the path of one: "
-            "check the name"
-        )
-    return found.resolve()
-
-
-def _same(one: Path, other: Path) -> bool:
-    return one.samefile(other) or filecmp.cmp(one, other, shallow=False)
 
 
 def write_whole(path: Path, content: bytes) -> None:

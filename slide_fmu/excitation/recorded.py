@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from slide_fmu.core.files import find_file
+from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange

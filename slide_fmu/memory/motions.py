@@ -14,6 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import Draw, Stream, draw, split_stream
+from slide_fmu.data.failing_motions import Failing
 from slide_fmu.memory.convergence import measured_decay
 from slide_fmu.memory.decay import (
     Decay,
@@ -21,7 +22,6 @@ from slide_fmu.memory.decay import (
     decay_in_stretches,
     recommend_window,
 )
-from slide_fmu.memory.failing import Failing
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.memory.time_budget import TIMED_SAMPLES, TimeBudget
 from slide_fmu.recipe.recipe import Recipe

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Concatenate, ParamSpec, TypeVar
 
+from slide_fmu.bounds.known_start import known_start
 from slide_fmu.data.apart import guarded
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.apps import check_app_tables
-from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_all_kinds, require_features

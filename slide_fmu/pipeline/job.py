@@ -10,12 +10,12 @@ from importlib import metadata
 from pathlib import Path
 from shlex import quote
 
+from slide_fmu.bounds.known_start import start_origin
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.search_path import make_importable
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.checks import check_case
-from slide_fmu.pipeline.importable import make_importable
-from slide_fmu.pipeline.known_start import start_origin
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.record_origin import record_origin
 from slide_fmu.pipeline.resolved import Resolved, resolved_lengths

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slide_fmu.core.files import find_file
 from slide_fmu.core.progress import Stages, quiet
+from slide_fmu.core.search_path import find_file, make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.apps import check_origins
-from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
@@ -28,15 +27,13 @@ from slide_fmu.report.run_figures import released_figures
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.comparison import BEYOND, HELD_OUT, IN_RANGE, Task, Validation
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.validate import validate
 
 if TYPE_CHECKING:  # it needs the packages of the training
     from slide_fmu.pipeline.job import Job
-
-IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 
 
 def validate_fmu_file(

@@ -19,12 +19,12 @@ from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.recorded import stretches
+from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.pipeline.resolved import Resolved, memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.pipeline.simulation_time import simulation_time
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe

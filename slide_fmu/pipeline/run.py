@@ -18,9 +18,8 @@ from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
-from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, measured, remarks_on_range, tasks
+from slide_fmu.pipeline.measurement import measured, remarks_on_range, tasks
 from slide_fmu.pipeline.numbers import kept_curve
-from slide_fmu.pipeline.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.stages import (
     check_window,
@@ -37,6 +36,7 @@ from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.html_report import Report, Section, remark_sections
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.model_card import model_card
+from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.record_remarks import remarks_on_records
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trajectory_charts import charts_side_by_side
@@ -48,7 +48,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation.adversarial import Attack, attack, search_figures
 from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.comparison import BEYOND, IN_RANGE, Task, Validation
 from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.response import is_affine

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slide_fmu.bounds.known_start import known_start
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.workplace import Workplace
@@ -21,12 +22,11 @@ from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
-from slide_fmu.pipeline.known_start import known_start
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
-from slide_fmu.pipeline.quality import remark_on_training
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS
 from slide_fmu.records.either import either, no_answer
+from slide_fmu.report.quality import remark_on_training
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STABILITY_REPORT = "stability.html"

@@ -13,11 +13,11 @@ from pydantic import TypeAdapter
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
+from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
-from slide_fmu.memory.failing import Tolerance
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.memory.sizing import NotForgettingError

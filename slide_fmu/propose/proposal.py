@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.search_path import make_importable
 from slide_fmu.core.signals import Hold, moves
 from slide_fmu.data.apart import guarded
-from slide_fmu.pipeline.importable import make_importable
 from slide_fmu.propose.draft_signals import (
     Ranges,
     draft_inputs,

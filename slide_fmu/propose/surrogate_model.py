@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from slide_fmu.core.files import find_file
+from slide_fmu.core.search_path import find_file
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
 from slide_fmu.systems.declared import Declared, SignalTable
 

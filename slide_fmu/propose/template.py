@@ -8,7 +8,8 @@ from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 
-from slide_fmu.core.files import find_file, write_whole
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.search_path import find_file
 
 TEMPLATES = ("function", "exudyn")
 """Kinds of systems of which a small model can be written."""

@@ -15,13 +15,13 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
+from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
-from slide_fmu.pipeline.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe

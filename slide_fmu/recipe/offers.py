@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.core.files import AmbiguousFileError, find_file
 from slide_fmu.core.scaling import Affine
+from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import Signal
 from slide_fmu.features.base import Offered
 from slide_fmu.features.placed_chain import PlacedChain

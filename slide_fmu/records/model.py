@@ -8,7 +8,7 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from slide_fmu.core.files import find_file
+from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise

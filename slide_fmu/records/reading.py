@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.files import find_file
+from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.records.csv_file import read_csv
 from slide_fmu.records.hdf5_file import read_hdf5

@@ -14,8 +14,8 @@ from types import ModuleType
 
 from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.file_kinds import file_of_another_kind
-from slide_fmu.core.files import AmbiguousFileError
-from slide_fmu.core.files import find_file as core_find_file
+from slide_fmu.core.search_path import AmbiguousFileError
+from slide_fmu.core.search_path import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"

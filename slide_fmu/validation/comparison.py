@@ -40,6 +40,9 @@ from slide_fmu.validation.trust import (
     output_bound,
 )
 
+IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
+"""Names of what a released FMU is measured on; they stand in its figures."""
+
 
 @dataclass(frozen=True)
 class Task:

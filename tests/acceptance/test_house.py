@@ -28,7 +28,6 @@ SMALL_FILES = {
     "slide_fmu.memory.rest": "it simulates, which its user in another room does not",
     "slide_fmu.network.state_space.parameter_slopes": "it belongs to the family, not to its user",
     "slide_fmu.cli.completion": "the console script imports it before all others",
-    "slide_fmu.pipeline.info": "the console script imports it when it is asked for it",
     "slide_fmu.propose.surrogate_model": "the one case of a model that is a surrogate",
     "slide_fmu.network.feed_forward.bytes": "each family has its bytes in a file of this name",
     "slide_fmu.network.feed_forward.gradient": "each family has its gradient in such a file",

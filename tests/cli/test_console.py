@@ -16,8 +16,8 @@ import pytest
 from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 from slide_fmu.cli.console import GOES_ON, STOPPED, progress_bars
-from slide_fmu.pipeline.display import Messages
 from slide_fmu.report.console import print_validation
+from slide_fmu.report.display import Messages
 from slide_fmu.validation.error_figures import ValidationFigures
 from tests.figures import filled
 

@@ -13,15 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.files import (
-    AmbiguousFileError,
-    FullDiskError,
-    find_file,
-    look_beside,
-    write_whole,
-    write_zip,
-)
-from slide_fmu.pipeline.importable import make_importable
+from slide_fmu.core.files import FullDiskError, write_whole, write_zip
+from slide_fmu.core.search_path import AmbiguousFileError, find_file, make_importable
 from tests.limits import HANGS, largest_file
 
 
@@ -150,10 +143,10 @@ def test_file_of_the_recipe_that_is_used_is_found(folders: dict[str, Path]) -> N
 
 
 def test_file_here_that_is_another_than_the_recipes_is_refused(folders: dict[str, Path]) -> None:
-    look_beside(folders["first"])
+    make_importable(folders["first"])
     with pytest.raises(AmbiguousFileError, match=r"^two files 'bench\.csv' that differ: .*first"):
         find_file("bench.csv")
     (folders["here"] / "bench.csv").write_text("first")
     assert find_file("bench.csv").read_text() == "first"
-    look_beside()
+    make_importable()
     assert find_file("bench.csv") == folders["here"] / "bench.csv"

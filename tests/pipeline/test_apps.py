@@ -9,7 +9,7 @@ import pytest
 from slide_fmu.pipeline import apps as registry
 from slide_fmu.pipeline.apps import App, AppError, apps, subcommands_of_apps
 
-NOWHERE = "slide_fmu.pipeline.errors"
+NOWHERE = "slide_fmu.report.quality"
 
 
 @pytest.fixture(autouse=True)

@@ -12,8 +12,8 @@ import pytest
 
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.search_path import make_importable, make_models_importable
 from slide_fmu.pipeline import run_folder
-from slide_fmu.pipeline.importable import make_importable, make_models_importable
 from slide_fmu.pipeline.run_folder import RunFolder, StageError
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe

@@ -7,17 +7,17 @@ from dataclasses import replace
 import pytest
 
 from slide_fmu.fitting.history import History, TriedSize
-from slide_fmu.pipeline.errors import QualityError
 from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.pipeline.quality import (
+from slide_fmu.pipeline.run import _with_training
+from slide_fmu.pipeline.run_folder import Trained
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.quality import (
+    QualityError,
     linear_size_remark,
     remark_on_error,
     remark_on_training,
     require_quality,
 )
-from slide_fmu.pipeline.run import _with_training
-from slide_fmu.pipeline.run_folder import Trained
-from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.figures import run_figures

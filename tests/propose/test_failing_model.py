@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
-from slide_fmu.memory import failing, motions
-from slide_fmu.pipeline import simulation_time
+from slide_fmu.data import failing_motions, simulation_time
+from slide_fmu.memory import motions
 from slide_fmu.propose import first_look, trial
 from slide_fmu.propose.proposal import Wish, propose
 from slide_fmu.recipe.reading import parse_open_recipe
@@ -81,7 +81,7 @@ def test_proposal_draws_other_motions_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """White noise over the whole range breaks the spring for sure; its half shows the step."""
-    monkeypatch.setattr(failing, "LEAST", 4)  # motions that may fail, of 13
+    monkeypatch.setattr(failing_motions, "LEAST", 4)  # motions that may fail, of 13
     found = propose(Wish(str(written(tmp_path, 0.9))), silent)
     whole = propose(Wish(str(written(tmp_path / "whole", 9.0))), silent)
     assert whole.remarks == ()

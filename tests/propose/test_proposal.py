@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
+from slide_fmu.data import simulation_time
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
-from slide_fmu.pipeline import simulation_time
 from slide_fmu.propose import first_look
 from slide_fmu.propose.draft_signals import parse_range
 from slide_fmu.propose.proposal import Wish, propose

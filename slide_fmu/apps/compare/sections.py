@@ -10,8 +10,8 @@ import numpy as np
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.measures import percent
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel, colour_of
-from slide_fmu.pipeline.quality import LINEAR_DOES
 from slide_fmu.report.html_report import Report, Section
+from slide_fmu.report.quality import LINEAR_DOES
 from slide_fmu.report.table import Table
 from slide_fmu.validation.error_figures import worst_of
 

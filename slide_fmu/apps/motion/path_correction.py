@@ -18,9 +18,9 @@ from slide_fmu.apps.motion.solve import reference_at, write_inputs
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
 from slide_fmu.core.figures import JsonObject, optional
 from slide_fmu.core.progress import Stages, quiet_stages
+from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate

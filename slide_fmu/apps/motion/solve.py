@@ -21,9 +21,9 @@ from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import JsonObject, optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages, quiet_stages
+from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.importable import make_models_importable
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

@@ -18,7 +18,7 @@ def reference(
 ) -> None:
     """Write the model of a recipe itself as an FMU; it needs this Python to run."""
     from slide_fmu.apps.reference.side_by_side import write_reference
-    from slide_fmu.pipeline.importable import make_importable
+    from slide_fmu.core.search_path import make_importable
     from slide_fmu.recipe.case import case_of
     from slide_fmu.recipe.reading import load_open_recipe
 

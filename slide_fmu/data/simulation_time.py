@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
-from slide_fmu.memory.failing import Tolerance
+from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from slide_fmu.cli.python_calls import Learnt, simulating_processes
 from slide_fmu.core.extras import require_training
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.export import load
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
-from slide_fmu.pipeline.display import messages, shown
-from slide_fmu.pipeline.python_calls import Learnt, simulating_processes
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
+from slide_fmu.report.display import messages, shown
 from slide_fmu.systems.base import Bending, System
 
 NO_SYSTEM = (
@@ -69,10 +69,10 @@ def learn(
             TrainingError, UnstableSurrogateError.
     """
     require_training()
-    from slide_fmu.pipeline.importable import make_importable
+    from slide_fmu.core.search_path import make_importable
     from slide_fmu.pipeline.job import job_of_text
-    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
+    from slide_fmu.report.quality import require_quality
 
     text = tables_text(_recipe_tables(system, name, tables))
     make_importable(Path.cwd())

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from slide_fmu import Learnt, learn, validate
+from slide_fmu.cli.learning import _recipe_tables
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
-from slide_fmu.propose.learning import _recipe_tables
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
@@ -172,7 +172,7 @@ def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
 SCRIPT = """
 from slide_fmu import learn
 from mbs_models.oscillators import LinearOscillator
-from tests.propose.test_learning import SMALL
+from tests.cli.test_learning import SMALL
 print("here")
 system = SYSTEM
 

@@ -1,4 +1,4 @@
-"""Whether a surrogate is good enough, and whether more training would make it better."""
+"""This says whether a surrogate is good enough, and whether more training would improve it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from slide_fmu.core.measures import percent
 from slide_fmu.fitting.history import History, TriedSize
-from slide_fmu.pipeline.errors import QualityError
-from slide_fmu.pipeline.measurement import IN_RANGE
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.validation.comparison import IN_RANGE
 from slide_fmu.validation.error_figures import ValidationFigures
 
 LINEAR_DOES = 1.2
@@ -23,6 +22,11 @@ LAST, FELL = 0.2, 0.1
 
 Measured = Mapping[str, ValidationFigures]
 """Figures of validations by what was measured."""
+
+
+class QualityError(ValueError):
+    """A surrogate is less accurate than its recipe requires."""
+
 
 REMEDY = (
     "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "

@@ -9,8 +9,8 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw
+from slide_fmu.data.failing_motions import Failing, Tolerance, TooManyFailuresError
 from slide_fmu.memory import motions
-from slide_fmu.memory.failing import Failing, Tolerance, TooManyFailuresError
 from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.sizing import size_window
 from slide_fmu.systems.errors import SimulationError

@@ -19,9 +19,9 @@ from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
-from slide_fmu.pipeline.display import messages, shown
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.recipe.record_rules import KIND
+from slide_fmu.report.display import messages, shown
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems import session_objects
@@ -126,8 +126,8 @@ def run(
     """
     require_training()
     from slide_fmu.pipeline.job import open_job
-    from slide_fmu.pipeline.quality import require_quality
     from slide_fmu.pipeline.run import run_recipe
+    from slide_fmu.report.quality import require_quality
 
     console = messages()
     processes, remark = simulating_processes({}, workers, "run")

@@ -11,8 +11,8 @@ import re
 import pytest
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet
-from slide_fmu.pipeline import display
-from slide_fmu.pipeline.display import Messages, shown
+from slide_fmu.report import display
+from slide_fmu.report.display import Messages, shown
 
 
 class Clock:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 
 from slide_fmu.core.figures import JsonObject
-from slide_fmu.core.files import find_file
+from slide_fmu.core.search_path import find_file
 from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe

@@ -1,0 +1,103 @@
+"""An FMU of slide-fmu is described: this is what ``slide-fmu info --json`` writes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from slide_fmu.core.figures import optional, plain
+from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.signals import Hold, Signal
+from slide_fmu.core.window import Window
+from slide_fmu.surrogate.error_bound import ErrorBound
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class BoundDescription:
+    """This describes an error bound: sizes, confidences, and lengths in s.
+
+    Attributes:
+        companion_parameters, head_parameters: numbers of the weights of its networks.
+        confidences: those for which it has a bound.
+        blocks_s: lengths of the blocks of its means.
+        estimate_span_s: the time over which the error is estimated by the same networks, if so.
+    """
+
+    companion_parameters: int
+    head_parameters: int
+    confidences: tuple[float, ...]
+    blocks_s: tuple[float, ...]
+    estimate_span_s: float | None = optional()
+
+    @classmethod
+    def of(cls, bound: ErrorBound, step: float) -> BoundDescription:
+        """Describe a bound of samples of a step in s."""
+        return cls(
+            companion_parameters=bound.companion.count_parameters(),
+            head_parameters=bound.head.count_parameters(),
+            confidences=tuple(bound.confidences),
+            blocks_s=tuple(length * step for length in bound.blocks),
+            estimate_span_s=None if bound.span is None else bound.span.samples * step,
+        )
+
+
+@dataclass(frozen=True)
+class FmuDescription:
+    """This describes an FMU.
+
+    Attributes:
+        name: that of the surrogate.
+        inputs, outputs: its signals.
+        hold: how inputs act between samples.
+        window: how many samples its network sees and returns.
+        memory_s: time in s for which its outputs depend on an input.
+        planned: whether its inputs are planned motions.
+        parameters: number of the network's weights.
+        estimator_parameters: number of those of the error estimator; None without one.
+        error_bound: None without one.
+        physical_parameters: those that a user sets.
+        provenance: what it says about its origin; None if it says nothing.
+    """
+
+    name: str
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    hold: Hold
+    window: Window
+    memory_s: float
+    planned: bool
+    parameters: int
+    estimator_parameters: int | None
+    error_bound: BoundDescription | None = optional()
+    physical_parameters: tuple[Parameter, ...] = optional(())
+    provenance: Mapping[str, Any] | None = None
+
+    @classmethod
+    def of(cls, surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> FmuDescription:
+        """Describe a surrogate with its provenance."""
+        step, estimator, bound = surrogate.window.step, surrogate.estimator, surrogate.bound
+        return cls(
+            name=surrogate.name,
+            inputs=surrogate.inputs,
+            outputs=surrogate.outputs,
+            hold=surrogate.hold,
+            window=surrogate.window,
+            memory_s=surrogate.network.memory_length * step,
+            planned=surrogate.planned,
+            parameters=surrogate.network.count_parameters(),
+            estimator_parameters=None
+            if estimator is None
+            else estimator.network.count_parameters(),
+            error_bound=None if bound is None else BoundDescription.of(bound, step),
+            physical_parameters=surrogate.parameters,
+            provenance=provenance,
+        )
+
+    def dump(self) -> Any:
+        """Return plain values; outputs have neither hold nor angle."""
+        found = plain(self)
+        for output in found["outputs"]:
+            del output["hold"], output["angle"]
+        return found

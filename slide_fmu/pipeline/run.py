@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +14,6 @@ from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory.sizing import AnySizing
-from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
@@ -28,30 +27,19 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either, no_answer
-from slide_fmu.report import accuracy_sections, learning_sections
-from slide_fmu.report.accuracy_sections import response_section
 from slide_fmu.report.chart_pictures import chart_picture
-from slide_fmu.report.html_report import Report, Section, remark_sections
-from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.model_card import model_card
-from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
-from slide_fmu.report.record_remarks import remarks_on_records
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
 from slide_fmu.report.trajectory_charts import charts_side_by_side
-from slide_fmu.report.trust_sections import search_section
-from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation.adversarial import Attack, attack, search_figures
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import BEYOND, IN_RANGE, Task, Validation
-from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, SearchFigures
+from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
-from slide_fmu.validation.response import is_affine
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -174,23 +162,24 @@ def measure_trained(
         usual = next(iter(validations.values()), validation).usual_error()
         validations[name] = replace(validation, usual=usual)
     in_range = validations[IN_RANGE]
-    found = _Found(
+    call = plain_call_figures(fmu, in_range, job.case)
+    box = box_figures(fmu, in_range, job.case, job.bar("constant inputs"))
+    search, attacks = _searched(job, surrogate, wanted[IN_RANGE].seed, search)
+    measurement = RunMeasurement(
+        surrogate,
+        trained.histories,
         validations,
         tests,
         sizing,
-        plain_call_figures(fmu, in_range, job.case),
-        box_figures(fmu, in_range, job.case, job.bar("constant inputs")),
-        *_searched(job, surrogate, wanted[IN_RANGE].seed, search),
-        tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
+        curve=kept_curve(job.case, job.folder),
+        plain_call=call,
+        box=box,
+        search=search,
+        attacks=attacks,
+        remarks=tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
     )
-    figures, response = _figures(trained, job, found)
-    report = Report(
-        f"{recipe.name}: surrogate FMU",
-        recipe.description,
-        figures,
-        _sections(trained, job, found, figures, response),
-        verdict=verdict(figures, Subject.of(surrogate)),
-    )
+    figures, response = run_figures(job.case, measurement, job.command, trained.versions)
+    report = run_report(recipe, measurement, figures, response)
     page = report.write(job.folder.path)
     write_whole(job.folder.path / PICTURE, chart_picture(charts_side_by_side(in_range, 0)))
     text = model_card(surrogate, recipe, figures, PICTURE, draw_mechanism(job))
@@ -200,29 +189,6 @@ def measure_trained(
     write_release(Release(surrogate, job.case, released, members, fmu, seed=seed), fmu)
     replace(report, inside=last_section(fmu)).write(job.folder.path)
     return Finished(fmu, page, figures, report.verdict)
-
-
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """This is all that was found about a trained surrogate: what its report shows.
-
-    Attributes:
-        validations: by name, the one in range first.
-        tests: of fading memory and boundedness.
-        sizing: how the window holds the system.
-        plain_call, box, search: what was measured in range besides.
-        attacks: what the search found; nothing where its figures were known before.
-        remarks: on trajectories beyond the range.
-    """
-
-    validations: Mapping[str, Validation]
-    tests: tuple[AmplitudeTest, ...]
-    sizing: AnySizing
-    plain_call: PlainCallFigures | None
-    box: BoxFigures | None
-    search: SearchFigures | None
-    attacks: Sequence[Attack]
-    remarks: tuple[str, ...]
 
 
 def require_same_answers(surrogate: Surrogate, name: str) -> None:
@@ -266,81 +232,3 @@ def draw_mechanism(job: Job) -> str | None:
     if name is not None:
         write_whole(place, load_picture(name)(job.case.reference))
     return MECHANISM_PICTURE if place.exists() else None
-
-
-def _figures(trained: Trained, job: Job, found: _Found) -> tuple[RunFigures, list[Section]]:
-    """Return the figures of a run, and the section on the response matrix, if it has one."""
-    surrogate, recipe, response, sections = trained.surrogate, job.recipe, None, list[Section]()
-    source = job.case.source
-    if is_affine(surrogate) and isinstance(source, System):  # records have no exact response
-        section, response = response_section(surrogate, source)
-        sections.append(section)
-    useless = (h.remark for name, h in trained.histories.items() if name != "surrogate")
-    curve = kept_curve(job.case, job.folder)
-    figures = RunFigures(
-        name=recipe.name,
-        command=job.command,
-        versions=trained.versions,
-        validation={name: v.figures() for name, v in found.validations.items()},
-        window=found.sizing.figures(),
-        parameters=surrogate.network.count_parameters(),
-        response_matrix=response,
-        stability=stability_figures(found.tests),
-        no_error_estimate=next((text for text in useless if text), None),
-        learning_curve=curve if curve.points and trained.histories else None,
-        plain_call=found.plain_call,
-        box=found.box,
-        adversarial=found.search,
-    )
-    in_range = found.validations[IN_RANGE]
-    remarks = either(source, no_answer, lambda records: remarks_on_records(records, in_range))
-    if remarks is not None:
-        figures = replace(figures, record_remarks=tuple(remarks))
-    return _with_training(figures, trained, recipe, found.remarks), sections
-
-
-def _with_training(
-    figures: RunFigures, trained: Trained, recipe: Recipe, more: Sequence[str]
-) -> RunFigures:
-    """Return the figures with what is known of the training: sizes tried, and all remarks."""
-    if not trained.histories:
-        return figures
-    history, linear = trained.histories["surrogate"], None
-    if not trained.surrogate.network.is_affine:
-        linear = linear_size_remark(history.sizes, min(history.validation_error))
-    remarks = (
-        remark_on_error(recipe, figures.validation),
-        *(one.remark for one in trained.histories.values()),
-        remark_on_training(recipe, history),
-        linear,
-        *more,
-    )
-    remark = "; ".join(text for text in remarks if text is not None) or None
-    return replace(figures, sizes_tried=history.sizes, remark=remark)
-
-
-def _sections(
-    trained: Trained, job: Job, found: _Found, figures: RunFigures, response: list[Section]
-) -> list[Section]:
-    """Return all sections of the report of a run."""
-    surrogate, curve = trained.surrogate, figures.learning_curve
-    sections = [
-        *plain_call_sections(figures.plain_call),
-        *box_sections(figures.box),
-        *accuracy_sections.validation_sections(found.validations),
-        *response,
-    ]
-    if found.tests:
-        sections.append(learning_sections.stability_section(found.tests, surrogate.window.step))
-    sections.append(learning_sections.sizing_section(found.sizing))
-    if trained.histories:
-        sections.append(learning_sections.training_section(trained.histories))
-    if figures.sizes_tried or figures.remark:
-        sizes = figures.sizes_tried or ()
-        sections.append(learning_sections.sizes_section(sizes, figures.remark))
-    if curve is not None:
-        sections.append(learning_sections.curve_section(curve))
-    sections += remark_sections(figures.record_remarks or ())
-    if figures.adversarial is not None:
-        sections.append(search_section(figures.adversarial, found.attacks, surrogate))
-    return sections

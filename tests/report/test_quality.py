@@ -7,9 +7,6 @@ from dataclasses import replace
 import pytest
 
 from slide_fmu.fitting.history import History, TriedSize
-from slide_fmu.pipeline.measurement import IN_RANGE
-from slide_fmu.pipeline.run import _with_training
-from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.quality import (
     QualityError,
@@ -19,7 +16,9 @@ from slide_fmu.report.quality import (
     require_quality,
 )
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.run_report import with_training
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import IN_RANGE
 from tests.figures import run_figures
 from tests.fmu.samples import random_surrogate, sum_surrogate
 from tests.fmu.small_shapes import CELLS
@@ -38,8 +37,8 @@ def errors_of(relative_rmse: float) -> RunFigures:
 def remarked(surrogate: Surrogate, linear: float, remark: str | None = None) -> str | None:
     """The remark of a network with an error of 0.1, after a linear one was tried."""
     sizes = TriedSize(2, 0, 9, linear, None), TriedSize(2, 8, 9, 0.12, None)
-    trained = Trained(surrogate, {"surrogate": replace(COURSE, sizes=sizes, remark=remark)}, {})
-    found = _with_training(errors_of(0.01), trained, tiny_recipe(), ())
+    histories = {"surrogate": replace(COURSE, sizes=sizes, remark=remark)}
+    found = with_training(errors_of(0.01), surrogate, histories, tiny_recipe(), ())
     assert found.sizes_tried == sizes
     return found.remark
 

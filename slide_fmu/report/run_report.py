@@ -1,0 +1,174 @@
+"""The report of a run shows all that was found about a surrogate when its FMU was made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from slide_fmu.fitting.history import Curve, History
+from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.memory.stability import AmplitudeTest, stability_figures
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.records.either import either, no_answer
+from slide_fmu.report import accuracy_sections, learning_sections
+from slide_fmu.report.accuracy_sections import response_section
+from slide_fmu.report.html_report import Report, Section, remark_sections
+from slide_fmu.report.importer_sections import box_sections, plain_call_sections
+from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
+from slide_fmu.report.record_remarks import remarks_on_records
+from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.trust_sections import search_section
+from slide_fmu.report.verdict import Subject, verdict
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.validation.adversarial import Attack
+from slide_fmu.validation.comparison import IN_RANGE, Validation
+from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, SearchFigures
+from slide_fmu.validation.response import is_affine
+
+
+@dataclass(frozen=True, eq=False)
+class RunMeasurement:
+    """This is all that was found about a trained surrogate: what its report shows.
+
+    Attributes:
+        surrogate: the surrogate.
+        histories: course of its trainings, by stage; none of one that was trained elsewhere.
+        validations: by name, the one in range first.
+        tests: of fading memory and boundedness.
+        sizing: how the window holds the system.
+        curve: the learning curve by which the number of trajectories was found.
+        plain_call, box, search: what was measured in range besides.
+        attacks: what the search found; nothing where its figures were known before.
+        remarks: on trajectories beyond the range.
+    """
+
+    surrogate: Surrogate
+    histories: Mapping[str, History]
+    validations: Mapping[str, Validation]
+    tests: tuple[AmplitudeTest, ...]
+    sizing: AnySizing
+    curve: Curve
+    plain_call: PlainCallFigures | None
+    box: BoxFigures | None
+    search: SearchFigures | None
+    attacks: Sequence[Attack]
+    remarks: tuple[str, ...]
+
+
+def run_figures(
+    case: Case, found: RunMeasurement, command: str, versions: Mapping[str, str]
+) -> tuple[RunFigures, list[Section]]:
+    """Return the figures of a run, and the section on the response matrix, if it has one.
+
+    Args:
+        case: what was learnt.
+        found: what was found about the surrogate.
+        command: what the user called.
+        versions: of the packages that made the surrogate, by name.
+    """
+    surrogate, source, response, sections = found.surrogate, case.source, None, list[Section]()
+    if is_affine(surrogate) and isinstance(source, System):  # records have no exact response
+        section, response = response_section(surrogate, source)
+        sections.append(section)
+    useless = (h.remark for name, h in found.histories.items() if name != "surrogate")
+    figures = RunFigures(
+        name=case.recipe.name,
+        command=command,
+        versions=versions,
+        validation={name: v.figures() for name, v in found.validations.items()},
+        window=found.sizing.figures(),
+        parameters=surrogate.network.count_parameters(),
+        response_matrix=response,
+        stability=stability_figures(found.tests),
+        no_error_estimate=next((text for text in useless if text), None),
+        learning_curve=found.curve if found.curve.points and found.histories else None,
+        plain_call=found.plain_call,
+        box=found.box,
+        adversarial=found.search,
+    )
+    in_range = found.validations[IN_RANGE]
+    remarks = either(source, no_answer, lambda records: remarks_on_records(records, in_range))
+    if remarks is not None:
+        figures = replace(figures, record_remarks=tuple(remarks))
+    return with_training(figures, surrogate, found.histories, case.recipe, found.remarks), sections
+
+
+def with_training(
+    figures: RunFigures,
+    surrogate: Surrogate,
+    histories: Mapping[str, History],
+    recipe: Recipe,
+    more: Sequence[str],
+) -> RunFigures:
+    """Return figures with what is known of the training: sizes tried, and all remarks.
+
+    Args:
+        figures: what else is known.
+        surrogate: what was trained.
+        histories: course of its trainings, by stage; without any, the figures stay as they are.
+        recipe: how it was trained.
+        more: further remarks.
+    """
+    if not histories:
+        return figures
+    history, linear = histories["surrogate"], None
+    if not surrogate.network.is_affine:
+        linear = linear_size_remark(history.sizes, min(history.validation_error))
+    remarks = (
+        remark_on_error(recipe, figures.validation),
+        *(one.remark for one in histories.values()),
+        remark_on_training(recipe, history),
+        linear,
+        *more,
+    )
+    remark = "; ".join(text for text in remarks if text is not None) or None
+    return replace(figures, sizes_tried=history.sizes, remark=remark)
+
+
+def run_report(
+    recipe: Recipe, found: RunMeasurement, figures: RunFigures, response: list[Section]
+) -> Report:
+    """Return the report of a run.
+
+    Args:
+        recipe: what was learnt.
+        found: what was found about the surrogate.
+        figures: its figures.
+        response: the section on its response matrix, if it has one.
+    """
+    return Report(
+        f"{recipe.name}: surrogate FMU",
+        recipe.description,
+        figures,
+        _sections(found, figures, response),
+        verdict=verdict(figures, Subject.of(found.surrogate)),
+    )
+
+
+def _sections(
+    found: RunMeasurement, figures: RunFigures, response: list[Section]
+) -> list[Section]:
+    """Return all sections of the report of a run."""
+    surrogate, curve = found.surrogate, figures.learning_curve
+    sections = [
+        *plain_call_sections(figures.plain_call),
+        *box_sections(figures.box),
+        *accuracy_sections.validation_sections(found.validations),
+        *response,
+    ]
+    if found.tests:
+        sections.append(learning_sections.stability_section(found.tests, surrogate.window.step))
+    sections.append(learning_sections.sizing_section(found.sizing))
+    if found.histories:
+        sections.append(learning_sections.training_section(found.histories))
+    if figures.sizes_tried or figures.remark:
+        sizes = figures.sizes_tried or ()
+        sections.append(learning_sections.sizes_section(sizes, figures.remark))
+    if curve is not None:
+        sections.append(learning_sections.curve_section(curve))
+    sections += remark_sections(figures.record_remarks or ())
+    if figures.adversarial is not None:
+        sections.append(search_section(figures.adversarial, found.attacks, surrogate))
+    return sections

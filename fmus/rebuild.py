@@ -19,15 +19,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.figures import read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
-from slide_fmu.data.draws import draw, split_stream
-from slide_fmu.fitting.network import learnt_ranges
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.apps import Release, with_origins
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
@@ -37,7 +32,7 @@ from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
-from slide_fmu.recipe.case import Case, case_of
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
@@ -81,7 +76,6 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
     recipe = recipe_of_provenance(provenance, str(fmu))
     case = case_of(recipe)
-    surrogate = _learnt_anew(surrogate, case)
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     text = model_card(surrogate, recipe, measured, PICTURE, drawn)
@@ -117,7 +111,6 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     with tempfile.TemporaryDirectory() as runs:
         job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
         job.folder.path.mkdir()
-        surrogate = _learnt_anew(surrogate, job.case)
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
             shutil.copy(drawn, job.folder.path)
@@ -132,25 +125,6 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
         shutil.copy(job.folder.path / "card.md", fmu.with_name(CARD))
         write_whole(fmu, made.fmu.read_bytes())
     return fmu
-
-
-def _learnt_anew(surrogate: Surrogate, case: Case) -> Surrogate:
-    """Return the surrogate with what follows from the inputs of its training found again.
-
-    These are the forecast of its inputs and the ranges of its outputs, which are those of the
-    surrogate itself, since nothing is simulated. The network stays as it is.
-    """
-    recipe, system = case.recipe, case.system
-    draws = [
-        draw(recipe, system, split_stream(recipe, "train", index), index)
-        for index in range(recipe.data.train)
-    ]
-    inputs = np.stack([drawn.inputs[drawn.burn_in :] for drawn in draws])
-    forecast = fit_forecast(surrogate.inputs, inputs, recipe.window.planned)
-    first = surrogate.network.memory_length
-    outputs = [surrogate.predict_newest(rows)[first:] for rows in inputs]
-    ranges = learnt_ranges(np.stack(outputs))
-    return dataclasses.replace(surrogate, forecast=forecast, output_ranges=ranges)
 
 
 def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.recipe.case import Case, case_of
+from slide_fmu.recipe.learning import TrainingTable
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
@@ -50,14 +51,19 @@ validation = 2
 steps = 40
 batch = 32
 learning_rate = 3e-3
-validate_every = 10
+expert.validate_every = 10
 """
 )
 
 ESTIMATOR: dict[str, Any] = {
-    "resolution": 1e-6,
+    "expert": {"resolution": 1e-6},
     "network": {"family": "feed_forward", "hidden": [8], "activation": "tanh"},
-    "training": {"steps": 20, "batch": 16, "learning_rate": 1e-3, "validate_every": 10},
+    "training": {
+        "steps": 20,
+        "batch": 16,
+        "learning_rate": 1e-3,
+        "expert": {"validate_every": 10},
+    },
 }
 
 
@@ -131,3 +137,11 @@ def merged(table: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(result.get(key), dict)
         result[key] = merged(result[key], value) if both else value
     return result
+
+
+def with_expert(training: TrainingTable, /, **changes: Any) -> TrainingTable:
+    """Return a training with other keys, also those of its table ``expert``."""
+    own = {key: value for key, value in changes.items() if key in type(training).model_fields}
+    tuned = {key: value for key, value in changes.items() if key not in own}
+    expert = training.expert.model_copy(update=tuned)
+    return training.model_copy(update={"expert": expert, **own})

@@ -34,7 +34,8 @@ network = {
 recipe["window"] |= {"n_in": 256, "n_out": 96}
 few = {"train": 8, "validation": 2, "beyond": 0, "duration": 16.0, "burn_in": 2.0}
 recipe |= {"data": recipe["data"] | few, "validation": {"trajectories": 4}}
-training = {"part": 3, "starts": 2, "start_iterations": 12, "kept": 1, "kept_iterations": 20}
+expert = {"part": 3, "start_iterations": 12, "kept": 1, "kept_iterations": 20}
+training = {"starts": 2, "expert": expert}
 learnt = slide.learn(**recipe, network=network, training=training | {"iterations": 40})
 
 # %%

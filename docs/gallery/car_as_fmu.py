@@ -42,7 +42,7 @@ recipe |= {"name": "car_as_fmu", "bound": None}
 recipe["window"] |= {"n_in": 640, "n_out": 128, "remaining_amplitude": 0.01}
 recipe["data"] |= {"train": 12, "validation": 3, "duration": 12.0, "burn_in": 7.0}
 network = {"order": 4, "hidden": 20}
-training = {"part": 2, "starts": 2, "kept": 1, "iterations": 50}
+training = {"starts": 2, "iterations": 50, "expert": {"part": 2, "kept": 1}}
 learnt = slide.learn(**recipe, network=network, training=training, validation={"trajectories": 4})
 
 # %%

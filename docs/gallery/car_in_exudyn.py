@@ -33,7 +33,7 @@ learnt = slide.learn(
     **recipe,
     data={"train": 12, "validation": 3, "duration": 14.0, "burn_in": 5.0},
     network={"order": 4, "hidden": 20},
-    training={"part": 2, "starts": 2, "kept": 1, "iterations": 50},
+    training={"starts": 2, "iterations": 50, "expert": {"part": 2, "kept": 1}},
     validation={"trajectories": 4},
 )
 

@@ -34,7 +34,7 @@ system = slide.FunctionSystem(
 
 steps = {"kind": "steps", "weight": 1.0, "amplitude": [0.9, 1.0], "duration": [60.0, 2000.0]}
 data = {"train": 12, "validation": 3, "duration": 9000.0, "excitation": [steps]}
-training = {"starts": 2, "kept": 1, "iterations": 40}
+training = {"starts": 2, "iterations": 40, "expert": {"kept": 1}}
 sizes = {"data": data, "network": {"order": 3, "hidden": 8}, "training": training}
 learnt = slide.learn(system, "thermal_masses", **sizes, validation={"trajectories": 4})
 

@@ -42,7 +42,7 @@ from slide_fmu.fitting.windows import WindowData
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import BoundRecipe
-from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
+from slide_fmu.recipe.learning import AdamExpert, FeedForwardRecipe, TrainingRecipe
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
     MOST_EXPONENT,
@@ -60,7 +60,7 @@ from slide_fmu.surrogate.error_bound import (
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
 
-PARTS = "data.bound", "data.calibration", "data.further"
+PARTS = "data.bound", "data.calibration", "bound.expert.further"
 """The parts of the data of an error bound, in their order."""
 
 VALIDATION_SHARE = 0.1
@@ -128,7 +128,9 @@ def fit_bound(
         ValueError: the surrogate makes no error at all, one of the networks gives numbers that are
             not finite, or there are too few trajectories.
     """
-    blocks = block_lengths(surrogate.window.step, (recipe.short_span, recipe.long_span))
+    blocks = block_lengths(
+        surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
+    )
     with np.errstate(all="ignore"):  # what is not finite is refused below
         plain = plain_predictions(surrogate, splits)
     see = partial(_seen, surrogate, companion, blocks)
@@ -285,15 +287,17 @@ def _fit_head(
     counts = [max(1, round(VALIDATION_SHARE * len(mix.errors))) for mix in learnt]
     flat = np.concatenate([_samples(mix.statistics)[:, 0] for mix in learnt])
     features = FeatureMap(Differences(flat.shape[1]), scaling=scaling_of_statistics(flat))
-    table = FeedForwardRecipe(family="feed_forward", hidden=recipe.hidden, activation="tanh")
+    table = FeedForwardRecipe(
+        family="feed_forward", hidden=recipe.expert.hidden, activation="tanh"
+    )
     n_values = values_count(len(usual), recipe.estimate_span is not None)
     module = FeedForwardModule(table, 1, features, n_values)
     module.to(device, torch.float32)
-    module.initialise(torch.Generator(device).manual_seed(recipe.seed))
+    module.initialise(torch.Generator(device).manual_seed(recipe.expert.seed))
     known = np.concatenate([usual, np.sqrt(np.mean(errors**2, axis=0))])[:n_values]
     begin = torch.as_tensor(np.log2(known), dtype=torch.float32).to(device)
     with torch.no_grad():
-        module.state_dict()[f"linear.{len(recipe.hidden)}.bias"].copy_(begin)
+        module.state_dict()[f"linear.{len(recipe.expert.hidden)}.bias"].copy_(begin)
 
     def windows(parts: Sequence[slice]) -> WindowData:
         pairs = list(zip(learnt, parts, strict=True))
@@ -304,15 +308,17 @@ def _fit_head(
         return WindowData(inputs, torch.as_tensor(relative).to(inputs), Window(1.0, 1, 1))
 
     training = TrainingRecipe(
-        steps=recipe.steps,
-        warm_up=0.05,
-        final_learning_rate=0.0,
-        input_jitter=0.0,
-        batch=recipe.batch,
-        learning_rate=recipe.learning_rate,
-        weight_decay=1e-4,
-        gradient_clip=1.0,
-        seed=recipe.seed,
+        steps=recipe.expert.steps,
+        batch=recipe.expert.batch,
+        learning_rate=recipe.expert.learning_rate,
+        seed=recipe.expert.seed,
+        expert=AdamExpert(
+            warm_up=0.05,
+            final_learning_rate=0.0,
+            input_jitter=0.0,
+            weight_decay=1e-4,
+            gradient_clip=1.0,
+        ),
     )
     chosen_by = windows([slice(0, count) for count in counts])
     learnt_from = windows([slice(count, None) for count in counts])

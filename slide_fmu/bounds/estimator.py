@@ -174,19 +174,19 @@ def fit_estimator(
     network.to(device, records.inputs[0].dtype)
     network.initialise(torch.Generator(device).manual_seed(recipe.training.seed))
     histories = {}
-    if recipe.pretraining is not None:
+    if recipe.expert.pretraining is not None:
         training, validation = records.single_samples(step, recipe)
         histories[POSITIONS] = train(
             network,
             training,
             validation,
-            recipe.pretraining,
+            recipe.expert.pretraining,
             checkpoint.with_name(f"positions-{checkpoint.name}"),
             progress(POSITIONS),
-            likelihood(log_error, recipe.resolution, n_outputs),
+            likelihood(log_error, recipe.expert.resolution, n_outputs),
         )
     module = EstimatorModule(network, records.positions, log_error, n_outputs)
-    training, validation = records.stretches(step, recipe.resolution)
+    training, validation = records.stretches(step, recipe.expert.resolution)
     histories[BLOCKS] = train(
         module, training, validation, recipe.training, checkpoint, progress(BLOCKS), ROBUST
     )
@@ -224,7 +224,9 @@ class _Records:
         window = Window(step, self.n_samples, 1)
         for inputs, errors in zip(self.inputs, self.errors, strict=True):
             every = range(len(errors))
-            kept = [i for i in every if recipe.pretrained_beyond or not recipe.draws_beyond(i)]
+            kept = [
+                i for i in every if recipe.expert.pretrained_beyond or not recipe.draws_beyond(i)
+            ]
             yield WindowData(inputs[kept], torch.as_tensor(errors[kept]).to(inputs), window)
 
     def stretches(self, step: float, resolution: float) -> Iterator[WindowData]:
@@ -254,18 +256,18 @@ def _records(
     errors = [streamed_errors(surrogate, split) for split in splits]
     blocks = [block_errors(window, error, span) for error in errors]
     single = np.abs(errors[0][:, window.memory_length :])
-    log_error = _log_error(single if time_invariant else blocks[0], recipe.resolution)
+    log_error = _log_error(single if time_invariant else blocks[0], recipe.expert.resolution)
     scaled = [surrogate.input_scaling.apply(split.inputs) for split in splits]
     names = recipe.network.feature_names()
     features = choose_features(names, offered, scaled[0])
-    trainings = (recipe.training, recipe.pretraining)
-    if any(training is not None and training.flip_signs for training in trainings):
+    trainings = (recipe.training, recipe.expert.pretraining)
+    if any(training is not None and training.flips_signs for training in trainings):
         require_odd(features)
     most = window.memory_length if time_invariant else window.n_in
-    ages = tuple(reversed(recipe.lags or ()))
+    ages = tuple(reversed(recipe.expert.lags or ()))
     n_samples = ages[0] + 1 if ages else most
     first = most - n_samples  # no error counts before the surrogate's window is filled
-    dtype = getattr(torch, recipe.training.precision)
+    dtype = getattr(torch, recipe.training.expert.precision)
     inputs = [torch.as_tensor(features.along(v)).to(device, dtype) for v in scaled]
     return _Records(
         features,
@@ -322,6 +324,6 @@ def _log_error(errors: FloatArray, resolution: float) -> LogError:
     if largest <= resolution:
         raise ValueError(
             f"largest relative error of the surrogate is {largest:.2g}, below "
-            f"estimator.resolution = {resolution:.2g}; lower the resolution"
+            f"estimator.expert.resolution = {resolution:.2g}; lower the resolution"
         )
     return LogError(math.log10(resolution), math.log10(largest) + HEADROOM)

@@ -3,18 +3,14 @@
 The companion of a bound is the same network again, or a larger one, from other trajectories. It
 shows the scale of the surrogate's error only when it is about as accurate: else the difference of
 both is its own error. Where it is more accurate, the difference is the surrogate's error itself.
-So a recipe may give it more hidden units and a longer training (``bound.companion``). Sizes that
-the recipe leaves open are those that were found for the surrogate. A training may end in a worse
-minimum, so there are several attempts (``bound.attempts``). One that goes on from the surrogate's
-network cannot, and takes little time; but it lacks what the surrogate lacks, and then the
-difference of both does not show it.
+So a recipe may give it more hidden units and a longer training (``bound.expert.companion``).
+Sizes that the recipe leaves open are the ones that were found for the surrogate. A training may
+end in a worse minimum, so there are several attempts (``bound.expert.attempts``).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-
-import numpy as np
 
 from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
@@ -164,31 +160,16 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
     # where features were tried, the companion tries them too, and finds its own sizes
     searched = any(name.startswith(FEATURES) for name in fit.histories)
     sized = recipe if searched else fit.recipe
-    goes_on = recipe.bound.companion.start == "surrogate"
     found: list[tuple[float, Surrogate, History]] = []
-    for attempt in range(recipe.bound.attempts):
+    for attempt in range(recipe.bound.expert.attempts):
         stage = COMPANION if attempt == 0 else f"{COMPANION}, attempt {attempt + 1}"
-        # the surrogate is chosen by the usual trajectories: by them, its network might just stay
-        judged_by = split if goes_on else "validation"
-        part = Part(stage, split, judged_by, surrogate.output_scaling)
-        begun = surrogate if goes_on else work.known
+        part = Part(stage, split, "validation", surrogate.output_scaling)
         case = work.case.with_recipe(sized.of_companion(attempt))
-        other = fit_network(replace(work, case=case, known=begun), part)
-        if goes_on and _same(other.surrogate, surrogate):
-            goes_on = False  # it teaches nothing: the next attempt begins anew
-            if attempt + 1 < recipe.bound.attempts:
-                continue
+        other = fit_network(replace(work, case=case), part)
         history = other.histories[stage]
         error = min(history.validation_error)
         found.append((error, other.surrogate, history))
-        if goes_on or error <= accurate:
+        if error <= accurate:
             break
     _, companion, history = min(found, key=lambda one: one[0])
     return companion, history
-
-
-def _same(one: Surrogate, other: Surrogate) -> bool:
-    """Tell whether the networks of two surrogates are the same."""
-    networks = one.network, other.network
-    cells = [network.cell.arrays() for network in networks if isinstance(network, StateSpace)]
-    return all(np.array_equal(cells[0][name], cells[1][name]) for name in cells[0])

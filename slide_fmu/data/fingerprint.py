@@ -21,7 +21,7 @@ SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
 differ in the last digits."""
 
-_DO_NOT_MATTER = "budget_minutes", "most_failures"
+_DO_NOT_MATTER = ("most_failures",)
 """Keys of the table ``data`` on which no trajectory depends."""
 
 
@@ -40,7 +40,8 @@ def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
     }
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
-        fingerprint["estimator"] = recipe.estimator.model_dump(mode="json", include=keys)
+        drawn = recipe.estimator.expert.model_dump(mode="json", include=keys)
+        fingerprint["estimator"] = {"expert": drawn}
     if recipe.further_kinds():
         kinds = [kind.model_dump(mode="json") for kind in recipe.further_kinds()]
         fingerprint["bound"] = {"excitation": kinds}
@@ -58,8 +59,8 @@ def drawn_with(fingerprint: dict[str, Any], split: str, index: int) -> tuple[flo
         return low, high
     if estimator is None or not split.startswith("estimator"):
         return 1.0, 1.0
-    low, high = estimator["amplitude_factor"]
-    return drawn_factors((low, high), estimator["in_range"], index)
+    low, high = estimator["expert"]["amplitude_factor"]
+    return drawn_factors((low, high), estimator["expert"]["in_range"], index)
 
 
 def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
-from slide_fmu.excitation.base import Kind, PositiveRange, Share
+from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
 MOST_INPUTS = 4
@@ -21,6 +21,9 @@ MOST_INPUTS = 4
 
 SOME_CORNERS = 16
 """So many corners are taken of the box of more inputs."""
+
+CORNERS = 0.5
+"""This share of the points are corners."""
 
 
 class Box(Kind):
@@ -32,13 +35,11 @@ class Box(Kind):
         duration: range in s of the time for which a point is held.
         ramp: range in s of the time that a way from point to point takes; it is drawn evenly on a
             logarithmic scale: there are slow and fast ones. Below a sample step inputs jump.
-        corners: share of the points that are corners.
     """
 
     kind: Literal["box"]
     duration: PositiveRange
     ramp: PositiveRange
-    corners: Share = 0.5
 
     def check(self, signals: tuple[Signal, ...]) -> None:
         angles = [signal.name for signal in signals if signal.angle is not None]
@@ -71,7 +72,7 @@ class Box(Kind):
         order = np.concatenate(
             [rng.permutation(len(every)) for _ in range(count // len(every) + 1)]
         )
-        points = np.where(rng.random(count)[:, None] < self.corners, every[order[:count]], inner)
+        points = np.where(rng.random(count)[:, None] < CORNERS, every[order[:count]], inner)
         holds = rng.uniform(*self.duration, count)
         fast, slow = np.log(self.ramp)
         ramps = np.exp(rng.uniform(fast, slow, count))

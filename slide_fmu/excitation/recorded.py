@@ -46,7 +46,7 @@ class Recorded(Kind):
     time: str = "time"
     columns: dict[str, str] = Field(default={})
     scale: PositiveRange = (1.0, 1.0)
-    digest: str | None = None
+    digest: str | None = Field(default=None, repr=False)
 
     @model_validator(mode="before")
     @classmethod

@@ -18,6 +18,9 @@ from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
 from slide_fmu.excitation.words import between
 
+CONSTANT_SPEED = 0.1
+"""In this share of the phases the speed stays as it is, as in the paper."""
+
 
 class SpeedRamps(Kind):
     """One angle moves in phases of constant acceleration; the inputs are its cosine and sine.
@@ -31,7 +34,6 @@ class SpeedRamps(Kind):
         acceleration: limit of the angular acceleration in rad/s^2; each phase draws its own
             uniformly between minus and plus this limit.
         samples: range of the length of a phase in samples, both ends included.
-        constant_speed: share of the phases without acceleration.
         rest: share of the phases in which the rotation slows down at the limit of the
             acceleration, and then rests.
         noise: half the width of the uniform noise on the speed, relative to its limit. It is
@@ -43,7 +45,6 @@ class SpeedRamps(Kind):
     speed: PositiveFloat
     acceleration: PositiveFloat
     samples: CountRange = (20, 60)
-    constant_speed: Share = 0.1
     rest: Share = 0.0
     noise: float = Field(default=0.0, ge=0)
     noise_share: Share = 0.5
@@ -121,7 +122,7 @@ class SpeedRamps(Kind):
         """
         lengths = rng.integers(self.samples[0], self.samples[1] + 1, count + 1)
         values = rng.uniform(-self.acceleration, self.acceleration, count + 1)
-        values[rng.random(count + 1) < self.constant_speed] = 0.0
+        values[rng.random(count + 1) < CONSTANT_SPEED] = 0.0
         if self.rest > 0:
             values[rng.random(count + 1) < self.rest] = np.nan
         begun = rng.integers(lengths[0])  # the record starts somewhere inside the first phase

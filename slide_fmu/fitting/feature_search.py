@@ -43,15 +43,10 @@ ORDER, HIDDEN = 8, 8
 """The networks that are compared have at most this size."""
 TURNED_ORDER, TURNED_PAIRS = 12, 4
 """The order of a network in turning axes, where the recipe gives none, and its pairs at most."""
-SHORT = {
-    "starts": 1,
-    "start_iterations": 12,
-    "kept": 1,
-    "kept_iterations": 1,
-    "iterations": 6,
-    "part": 2,
-}
-"""The training of each choice differs from the recipe's in these keys."""
+SHORT = {"starts": 1, "iterations": 6}
+SHORT_EXPERT = {"start_iterations": 12, "kept": 1, "kept_iterations": 1, "part": 2}
+"""The training of each choice differs from the recipe's in these keys, and in these of its
+table ``expert``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +133,7 @@ def search_features(
     about = {"window": dataclasses.asdict(trials.window), "training": training.model_dump()}
     contents = [content_of(learnt), content_of(judged)]
     key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
-    show, best = Heard(progress(STAGE), with_error=not training.even_out), math.inf
+    show, best = Heard(progress(STAGE), with_error=not training.expert.even_out), math.inf
     taken, histories = tables[0], dict[str, History]()
     for index, table in enumerate(tables):
         show(index, len(tables), best)
@@ -178,7 +173,9 @@ def _try(
     most = {"order": ORDER, "hidden": HIDDEN}
     given = {key: getattr(table, key) for key in most}
     sizes = {k: n if given[k] == "auto" else min(n, given[k]) for k, n in most.items()}
-    table, short = table.model_copy(update=sizes), training.model_copy(update=SHORT)
+    table = table.model_copy(update=sizes)
+    expert = training.expert.model_copy(update=SHORT_EXPERT)
+    short = training.model_copy(update={**SHORT, "expert": expert})
     learnt, judged = (trials.offered.scaling.apply(split.inputs) for split in trials.splits)
     features = choose_features(table.feature_names(), trials.offered, learnt)
     scaling = _scaling(trials.splits[0])

@@ -56,7 +56,7 @@ class LearningCurve:
             read_split(self._work.store, name, count)
             for name, count in (("train", train), ("validation", validation))
         ]
-        progress = Heard(progress, with_error=not training.even_out)
+        progress = Heard(progress, with_error=not training.expert.even_out)
         if self._prepared is None:
             work = replace(self._work, progress=partial(part_of, progress))
             self._prepared = prepare(work, scales_of(work, splits), splits)
@@ -68,7 +68,7 @@ class LearningCurve:
         fit = MultiStart(data, progress)
         first = self._candidate is None
         iterations = FIRST_ITERATIONS if first else ITERATIONS
-        starts = 2 * LINEAR_ITERATIONS + training.start_iterations if first else 0
+        starts = 2 * LINEAR_ITERATIONS + training.expert.start_iterations if first else 0
         fit.ledger.plan(starts + iterations)
         before = self._candidate or _first(fit)
         candidate = fit.refine(before, f"{train} trajectories", iterations)

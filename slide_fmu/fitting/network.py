@@ -84,7 +84,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
     work = replace(work, progress=spent.counted(work.progress))
     prepared = prepare(work, scales, splits)
-    even_out = getattr(recipe.training, "even_out", False)
+    even_out = getattr(recipe.training.expert, "even_out", False)
     relative = known is None and scales.noise is None and not even_out
     shown = Heard(work.progress(part.stage), with_error=relative)
     problem = prepared.problem(splits, checkpoint)

@@ -170,7 +170,7 @@ class Prepared:
 
     def _seen(self, split: Split) -> Seen:
         recipe = self.work.recipe
-        precision = "float64" if self.work.linearized else recipe.training.precision
+        precision = "float64" if self.work.linearized else recipe.training.expert.precision
         scaled = self.work.offered.scaling.apply(split.inputs)
         values = seen(self.features, scaled, self.scales.outputs.apply(split.outputs))
         one, other = (part.to(self.work.device, getattr(torch, precision)) for part in values)
@@ -189,7 +189,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         UnstableModeError: a mode of the system linearized at rest grows.
     """
     recipe, source = work.recipe, work.case.source
-    if any(getattr(training, "flip_signs", False) for training in recipe.trainings()):
+    if any(training.flips_signs for training in recipe.trainings()):
         require_symmetry((*source.inputs, *source.outputs))
     require_motion(source.inputs, splits[0].inputs)
     own = standard_deviation_scaling(source.outputs, splits[0])
@@ -228,7 +228,7 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
         table, tried = search_features(table, recipe.training, trials, work.progress)
         scaled = work.offered.scaling.apply(splits[0].inputs)
         features = choose_features(table.feature_names(), work.offered, scaled)
-    if getattr(recipe.training, "flip_signs", False):
+    if recipe.training.flips_signs:
         require_odd(features)
     return Prepared(work, scales, table, features, tried)
 

@@ -92,8 +92,8 @@ def train(
     optimizer = torch.optim.AdamW(
         model.parameters(),
         lr=recipe.learning_rate,
-        weight_decay=recipe.weight_decay,
-        eps=ADAM_EPSILON[recipe.precision],
+        weight_decay=recipe.expert.weight_decay,
+        eps=ADAM_EPSILON[recipe.expert.precision],
         fused=True,
     )
     state = _restore(checkpoint, model, optimizer)
@@ -110,13 +110,13 @@ def train(
         optimizer.zero_grad(set_to_none=True)
         loss = objective.loss(model(windows), targets)
         torch.autograd.backward(loss)
-        if recipe.gradient_clip is not None:
-            torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.gradient_clip)
+        if recipe.expert.gradient_clip is not None:
+            torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.expert.gradient_clip)
         optimizer.step()
         loss_sum += float(loss.detach())
         if not math.isfinite(loss_sum):
             raise TrainingError(_divergence(f"loss at step {step}"))
-        if (step + 1) % recipe.validate_every == 0 or step + 1 == recipe.steps:
+        if (step + 1) % recipe.expert.validate_every == 0 or step + 1 == recipe.steps:
             steps_since = step + 1 - (state["history"][-1][0] if state["history"] else 0)
             error = evaluate(model, validation, objective)
             training_error = objective.error(loss_sum / steps_since)
@@ -156,12 +156,12 @@ def evaluate(
 
 def learning_rate(recipe: TrainingRecipe, step: int) -> float:
     """Return the learning rate at a step from 0: linear warm-up, then a cosine down."""
-    warm_up = recipe.warm_up * recipe.steps
+    warm_up = recipe.expert.warm_up * recipe.steps
     if step < warm_up:
         return recipe.learning_rate * (step + 1) / (warm_up + 1)
     progress = (step - warm_up) / max(1.0, recipe.steps - warm_up)
     cosine = 0.5 * (1 + math.cos(math.pi * progress))
-    last = recipe.final_learning_rate
+    last = recipe.expert.final_learning_rate
     return recipe.learning_rate * (last + (1 - last) * cosine)
 
 
@@ -172,10 +172,10 @@ def _batch(
     device = data.inputs.device
     numbers = torch.randint(data.n_windows, (recipe.batch,), generator=generator, device=device)
     windows, targets = data.cut(numbers)
-    if recipe.input_jitter > 0:
+    if recipe.expert.input_jitter > 0:
         noise = torch.randn(windows.shape, generator=generator, device=device, dtype=windows.dtype)
-        windows = windows + recipe.input_jitter * noise
-    if recipe.flip_signs:
+        windows = windows + recipe.expert.input_jitter * noise
+    if recipe.expert.flip_signs:
         signs = torch.randint(2, (recipe.batch,), generator=generator, device=device) * 2 - 1
         windows = windows * signs[:, None, None]
         targets = targets * signs[:, None] if objective.odd else targets

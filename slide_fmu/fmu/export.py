@@ -28,7 +28,7 @@ DOCUMENTATION, EXTRA = "documentation", "extra"
 """Folders for files that no runtime reads."""
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
-PROVENANCE_FORMAT = 1
+PROVENANCE_FORMAT = 2
 """Format of the provenance. FMUs of other formats are refused: it is raised when a change of the
 recipe or of the measured figures makes those of FMUs unreadable."""
 

@@ -155,7 +155,7 @@ def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
     """
     if not sizing.forgets:
         raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
-    lags = (recipe.estimator and recipe.estimator.lags) or (0,)
+    lags = (recipe.estimator and recipe.estimator.expert.lags) or (0,)
     needed = math.ceil(
         MARGIN * _time_to_hold(sizing, but_one) / recipe.window.step * (1.0 - 1e-12)
     )

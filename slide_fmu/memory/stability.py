@@ -30,9 +30,14 @@ RECORDS = 32
 WINDOWS = 3
 """A record is this many input windows long: in the first a usual state is reached, in the second
 two runs must meet, and in the third the run goes on."""
+GROWTH = 10.0
+"""Boundedness: the largest deviation of an output from its mean that is allowed, relative to the
+largest one at the trained amplitude times the factor."""
+CONTRACTION = 0.02
+"""Fading memory: the largest difference that is allowed between two runs from different states,
+after the inputs of one window, relative to the output's standard deviation."""
 NEWEST = 8
 """A difference is the RMS over this many last samples: a single one may be zero by chance."""
-
 
 HYSTERESIS = (
     " (a system with hysteresis, or with a drift, never forgets what happened to it: no network "
@@ -211,16 +216,15 @@ def _problem(
     factor: float, growth: float, gaps: FloatArray, recipe: Recipe, cause: str
 ) -> str | None:
     """Say which limit of the recipe a test exceeds; None if it passes."""
-    limits = recipe.stability
-    if not growth <= limits.growth:
+    if not growth <= GROWTH:
         return (
             f"at {factor:g} times the trained amplitude outputs grow {growth:.3g} times as fast "
-            f"as the inputs; expected at most {limits.growth:g} times"
+            f"as the inputs; expected at most {GROWTH:g} times"
         )
     # beyond the trained amplitude single pairs may stay apart: the median pair counts
     beyond = factor > 1
     gap = float(np.median(gaps) if beyond else np.max(gaps))
-    limit = limits.contraction_beyond if beyond else limits.contraction
+    limit = recipe.stability.contraction_beyond if beyond else CONTRACTION
     if not gap <= limit:
         which = "the median pair" if beyond else "the worst pair"
         return (

@@ -188,7 +188,8 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     """Return the recipe with another seed for initialisation and order of windows."""
     values = recipe.model_dump()
     estimator = values["estimator"] or {}
-    for table in (values["training"], estimator.get("training"), estimator.get("pretraining")):
+    pretraining = estimator.get("expert", {}).get("pretraining")
+    for table in (values["training"], estimator.get("training"), pretraining):
         if table is not None:
             table["seed"] = seed
     return Recipe.model_validate(values)

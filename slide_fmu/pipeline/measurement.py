@@ -146,7 +146,7 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     tells = recipe.estimator is not None or recipe.bound is not None
     driven = bool(recipe.data.excitation)  # records are not
     if driven and recipe.estimator is not None and recipe.estimator.beyond:
-        found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.amplitude_factor)
+        found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.expert.amplitude_factor)
     elif tells and recipe.data.beyond:
         found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
     if recipe.validation.excitation:

@@ -242,7 +242,7 @@ def kept_curve(case: Case, folder: RunFolder) -> Curve:
 def _memo(case: Case, place: Path) -> Memo:
     """Return the memo of what follows from the recipe but for numbers and seeds, and the model."""
     recipe = case.recipe
-    data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed", "budget_minutes"})
+    data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
     if recipe.parameters:
         tables |= recipe.model_dump(mode="json", include={"parameters"})
@@ -262,7 +262,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
     from slide_fmu.fitting.learning_curve import LearningCurve
 
     torch.set_num_threads(1)
-    recipe, curve = case.recipe, kept_curve(case, folder)
+    curve = kept_curve(case, folder)
     memo = _memo(case, folder.numbers)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(case, folder.store, folder.checkpoints)
@@ -276,21 +276,19 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
         # of a point that was known, finding it again is no measure of what it takes
         seconds = known.get(train, time.monotonic() - begin)
         points.append(CurvePoint(train, *errors, seconds))
-        curve = Curve(tuple(points), _end(points, recipe.data.budget_minutes))
+        curve = Curve(tuple(points), _end(points))
         memo.keep("curve", plain(curve))
 
 
-def _end(points: list[CurvePoint], budget: float | None) -> str | None:
+def _end(points: list[CurvePoint]) -> str | None:
     """Return why a curve ends with its last point; None if it does not."""
-    last, spent = points[-1], sum(point.seconds for point in points) / 60
+    last = points[-1]
     if last.validation_error <= HOLDS * last.training_error:
         return "what was learnt holds on other motions: more trajectories would teach nothing new"
     if len(points) > 1 and not _pays(points):
         return f"twice the trajectories lower the error by less than {100 * (1 - PAYS):.0f} %"
     if last.trajectories >= MOST:
         return f"{MOST} trajectories are the most that are tried"
-    if budget is not None and spent + 2 * last.seconds / 60 > budget:
-        return f"twice the trajectories would exceed data.budget_minutes = {budget:g}"
     return None
 
 

@@ -284,7 +284,7 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
     if recipe.data.beyond:
         yield "data.beyond", kinds, recipe.data.beyond_factor[1]
     if estimator is not None and estimator.beyond:
-        yield "estimator.beyond", kinds, estimator.amplitude_factor[1]
+        yield "estimator.beyond", kinds, estimator.expert.amplitude_factor[1]
     yield "data.excitation", kinds, 1.0
 
 

@@ -174,7 +174,7 @@ def require_bound(recipe: Recipe) -> None:
                 "remove the key"
             )
         return
-    remedy = "remove the tables [bound] and [bound.companion]"
+    remedy = "remove the table [bound] and those below it"
     if recipe.system.is_record:
         raise ValueError(
             "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
@@ -197,42 +197,40 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with training.start = {start!r}; expected none: the companion would begin "
             f"with the same network, and share its errors: {remedy}, or the key"
         )
-    if recipe.bound.companion.start == "surrogate" and recipe.bound.companion.hidden is not None:
-        raise ValueError(
-            f"bound.companion.hidden = {recipe.bound.companion.hidden} with bound.companion.start "
-            "= 'surrogate'; expected one of them: a companion that begins with the surrogate's "
-            "network has its size"
-        )
-    _require_further(recipe.data.further, recipe.bound)
+    _require_further(recipe.bound)
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:
         raise ValueError(
             f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
             "expected one error estimate: remove the key, or the table"
         )
-    if recipe.bound.short_span > recipe.bound.long_span:
+    expert = recipe.bound.expert
+    if expert.short_span > expert.long_span:
         raise ValueError(
-            f"bound.short_span = {recipe.bound.short_span:g} s, bound.long_span = "
-            f"{recipe.bound.long_span:g} s; expected the short one to be the shorter one"
+            f"bound.expert.short_span = {expert.short_span:g} s, bound.expert.long_span = "
+            f"{expert.long_span:g} s; expected the short one to be the shorter one"
         )
 
 
-def _require_further(count: int, bound: BoundRecipe) -> None:
+def _require_further(bound: BoundRecipe) -> None:
+    count = bound.expert.further
     if bound.excitation and count == 1:
         raise ValueError(
-            "data.further = 1 with kinds under [[bound.excitation]]; expected at least 2, one of "
-            "them to choose by: raise it, or remove the key"
+            "bound.expert.further = 1 with kinds under [[bound.excitation]]; expected at least 2, "
+            "one of them to choose by: raise it, or remove the key"
         )
     if count and not bound.excitation:
         raise ValueError(
-            f"data.further = {count} without kinds under [[bound.excitation]]; expected some, of "
-            "which these trajectories are: add them, or remove the key"
+            f"bound.expert.further = {count} without kinds under [[bound.excitation]]; expected "
+            "some, of which these trajectories are: add them, or remove the key"
         )
 
 
 def _spans_of(bound: BoundRecipe) -> str:
     """Name the times over which a bound averages, with their values."""
-    names = ["long_span", *(["estimate_span"] if bound.estimate_span else [])]
-    return " and ".join(f"bound.{name} = {getattr(bound, name):g} s" for name in names)
+    named = {"bound.expert.long_span": bound.expert.long_span}
+    if bound.estimate_span is not None:
+        named["bound.estimate_span"] = bound.estimate_span
+    return " and ".join(f"{name} = {value:g} s" for name, value in named.items())
 
 
 def require_kinds_in_one_table(recipe: Recipe) -> None:
@@ -296,10 +294,10 @@ def require_fitting_into_memory(recipe: Recipe) -> None:
 
 def require_lags_in_window(recipe: Recipe) -> None:
     """Refuse an error estimator that sees inputs before the window."""
-    lags = (recipe.estimator and recipe.estimator.lags) or (0,)
+    lags = (recipe.estimator and recipe.estimator.expert.lags) or (0,)
     if lags[-1] > recipe.window.n_in - recipe.window.n_out:
         raise ValueError(
-            f"estimator.lags end with {lags[-1]}; expected at most n_in - n_out = "
+            f"estimator.expert.lags end with {lags[-1]}; expected at most n_in - n_out = "
             f"{recipe.window.n_in - recipe.window.n_out}, the age of the oldest input that the "
             "oldest output of the window has seen"
         )

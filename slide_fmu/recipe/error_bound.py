@@ -2,47 +2,44 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import Field
 
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, span_samples
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
+from slide_fmu.recipe.learning import LeastSquaresRecipe, PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.tables import WindowRecipe
 
 
 class CompanionRecipe(Table):
-    """The table ``bound.companion`` says in what a companion differs from the surrogate.
+    """The table ``bound.expert.companion`` says in what a companion differs from the surrogate.
 
-    A companion that errs less than the surrogate shows its errors themselves, and not only their
-    scale: then bounds are narrower. It costs more time where the bound is read.
+    A companion that is more accurate than the surrogate shows its errors themselves, and not only
+    their scale: then bounds are narrower. It costs more time where the bound is read.
 
     Attributes:
-        start: ``"random"``, or ``"surrogate"``: its training goes on from the surrogate's network,
-            which takes a small part of the time. Then both share what they lack, and only what
-            they have learnt from different trajectories shows the error.
-        hidden: its number of units; as ``network.hidden`` if not given.
+        hidden: its number of hidden units; as ``network.hidden`` if not given.
         starts: number of random starts; as ``training.starts`` if not given.
         iterations: as ``training.iterations`` if not given.
-        stretches: as ``training.stretches`` if not given.
+        refinements: as ``training.expert.refinements`` if not given.
     """
 
-    start: Literal["random", "surrogate"] = "random"
     hidden: PositiveInt | None = None
     starts: PositiveInt | None = None
     iterations: PositiveInt | None = None
-    stretches: PositiveInt | None = None
+    refinements: PositiveInt | None = None
+
+    def of_training(self, training: LeastSquaresRecipe, seed: int) -> LeastSquaresRecipe:
+        """Return the training of the companion, given that of the surrogate."""
+        own = {"starts": self.starts, "iterations": self.iterations}
+        given = {key: value for key, value in own.items() if value is not None}
+        expert = training.expert
+        if self.refinements is not None:
+            expert = expert.model_copy(update={"refinements": self.refinements})
+        return training.model_copy(update={"seed": seed, "expert": expert, **given})
 
 
-class BoundRecipe(Table):
-    """The table ``bound`` describes the error bound of a state-space network.
-
-    A companion, a second network of the same family, learns from trajectories of its own; a small
-    head learns the local scale of the error from further ones; and others calibrate both. The
-    numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
-    With kinds of excitation of its own, the head learns from ``data.further`` trajectories of
-    these too.
+class BoundExpert(Table):
+    """The table ``bound.expert`` tunes how an error bound is learnt.
 
     Attributes:
         hidden: widths of the head's layers of tanh units.
@@ -51,31 +48,49 @@ class BoundRecipe(Table):
         learning_rate: highest learning rate.
         seed: seed of the head's training; that of the companion is the surrogate's plus one plus
             this.
-        attempts: the companion is trained so many times at most, from starts of its own, until it
-            is about as accurate as the surrogate.
-        companion: its size and its training, where they are not the surrogate's.
+        attempts: the companion is trained up to this number of times, from starts of its own,
+            until it is about as accurate as the surrogate.
         short_span, long_span: times in s over which about the disagreement of surrogate and
             companion is averaged; over the long one states and features too.
-        false_alarms: share of the samples of the calibration that lie outside of the domain.
-        excitation: further kinds of excitation, from which the head learns too, but no network,
-            and by which nothing is calibrated: so it knows larger errors than those in the domain.
-        estimate_span: time in s over about which an error estimate is made of the RMS errors that
-            the head then expects of each sample; none without the key, unless there is a table
-            ``estimator``.
+        companion: its size and its training, where they are not the surrogate's.
+        further: number of trajectories of ``bound.excitation``; half of ``data.bound`` if 0.
     """
 
     hidden: tuple[PositiveInt, ...] = Field(default=(16,), min_length=1)
     steps: PositiveInt = 4000
     batch: PositiveInt = 1024
     learning_rate: PositiveFloat = 1e-2
-    attempts: PositiveInt = 3
-    companion: CompanionRecipe = CompanionRecipe()
     seed: int = Field(default=0, ge=0, lt=2**30)
+    attempts: PositiveInt = 3
     short_span: PositiveFloat = 0.1
     long_span: PositiveFloat = 1.0
+    companion: CompanionRecipe = CompanionRecipe()
+    further: int = Field(default=0, ge=0)
+
+
+class BoundRecipe(Table):
+    """The table ``bound`` describes the error bound of a state-space network.
+
+    A companion, a second network of the same family, learns from trajectories of its own; a small
+    head learns the local scale of the error from further ones; and others calibrate both. The
+    numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
+    With kinds of excitation of its own, the head learns from ``expert.further`` trajectories of
+    these too.
+
+    Attributes:
+        false_alarms: share of the samples of the calibration that lie outside of the domain.
+        estimate_span: time in s over about which an error estimate is made of the RMS errors that
+            the head then expects of each sample; none without the key, unless there is a table
+            ``estimator``.
+        excitation: further kinds of excitation, from which the head learns too, but no network,
+            and by which nothing is calibrated: so it knows larger errors than those in the domain.
+        expert: what only those change who know the method.
+    """
+
     false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
     estimate_span: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
+    expert: BoundExpert = BoundExpert()
 
     def samples(self, window: WindowRecipe) -> int:
         """Return how many samples a trajectory needs for the bound.
@@ -108,4 +123,4 @@ class BoundRecipe(Table):
 
     def _long_block(self, step: float) -> int:
         """Return the samples, of a step in s, in a long block."""
-        return block_lengths(step, (self.short_span, self.long_span))[1]
+        return block_lengths(step, (self.expert.short_span, self.expert.long_span))[1]

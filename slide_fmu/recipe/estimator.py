@@ -30,17 +30,55 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "activation": "gelu",
         "time_invariant": True,
     },
-    "pretraining": {
-        "steps": 4000,
-        "batch": 1024,
-        "learning_rate": 2.5e-3,
-        "final_learning_rate": 0.02,
-        "gradient_clip": 1.0,
+    "training": {
+        "steps": 2000,
+        "batch": 6,
+        "learning_rate": 3e-4,
+        "expert": {"gradient_clip": 1.0},
     },
-    "training": {"steps": 2000, "batch": 6, "learning_rate": 3e-4, "gradient_clip": 1.0},
+}
+PRETRAINING: dict[str, Any] = {
+    "steps": 4000,
+    "batch": 1024,
+    "learning_rate": 2.5e-3,
+    "expert": {"final_learning_rate": 0.02, "gradient_clip": 1.0},
 }
 """The tables of an estimator about which the recipe says nothing: smaller and more quickly trained
 ones than those of the released FMUs."""
+
+
+class EstimatorExpert(Table):
+    """The table ``estimator.expert`` tunes how an error estimator is learnt.
+
+    Attributes:
+        pretraining: training of a time-invariant network at single positions, where it learns mean
+            and standard deviation of the error by maximum likelihood.
+        pretrained_beyond: whether it learns that from the trajectories beyond the range too; false
+            where the system has several lasting responses there, so that errors are orders of
+            magnitude larger.
+        lags: the samples that a time-invariant network sees at each position, by their age, 0 the
+            newest, rising; all that the window holds before its oldest output if not given.
+        resolution: errors below this fraction of the output's scale count as equal.
+        amplitude_factor: range of the factor on the excitation of its trajectories; 1 to 3 if not
+            given. Without ``estimator.beyond`` no factor is above 1.
+        in_range: fraction of its trajectories with factor 1.
+    """
+
+    pretraining: TrainingRecipe | None = None
+    pretrained_beyond: bool = True
+    lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
+    resolution: float = Field(default=1e-3, gt=0, lt=1)
+    amplitude_factor: PositiveRange = BEYOND_FACTOR
+    in_range: float = Field(default=0.5, ge=0, le=1)
+
+    @model_validator(mode="after")
+    def _lags_rise(self) -> EstimatorExpert:
+        if not all(newer < older for newer, older in itertools.pairwise(self.lags or ())):
+            raise ValueError(
+                f"lags = {list(self.lags or ())}; expected ages of samples, 0 the newest, each "
+                "larger than the one before it"
+            )
+        return self
 
 
 class EstimatorRecipe(Table):
@@ -52,34 +90,19 @@ class EstimatorRecipe(Table):
         network: its network; ``time_invariant`` here means the root of the mean square of one
             network's estimates at the last ``span`` samples, else it estimates directly the error
             over the output window, from the whole window.
-        pretraining: training of a time-invariant network at single positions, where it learns mean
-            and standard deviation of the error by maximum likelihood.
-        pretrained_beyond: whether it learns that from the trajectories beyond the range too; false
-            where the system has several lasting responses there, so that errors are orders of
-            magnitude larger.
         training: its training on the error over the span.
         span: samples over which the error is estimated, as the root of the mean square; those of
             the output window if not given.
-        lags: the samples that a time-invariant network sees at each position, by their age, 0 the
-            newest, rising; all that the window holds before its oldest output if not given.
         beyond: whether it also learns from inputs outside of their declared ranges, which are hard
             limits otherwise.
-        amplitude_factor: range of the factor on the excitation of these trajectories; 1 to 3 if
-            not given. Without ``beyond`` no factor is above 1.
-        in_range: fraction of its trajectories with factor 1.
-        resolution: errors below this fraction of the output's scale count as equal.
+        expert: what only those change who know the method.
     """
 
     network: FeedForwardRecipe
-    pretraining: TrainingRecipe | None = None
-    pretrained_beyond: bool = True
     training: TrainingRecipe
     span: PositiveInt | None = None
-    lags: tuple[NonNegativeInt, ...] | None = Field(default=None, min_length=1)
     beyond: bool = False
-    amplitude_factor: PositiveRange = BEYOND_FACTOR
-    in_range: float = Field(0.5, ge=0, le=1)
-    resolution: float = Field(1e-3, gt=0, lt=1)
+    expert: EstimatorExpert = EstimatorExpert()
 
     @model_validator(mode="before")
     @classmethod
@@ -87,12 +110,17 @@ class EstimatorRecipe(Table):
         """The network and its trainings belong together: they are given, or all left out."""
         if not isinstance(values, dict):
             return values
+        expert = values.get("expert", {})
+        if not isinstance(expert, dict):
+            return values
         factor = BEYOND_FACTOR if values.get("beyond", False) else (1.0, 1.0)
-        values = {"amplitude_factor": factor, **values}
-        return values if "network" in values else {**DEFAULTS, **values}
+        expert = {"amplitude_factor": factor, **expert}
+        if "network" in values:
+            return {**values, "expert": expert}
+        return {**DEFAULTS, **values, "expert": {"pretraining": PRETRAINING, **expert}}
 
     def draws_beyond(self, index: int) -> bool:
-        """Tell whether trajectory ``index`` is drawn with ``amplitude_factor``.
+        """Tell whether trajectory ``index`` is drawn with ``expert.amplitude_factor``.
 
         Those in range and those beyond take turns, the first one in range if any is: more
         trajectories leave the first ones as they are.
@@ -101,36 +129,33 @@ class EstimatorRecipe(Table):
 
     def factors(self, index: int) -> tuple[float, float]:
         """Return the range of the amplitude factor of trajectory ``index``."""
-        return drawn_factors(self.amplitude_factor, self.in_range, index)
+        return drawn_factors(self.expert.amplitude_factor, self.expert.in_range, index)
 
     @model_validator(mode="after")
     def _ranges_are_limits(self) -> EstimatorRecipe:
-        if self.amplitude_factor[1] > 1.0 and not self.beyond:
+        factor = self.expert.amplitude_factor
+        if factor[1] > 1.0 and not self.beyond:
             raise ValueError(
-                f"amplitude_factor = {list(self.amplitude_factor)} drives inputs out of their "
+                f"expert.amplitude_factor = {list(factor)} drives inputs out of their "
                 "declared ranges, which are hard limits; expected beyond = true with it, or no "
                 "factor above 1: add beyond = true to [estimator] if the model may be simulated "
-                "there, or remove amplitude_factor"
+                "there, or remove expert.amplitude_factor"
             )
         return self
 
     @model_validator(mode="after")
     def _parts_fit(self) -> EstimatorRecipe:
-        if not self.network.time_invariant and (self.span or self.lags or self.pretraining):
+        expert = self.expert
+        if not self.network.time_invariant and (self.span or expert.lags or expert.pretraining):
             raise ValueError(
                 "span, lags or pretraining of an estimator whose network sees the whole window; "
                 "expected none of them, or estimator.network.time_invariant = true"
             )
-        if not (self.pretrained_beyond or (self.pretraining and not self.draws_beyond(0))):
+        if not (expert.pretrained_beyond or (expert.pretraining and not self.draws_beyond(0))):
             raise ValueError(
-                f"pretrained_beyond = false with in_range = {self.in_range:g} and "
-                f"{'a' if self.pretraining else 'no'} pretraining; expected a pretraining, and "
+                f"pretrained_beyond = false with in_range = {expert.in_range:g} and "
+                f"{'a' if expert.pretraining else 'no'} pretraining; expected a pretraining, and "
                 "trajectories in range to learn from"
-            )
-        if not all(newer < older for newer, older in itertools.pairwise(self.lags or ())):
-            raise ValueError(
-                f"lags = {list(self.lags or ())}; expected ages of samples, 0 the newest, each "
-                "larger than the one before it"
             )
         return self
 

@@ -199,61 +199,72 @@ class StateSpaceRecipe(Table):
         return False
 
 
+class LeastSquaresExpert(Table):
+    """The table ``training.expert`` tunes Levenberg-Marquardt; the defaults suit most systems.
+
+    Attributes:
+        segment: scored samples of a segment of a trajectory, about; if not given 256, or as many
+            as the window truncates, which come before them unscored, if those are more.
+        part: every ``part``-th segment makes the data of the starts.
+        start_iterations: iterations of each start.
+        kept: best starts by validation that go on.
+        kept_iterations: iterations of each of them, on the same data.
+        dense_limit: largest number of parameters for which normal equations are solved in every
+            iteration; a larger network is widened from the best start of half that size and
+            refined on all data by preconditioned gradient steps.
+        refinements: number of those refinements, 80 steps each.
+        beyond_weight: factor on the residuals of trajectories beyond the range.
+        even_out: whether segments that move more than usual get lower weights.
+        precision: floating point format of the training.
+    """
+
+    segment: PositiveInt | None = None
+    part: PositiveInt = 5
+    start_iterations: PositiveInt = 20
+    kept: PositiveInt = 3
+    kept_iterations: PositiveInt = 40
+    dense_limit: PositiveInt = 3000
+    refinements: PositiveInt = 60
+    beyond_weight: PositiveFloat = 0.1
+    even_out: bool = False
+    precision: Literal["float32", "float64"] = "float64"
+
+
 class LeastSquaresRecipe(Table):
     """The table ``training`` describes Levenberg-Marquardt from several starts.
 
     The starts are a multi-start with successive halving.
 
     Attributes:
-        method: name of the training method.
+        method: tells both trainings apart; it follows from the network's family and is no key of
+            a file.
         seed: seed of the starts.
-        segment: scored samples of a segment of a trajectory, about; if not given 256, or as many
-            as the window truncates, which come before them unscored, if those are more.
-        part: every ``part``-th segment makes the data of the starts.
         starts: number of random starts.
-        start_iterations: iterations of each.
-        kept: best starts by validation that go on.
-        kept_iterations: iterations of each of them, on the same data.
         iterations: iterations of the best of them, on all data.
-        dense_limit: largest number of parameters for which normal equations are solved in every
-            iteration; a larger network is widened from the best start of half that size and
-            refined on all data by preconditioned gradient steps.
-        stretches: number of those refinements, 80 steps each.
-        beyond_weight: factor on the residuals of trajectories beyond the range.
-        even_out: whether segments that move more than usual get lower weights.
-        precision: floating point format of the training.
         start: path of an FMU of slide-fmu whose network the training begins with, as one that was
             learnt from a simulation and is refined on a record, or from one value of physical
             parameters and now shall follow them: then there is no search and no other start, and
             the table ``network`` is that of the FMU, but for ``parameter_degree``.
+        expert: what only those change who know the method.
     """
 
-    method: Literal["levenberg_marquardt"] = "levenberg_marquardt"
+    method: Literal["levenberg_marquardt"] = Field(default="levenberg_marquardt", repr=False)
     seed: int = Field(default=0, ge=0, lt=2**31)
-    segment: PositiveInt | None = None
-    part: PositiveInt = 5
     starts: PositiveInt = 8
-    start_iterations: PositiveInt = 20
-    kept: PositiveInt = 3
-    kept_iterations: PositiveInt = 40
     iterations: PositiveInt = 60
-    dense_limit: PositiveInt = 3000
-    stretches: PositiveInt = 60
-    beyond_weight: PositiveFloat = 0.1
-    even_out: bool = False
-    precision: Literal["float32", "float64"] = "float64"
     start: str | None = None
+    expert: LeastSquaresExpert = LeastSquaresExpert()
+
+    @property
+    def flips_signs(self) -> bool:
+        """Tell whether data is shown with both signs: only Adam can."""
+        return False
 
 
-class TrainingRecipe(Table):
-    """The table ``training`` describes Adam with a warm-up and a cosine schedule.
+class AdamExpert(Table):
+    """The table ``training.expert`` tunes Adam; the defaults suit most systems.
 
     Attributes:
-        method: name of the training method.
-        seed: seed of initialisation and of the order of the windows.
-        steps: number of steps of the optimizer.
-        batch: windows per step.
-        learning_rate: highest learning rate.
         final_learning_rate: fraction of ``learning_rate`` that is left at the end.
         warm_up: fraction of the steps in which the learning rate rises.
         weight_decay: decoupled weight decay.
@@ -264,19 +275,40 @@ class TrainingRecipe(Table):
         precision: floating point format of the training.
     """
 
-    method: Literal["adam"] = "adam"
+    final_learning_rate: float = Field(default=0.0, ge=0, le=1)
+    warm_up: float = Field(default=0.05, ge=0, lt=1)
+    weight_decay: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    gradient_clip: PositiveFloat | None = None
+    flip_signs: bool = False
+    input_jitter: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    validate_every: PositiveInt = 500
+    precision: Literal["float32", "float64"] = "float32"
+
+
+class TrainingRecipe(Table):
+    """The table ``training`` describes Adam with a warm-up and a cosine schedule.
+
+    Attributes:
+        method: tells both trainings apart; it follows from the network's family and is no key of
+            a file.
+        seed: seed of initialisation and of the order of the windows.
+        steps: number of steps of the optimizer.
+        batch: windows per step.
+        learning_rate: highest learning rate.
+        expert: what only those change who know the method.
+    """
+
+    method: Literal["adam"] = Field(default="adam", repr=False)
     seed: int = Field(default=0, ge=0, lt=2**31)
     steps: PositiveInt
     batch: PositiveInt
     learning_rate: PositiveFloat
-    final_learning_rate: float = Field(0.0, ge=0, le=1)
-    warm_up: float = Field(0.05, ge=0, lt=1)
-    weight_decay: float = Field(0.0, ge=0, allow_inf_nan=False)
-    gradient_clip: PositiveFloat | None = None
-    flip_signs: bool = False
-    input_jitter: float = Field(0.0, ge=0, allow_inf_nan=False)
-    validate_every: PositiveInt = 500
-    precision: Literal["float32", "float64"] = "float32"
+    expert: AdamExpert = AdamExpert()
+
+    @property
+    def flips_signs(self) -> bool:
+        """Tell whether windows are shown with both signs."""
+        return self.expert.flip_signs
 
 
 NetworkTable = Annotated[FeedForwardRecipe | StateSpaceRecipe, Field(discriminator="family")]

@@ -12,7 +12,7 @@ from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
-from slide_fmu.recipe.reference import known_keys, sections_of
+from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
 
 
 def mistake_lines(
@@ -117,15 +117,24 @@ def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -
     if not table or not forms or table[-1] not in [s.tag[1] for s in alike if s.tag]:
         return None
     (name,) = {s.tag[0] for s in alike if s.tag}
+    found = str(table[-1])
+    if table[0] == "training":  # its form follows from the family of the network
+        families = {method: family for family, method in METHODS.items()}
+        name, found, forms = "network.family", families[found], [families[f] for f in forms]
     switch = "network.family" if table[0] in ("network", "training") else name
     return (
-        f"is not a known key where {name} = {table[-1]!r}, only where it is "
+        f"is not a known key where {name} = {found!r}, only where it is "
         f"{' or '.join(map(repr, forms))}: remove it, or choose another {switch}"
     )
 
 
 def _tables_with(key: str, file: type[Table]) -> list[str]:
     """Return the names of a file's tables that have a key, without items of lists."""
+    forms = (*METHODS, *METHODS.values())
     places = [s.place for s in sections_of(file) if key in [each.name for each in s.keys]]
-    named = [f"[{place[0]}]" for place in places if len(place) == 1 or len(place) == 2]
+    named = [
+        f"[{'.'.join(part for part in place if part not in forms)}]"
+        for place in places
+        if place and NAME not in place and ITEM not in place
+    ]
     return list(dict.fromkeys(named))[:3]

@@ -144,13 +144,15 @@ class Recipe(Table):
         return int(getattr(self.data, split))
 
     def _further_count(self) -> int:
-        return (self.data.further or max(2, self.data.bound // 2)) if self.further_kinds() else 0
+        if self.bound is None or not self.bound.excitation:
+            return 0
+        return self.bound.expert.further or max(2, self.data.bound // 2)
 
     def trainings(self) -> tuple[TrainingTable, ...]:
         """Return all trainings of the recipe: of the surrogate, then of its error estimator."""
         if self.estimator is None:
             return (self.training,)
-        first = self.estimator.pretraining
+        first = self.estimator.expert.pretraining
         return (self.training, *([] if first is None else [first]), self.estimator.training)
 
     def shortest_validation(self) -> float:
@@ -173,15 +175,13 @@ class Recipe(Table):
     def of_companion(self, attempt: int) -> Recipe:
         """Return the recipe by which an attempt, counted from 0, fits the bound's companion."""
         assert self.bound is not None
-        own = self.bound.companion.model_dump(exclude_none=True, exclude={"start"})
-        seed = self.training.seed + self.bound.seed + 1 + attempt
-        size = {name: own.pop(name) for name in ("hidden",) if name in own}
-        return self.model_copy(
-            update={
-                "network": self.network.model_copy(update=size),
-                "training": self.training.model_copy(update={"seed": seed, **own}),
-            }
-        )
+        assert isinstance(self.training, LeastSquaresRecipe)  # a bound is of a state-space network
+        expert = self.bound.expert
+        own = expert.companion
+        training = own.of_training(self.training, self.training.seed + expert.seed + 1 + attempt)
+        size = {} if own.hidden is None else {"hidden": own.hidden}
+        network = self.network.model_copy(update=size)
+        return self.model_copy(update={"network": network, "training": training})
 
     def shares(self) -> dict[Part, float]:
         """Return what part of all samples of measured records each of ``PARTS`` has."""

@@ -121,6 +121,7 @@ def _keys(table: type[Table], place: tuple[str, ...]) -> tuple[Key, ...]:
     return tuple(
         _key(name, field, ".".join((*place, name)) in AUTOMATIC, meanings.get(name, ""))
         for name, field in table.model_fields.items()
+        if field.repr  # without it, a field is filled in by the program
     )
 
 

@@ -81,10 +81,6 @@ class DataRecipe(Table):
             learns the scale of the error; and those by which it is calibrated, at least 100 for
             bounds with a confidence of 0.99. If ``"auto"``, or if they and ``train`` are not
             given, they follow from the time that a simulation takes.
-        further: number of trajectories of ``bound.excitation``, from which the bound learns too;
-            half as many as ``bound`` if 0.
-        budget_minutes: time for the learning curve and its data; it ends before a doubling that
-            would take longer. No limit if not given.
         beyond: number of trajectories whose inputs leave their declared ranges, which are hard
             limits without them; a state-space network learns from them too, with a low weight, so
             that it stays sensible there.
@@ -111,8 +107,6 @@ class DataRecipe(Table):
     companion: Annotated[int, Field(ge=0)] | Literal["train"] = 0
     bound: int = Field(100, ge=2)
     calibration: int = Field(200, ge=LEAST_CALIBRATION)
-    further: int = Field(0, ge=0)
-    budget_minutes: PositiveFloat | None = None
     beyond: int = Field(default=0, ge=0)
     beyond_factor: PositiveRange = (1.0, 3.0)
     most_failures: float = Field(default=0.02, ge=0, le=1)
@@ -148,17 +142,13 @@ class StabilityRecipe(Table):
 
     Attributes:
         amplitudes: factors on the trained amplitude at which it is tested.
-        growth: boundedness: largest deviation of an output from its mean allowed, relative to the
-            largest one at the trained amplitude times the factor.
-        contraction: fading memory: largest difference allowed between two runs from different
-            states, after the inputs of one window, relative to the output's standard deviation.
-        contraction_beyond: the same beyond the trained amplitude, for the median run: systems may
-            have several lasting responses there.
+        contraction_beyond: fading memory beyond the trained amplitude: largest difference allowed
+            between two runs from different states, after the inputs of one window, relative to
+            the output's standard deviation. The median run counts, since systems may have several
+            lasting responses there.
         allow_unstable: whether a network that fails is exported all the same.
     """
 
     amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)
-    growth: PositiveFloat = 10.0
-    contraction: PositiveFloat = 0.02
     contraction_beyond: PositiveFloat = 0.5
     allow_unstable: bool = False

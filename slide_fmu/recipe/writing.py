@@ -139,12 +139,14 @@ def _bound_lines(step: float) -> list[str]:
             "takes follows from how long one is simulated."
         ),
         "[bound]",
-        f"short_span = {short}",
-        f"long_span = {long}",
         f"estimate_span = {long}",
         "",
+        "[bound.expert]",
+        f"short_span = {short}",
+        f"long_span = {long}",
+        "",
         "# The second network behind the bound has one random start; the first one has more.",
-        "[bound.companion]",
+        "[bound.expert.companion]",
         "starts = 1",
         "",
     ]

@@ -66,12 +66,12 @@ time_invariant = true
 steps = 800
 batch = 256
 learning_rate = 5e-3
-flip_signs = true
-validate_every = 200
+expert.flip_signs = true
+expert.validate_every = 200
 
 [estimator]
 beyond = true
-amplitude_factor = [1.0, 3.0]
+expert.amplitude_factor = [1.0, 3.0]
 
 [estimator.network]
 family = "feed_forward"
@@ -83,7 +83,7 @@ time_invariant = true
 steps = 300
 batch = 64
 learning_rate = 5e-3
-validate_every = 100
+expert.validate_every = 100
 """
 
 SMALL_STATE_SPACE = """
@@ -119,16 +119,16 @@ weight = 1.0
 hidden = 8
 
 [training]
-part = 2
+expert.part = 2
 starts = 2
-start_iterations = 8
-kept = 1
-kept_iterations = 8
+expert.start_iterations = 8
+expert.kept = 1
+expert.kept_iterations = 8
 iterations = 12
 
 [estimator]
 beyond = true
-amplitude_factor = [1.0, 2.0]
+expert.amplitude_factor = [1.0, 2.0]
 
 [estimator.network]
 family = "feed_forward"
@@ -138,7 +138,7 @@ hidden = [8]
 steps = 100
 batch = 64
 learning_rate = 5e-3
-validate_every = 50
+expert.validate_every = 50
 """
 
 SMALL_LINEAR = (
@@ -169,8 +169,8 @@ validation = 2
 steps = 1200
 batch = 256
 learning_rate = 1e-2
-precision = "float64"
-validate_every = 300
+expert.precision = "float64"
+expert.validate_every = 300
 """
 )
 

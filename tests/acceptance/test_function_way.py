@@ -17,11 +17,11 @@ from tests.systems.function_models import specifications as models
 
 SHORT = """
 [training]
-part = 1
+expert.part = 1
 starts = 2
-start_iterations = 10
-kept = 1
-kept_iterations = 20
+expert.start_iterations = 10
+expert.kept = 1
+expert.kept_iterations = 20
 iterations = 40
 
 [validation]

@@ -122,17 +122,18 @@ def test_training_refuses_a_window_that_was_made_too_short(
 
 @pytest.mark.extended
 @pytest.mark.parametrize(
-    "table", essential(["training", "estimator.pretraining", "estimator.training"], "training")
+    "table",
+    essential(["training", "estimator.expert.pretraining", "estimator.training"], "training"),
 )
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
     # a process keeps the module that it has imported, so each case has one of its own
     module = f"lopsided_in_{table.replace('.', '_')}"
     (tmp_path / f"{module}.py").write_text(LOPSIDED, encoding="utf-8")
-    text = SMALL_DUFFING.replace("flip_signs = true\n", "")
+    text = SMALL_DUFFING.replace("expert.flip_signs = true\n", "")
     text = text.replace("mbs_models.oscillators:DuffingOscillator", f"{module}:Lopsided")
-    pretraining = "[estimator.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
+    pretraining = "[estimator.expert.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
     text = text.replace("[estimator.training]", f"{pretraining}\n[estimator.training]")
-    text = text.replace(f"[{table}]", f"[{table}]\nflip_signs = true")
+    text = text.replace(f"[{table}]", f"[{table}]\nexpert.flip_signs = true")
     recipe = tmp_path / "lopsided.toml"
     recipe.write_text(text, encoding="utf-8")
     runs = tmp_path / "runs"

@@ -19,9 +19,9 @@ from tests.own_records import RECIPE, STEP, force_and_travel, write_record
 NOISE = 0.02
 NETWORK = "[network]\norder = 2\nhidden = 4\n"
 QUICK = """starts = 2
-start_iterations = 10
-kept = 1
-kept_iterations = 10
+expert.start_iterations = 10
+expert.kept = 1
+expert.kept_iterations = 10
 """
 
 

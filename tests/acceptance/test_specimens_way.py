@@ -21,9 +21,9 @@ MASSES = (1.0, 2.0, 1.25, 1.6)
 UNSEEN = 1.4
 SAMPLES = 4000
 TABLES = f"""starts = 2
-start_iterations = 10
-kept = 1
-kept_iterations = 10
+expert.start_iterations = 10
+expert.kept = 1
+expert.kept_iterations = 10
 
 [parameters.mass]
 values = {list(MASSES)}

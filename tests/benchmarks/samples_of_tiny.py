@@ -20,9 +20,9 @@ angular_frequency = [5.0, 60.0]
 """
 ESTIMATOR = """
 [estimator]
-resolution = 1e-3
+expert.resolution = 1e-3
 beyond = true
-amplitude_factor = [1.0, 2.0]
+expert.amplitude_factor = [1.0, 2.0]
 network = { family = "feed_forward", hidden = [8], time_invariant = true }
 training = { steps = 20, batch = 16, learning_rate = 1e-3 }
 """

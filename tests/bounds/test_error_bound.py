@@ -45,8 +45,8 @@ RECIPE = tiny_state_space_recipe(
     },
     data={"train": 6, "duration": 4.0, "bound": 60},
     network={"order": 2, "hidden": 6},
-    training={"starts": 1, "kept": 1, "iterations": 12},
-    bound={"hidden": [8], "steps": 1500, "companion": {"hidden": 9, "iterations": 20}},
+    training={"starts": 1, "iterations": 12, "expert": {"kept": 1}},
+    bound={"expert": {"hidden": [8], "steps": 1500, "companion": {"hidden": 9, "iterations": 20}}},
 )
 CALIBRATED = RECIPE.count("calibration")
 FRESH = 60
@@ -201,7 +201,8 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     jumps = {"kind": "binary", "weight": 1.0, "duration": (0.02, 0.06)}
     values = RECIPE.model_dump()
     # the head alone learns from these; so hard that it errs much more
-    table = {**values["bound"], "hidden": (12,), "excitation": (jumps,)}
+    expert = {**values["bound"]["expert"], "hidden": (12,)}
+    table = {**values["bound"], "expert": expert, "excitation": (jumps,)}
     recipe = whole_recipe({**values, "bound": table})
     assert recipe.count("further") == RECIPE.count("bound") // 2
     assert RECIPE.count("further") == 0
@@ -260,19 +261,20 @@ def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     again = fitted(RECIPE, folder)
     assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
     assert RECIPE.bound is not None
-    other = RECIPE.model_copy(update={"bound": RECIPE.bound.model_copy(update={"steps": 20})})
+    expert = RECIPE.bound.expert.model_copy(update={"steps": 20})
+    other = RECIPE.model_copy(update={"bound": RECIPE.bound.model_copy(update={"expert": expert})})
     surrogate = fitted(other, folder).surrogate
     assert surrogate.bound is not None
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
 
 
 @pytest.mark.extended
-def test_companion_goes_on_from_the_surrogate_on_its_own_trajectories_or_on_others(
+def test_companion_learns_from_the_trajectories_of_the_surrogate_or_from_others(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
     """Few trajectories calibrate no bound of 99 %; what is covered stays what was promised."""
     values = RECIPE.model_dump()
-    values["bound"]["companion"] = {"start": "surrogate", "iterations": 8}
+    values["bound"]["expert"]["companion"] = {"iterations": 8}
     for companion in ("train", 6):
         values["data"] |= {"companion": companion, "bound": 30, "calibration": 60}
         other = fitted(whole_recipe(values), folder)
@@ -436,7 +438,9 @@ def test_networks_that_do_not_stay_bounded_are_named_with_the_part_of_the_data(
     )
     wild = learnt.inputs.copy()
     wild[1, -1] = 1e300
-    with pytest.raises(ValueError, match=rf"not finite on 1 of {len(wild)} .* of data\.further; "):
+    with pytest.raises(
+        ValueError, match=rf"not finite on 1 of {len(wild)} .* of bound\.expert\.further; "
+    ):
         fit_bound(
             fit.surrogate,
             fit.surrogate.bound.companion,

@@ -48,7 +48,7 @@ SHAPE = Shape(n_in=12, n_out=4, n_inputs=2, n_outputs=2, block=False)
 ROUNDING = 5e-5
 """float32 roundings of eps, in the exponent of ten."""
 
-SHORT = {"steps": 400, "batch": 256, "learning_rate": 0.01, "validate_every": 200}
+SHORT = {"steps": 400, "batch": 256, "learning_rate": 0.01, "expert": {"validate_every": 200}}
 
 LEARNT = 0.1
 """Mean relative deviation after a second of training on a smooth pattern."""
@@ -128,7 +128,12 @@ def test_block_errors_are_the_explicit_loop(block: bool) -> None:
 
 def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
     network = {"family": "feed_forward", "hidden": (24,), "activation": "tanh"}
-    training = {"steps": 800, "batch": 128, "learning_rate": 0.01, "validate_every": 200}
+    training = {
+        "steps": 800,
+        "batch": 128,
+        "learning_rate": 0.01,
+        "expert": {"validate_every": 200},
+    }
     return EstimatorRecipe.model_validate(
         {
             "network": {**network, "time_invariant": time_invariant},
@@ -142,12 +147,15 @@ def estimator_recipe(time_invariant: bool, **changes: Any) -> EstimatorRecipe:
 @pytest.mark.parametrize(
     ("time_invariant", "changes"),
     [
-        (True, {"pretraining": SHORT}),
+        (True, {"expert": {"pretraining": SHORT}}),
         (True, {}),
         (False, {}),
-        (True, {"pretraining": SHORT, "lags": [0, 1, 3]}),
+        (True, {"expert": {"pretraining": SHORT, "lags": [0, 1, 3]}}),
         (True, {"span": 3}),
-        (True, {"pretraining": SHORT, "pretrained_beyond": False, "in_range": 0.6}),
+        (
+            True,
+            {"expert": {"pretraining": SHORT, "pretrained_beyond": False, "in_range": 0.6}},
+        ),
     ],
 )
 def test_estimator_learns_where_the_errors_are_large(
@@ -171,10 +179,11 @@ def test_estimator_learns_where_the_errors_are_large(
         no_stages,
     )
     assert estimator.positions == (changes.get("span", 2) if time_invariant else 1)
-    seen = changes["lags"][-1] + 1 if "lags" in changes else 5
+    expert = changes.get("expert", {})
+    seen = expert.get("lags", [4])[-1] + 1
     assert estimator.network.n_samples == (seen if time_invariant else 6)
     assert histories["error estimator"].step == (200, 400, 600, 800)
-    assert len(histories) == (2 if "pretraining" in changes else 1)
+    assert len(histories) == (2 if "pretraining" in expert else 1)
     estimating = dataclasses.replace(surrogate, estimator=estimator)
     span = estimating.estimated_samples
     unseen = split_of(surrogate, noise, 2, 200, 3)
@@ -196,7 +205,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
         for seed in (0, 1)
     )
     short = {"steps": 1, "batch": 4, "learning_rate": 0.01}
-    recipe = estimator_recipe(False, resolution=1e-2, training=short)
+    recipe = estimator_recipe(False, expert={"resolution": 1e-2}, training=short)
     arguments = (recipe, tmp_path / "c.pt", torch.device("cpu"), no_stages)
     estimator, _ = fit_estimator(
         surrogate, Still(1).offered(surrogate.input_scaling), splits, *arguments
@@ -209,7 +218,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
 def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> None:
     surrogate = random_surrogate(Shape(block=False))
     split = split_of(surrogate, lambda given, rng: 1e-9 * given, 2, 30, 0)
-    with pytest.raises(ValueError, match=r"below estimator.resolution = 0.001; lower the resol"):
+    with pytest.raises(ValueError, match=r"below estimator.expert.resolution = 0.001; lower"):
         fit_estimator(
             surrogate,
             Still(1).offered(surrogate.input_scaling),
@@ -266,14 +275,14 @@ def test_estimator_sees_features_of_its_own(tmp_path: Path) -> None:
     assert seen.std((0, 1))[:2] == pytest.approx([1.0, 1.0], rel=1e-6)
 
 
-FLIPPED = {"steps": 2, "batch": 4, "learning_rate": 0.01, "flip_signs": True}
+FLIPPED = {"steps": 2, "batch": 4, "learning_rate": 0.01, "expert": {"flip_signs": True}}
 
 
-@pytest.mark.parametrize("stage", ["training", "pretraining"])
-def test_signs_of_angles_are_not_flipped(tmp_path: Path, stage: str) -> None:
-    short_fit(tmp_path, {"features": ["changes"]}, **{stage: FLIPPED})
+@pytest.mark.parametrize("changes", [{"training": FLIPPED}, {"expert": {"pretraining": FLIPPED}}])
+def test_signs_of_angles_are_not_flipped(tmp_path: Path, changes: dict[str, Any]) -> None:
+    short_fit(tmp_path, {"features": ["changes"]}, **changes)
     with pytest.raises(ValueError, match=r"^flip_signs = true in a training .* 'turn'"):
-        short_fit(tmp_path, {"features": ["turn"]}, **{stage: FLIPPED})
+        short_fit(tmp_path, {"features": ["turn"]}, **changes)
 
 
 def test_features_that_the_training_did_not_see_count_as_the_largest_error(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from tests.progress import no_stages, silent
-from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, with_expert
 
 SMALL_ERROR = 1e-3
 """Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""
@@ -47,8 +47,7 @@ LEARNING = tiny_recipe(
         "steps": 1500,
         "batch": 256,
         "learning_rate": 1e-2,
-        "precision": "float64",
-        "validate_every": 250,
+        "expert": {"precision": "float64", "validate_every": 250},
     },
     estimator=ESTIMATOR,
 )
@@ -123,7 +122,7 @@ def test_both_forms_of_the_network_fit(folder: Path, tmp_path: Path, time_invari
         update={
             "estimator": None,
             "network": LEARNING.network.model_copy(update=changes),
-            "training": LEARNING.training.model_copy(update={"steps": 5, "flip_signs": True}),
+            "training": with_expert(LEARNING.training, flip_signs=True, steps=5),
         }
     )
     surrogate = fitted(recipe, folder / "store", tmp_path).surrogate
@@ -158,8 +157,10 @@ def state_space_recipe(**training: Any) -> Recipe:
         data=LEARNING.data.model_dump(mode="json"),
         network={"hidden": 3, "padding": 1},
         training={
-            "segment": 128, "part": 4, "starts": 2, "start_iterations": 3, "kept": 1,
-            "kept_iterations": 3, "iterations": 4, **training,
+            "starts": 2, "iterations": 4, **training,
+            "expert": {
+                "segment": 128, "part": 4, "start_iterations": 3, "kept": 1, "kept_iterations": 3,
+            },
         },
     )  # fmt: skip
 

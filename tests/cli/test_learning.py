@@ -27,8 +27,10 @@ SMALL = {
     "window": {"n_in": 90, "n_out": 30},
     "data": {"train": 4, "validation": 2, "duration": 4.0, "burn_in": 1.0},
     "network": {"order": 2, "hidden": 4},
-    "training": {"starts": 1, "start_iterations": 3, "kept": 1, "kept_iterations": 3,
-                 "iterations": 20, "part": 1},
+    "training": {
+        "starts": 1, "iterations": 20,
+        "expert": {"start_iterations": 3, "kept": 1, "kept_iterations": 3, "part": 1},
+    },
     "validation": {"trajectories": 2},
 }  # fmt: skip
 """Tables that learn a small oscillator in seconds."""

@@ -37,7 +37,7 @@ COUNTS = {"train": 4, "validation": 2, "estimator": 6, "estimator_validation": 2
 def recipe(fail: float = 9.0, beyond: int = 0, **estimator: Any) -> Recipe:
     """A recipe of a system that fails above an input of so much, whose range ends at 1."""
     tables = tiny_state_space_recipe(
-        data={**COUNTS, "beyond": beyond}, estimator={**ESTIMATOR, **estimator}
+        data={**COUNTS, "beyond": beyond}, estimator={**ESTIMATOR, "expert": estimator}
     ).model_dump(mode="json")
     tables["system"].update(
         model="tests.data.failing_system:FailingSystem", parameters={"fail": fail}
@@ -67,7 +67,7 @@ def test_an_estimator_stays_in_range_unless_it_is_asked_to_go_beyond() -> None:
 
 def test_a_factor_above_1_without_the_key_is_refused_with_the_remedy() -> None:
     text = TINY.replace("train = 4", "train = 4\nestimator = 2\nestimator_validation = 2")
-    text += "\n[estimator]\namplitude_factor = [1.0, 2.0]\n"
+    text += "\n[estimator.expert]\namplitude_factor = [1.0, 2.0]\n"
     with pytest.raises(RecipeError, match=r"= \[1\.0, 2\.0\] drives inputs") as caught:
         parse_recipe(text, "mine.toml")
     assert "add beyond = true to [estimator]" in str(caught.value)
@@ -162,8 +162,9 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
 def asked(fail: float, in_range: float = 0.5) -> Recipe:
     """The recipe with inputs beyond the range, of the estimator and of the surrogate."""
     tables = recipe(fail, 3).model_dump(mode="json")
-    own = {"beyond": True, "amplitude_factor": [1.5, 3.0], "in_range": in_range}
-    tables["estimator"].update(own)
+    own = {"amplitude_factor": [1.5, 3.0], "in_range": in_range}
+    tables["estimator"]["beyond"] = True
+    tables["estimator"]["expert"].update(own)
     tables["data"]["beyond_factor"] = [2.0, 3.0]
     return whole_recipe(tables)
 

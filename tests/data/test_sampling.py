@@ -35,7 +35,11 @@ RECIPE = tiny_state_space_recipe(
             {"kind": "harmonic", "weight": 1.0, "angular_frequency": (5.0, 60.0)},
         ],
     },
-    estimator={**ESTIMATOR, "beyond": True, "in_range": 0.5, "amplitude_factor": (1.5, 3.0)},
+    estimator={
+        **ESTIMATOR,
+        "beyond": True,
+        "expert": {"in_range": 0.5, "amplitude_factor": (1.5, 3.0)},
+    },
 )
 SYSTEM = case_of(RECIPE).system
 
@@ -110,7 +114,7 @@ def test_those_in_range_and_beyond_take_turns(in_range: float) -> None:
     """Any number of the first ones holds about the share that was asked for."""
     recipe = tiny_recipe(
         data={"estimator": 1, "estimator_validation": 1},
-        estimator={**ESTIMATOR, "beyond": True, "in_range": in_range},
+        estimator={**ESTIMATOR, "beyond": True, "expert": {"in_range": in_range}},
     ).estimator
     assert recipe is not None
     beyond = np.cumsum([recipe.draws_beyond(index) for index in range(1000)])

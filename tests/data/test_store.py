@@ -257,8 +257,8 @@ def test_recipes_with_and_without_estimator_share_a_store(tmp_path: Path) -> Non
     assert missing_trajectories(path, "estimator", 1) == [0]
     open_store(path, alone, SHAPES, MOTION)
     require_origin(path, alone, MOTION)
-    other = recipe(estimator={**ESTIMATOR, "in_range": 0.25})
-    with pytest.raises(StoreError, match=r"estimator\.in_range = 0\.5 there, 0\.25"):
+    other = recipe(estimator={**ESTIMATOR, "expert": {"in_range": 0.25}})
+    with pytest.raises(StoreError, match=r"estimator\.expert\.in_range = 0\.5 there, 0\.25"):
         require_origin(path, other, MOTION)
     open_store(path, other, SHAPES, MOTION)
     require_origin(path, other, MOTION)

@@ -95,9 +95,7 @@ def test_rotation_has_phases_of_constant_acceleration() -> None:
     """Between the samples where its acceleration changes, far from the limit."""
     lengths: list[int] = []
     steady, total = 0, 0
-    kind = kind_of(
-        "speed_ramps", speed=1e5, acceleration=20.0, samples=[20, 30], constant_speed=0.25
-    )
+    kind = kind_of("speed_ramps", speed=1e5, acceleration=20.0, samples=[20, 30])
     for seed in range(30):
         angle = kind.angle(TIME, 1.0, np.random.default_rng(seed))
         edges = np.flatnonzero(np.abs(np.diff(accelerations(angle))) > 1e-3)
@@ -107,7 +105,7 @@ def test_rotation_has_phases_of_constant_acceleration() -> None:
         steady, total = steady + int(np.sum(np.abs(values) < 1e-3)), total + len(values)
     assert min(lengths) >= 20
     assert np.quantile(lengths, 0.85) <= 31  # two phases without acceleration are one
-    assert steady / total == pytest.approx(0.2, abs=0.04)  # two such in a row count once
+    assert steady / total == pytest.approx(0.09, abs=0.03)  # two such in a row count once
 
 
 def test_rotations_start_anywhere_in_motion_and_within_a_phase() -> None:
@@ -291,7 +289,6 @@ def test_any_point_to_point_motion_keeps_ranges_and_limits(
 @given(
     limits=st.tuples(st.floats(0.1, 30), st.floats(0.1, 100)),
     samples=st.tuples(st.integers(1, 80), st.integers(1, 80)).map(sorted),
-    constant_speed=st.floats(0, 1),
     rest=st.floats(0, 1),
     factor=st.floats(0.2, 5),
     seed=st.integers(0, 1000),
@@ -299,7 +296,6 @@ def test_any_point_to_point_motion_keeps_ranges_and_limits(
 def test_any_rotation_keeps_its_limits(
     limits: tuple[float, float],
     samples: list[int],
-    constant_speed: float,
     rest: float,
     factor: float,
     seed: int,
@@ -310,7 +306,6 @@ def test_any_rotation_keeps_its_limits(
         speed=speed,
         acceleration=acceleration,
         samples=samples,
-        constant_speed=constant_speed,
         rest=rest,
     )
     angle = kind.angle(TIME[:600], factor, np.random.default_rng(seed))
@@ -377,7 +372,7 @@ def test_recipe_whose_excitation_does_not_fit_is_refused_at_once() -> None:
         ("speed_ramps", {"speed": 8.0}, "acceleration"),
         ("speed_ramps", {**RAMPS, "speed": 0.0}, "speed"),
         ("speed_ramps", {**RAMPS, "samples": [0, 5]}, "samples"),
-        ("speed_ramps", {**RAMPS, "constant_speed": 1.5}, "constant_speed"),
+        ("speed_ramps", {**RAMPS, "rest": 1.5}, "rest"),
         ("speed_ramps", {**RAMPS, "noise": -0.1}, "noise"),
         ("speed_ramps", {**RAMPS, "amplitude": [0.5, 1.0]}, "amplitude"),
         ("point_to_point", {"ramp": [0.2, 0.6]}, "ramp"),

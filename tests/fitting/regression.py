@@ -17,7 +17,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.training import train
 from slide_fmu.fitting.windows import WindowData
-from slide_fmu.recipe.learning import TrainingRecipe
+from slide_fmu.recipe.learning import AdamExpert, TrainingRecipe
 from tests.progress import silent
 
 WINDOW = Window(0.1, 4, 2)
@@ -25,8 +25,11 @@ EXACT = torch.tensor([[0.5, -1.0, 2.0, 0.25], [0.0, 1.5, -0.5, 1.0]], dtype=torc
 """Two outputs by four inputs: y[s+3] and y[s+4] of inputs u[s .. s+3]."""
 
 RECIPE = TrainingRecipe(
-    seed=3, steps=200, batch=16, learning_rate=0.02, validate_every=20, flip_signs=True,
-    input_jitter=0.1, weight_decay=0.01, precision="float64",
+    seed=3, steps=200, batch=16, learning_rate=0.02,
+    expert=AdamExpert(
+        validate_every=20, flip_signs=True, input_jitter=0.1, weight_decay=0.01,
+        precision="float64",
+    ),
 )  # fmt: skip
 """Everything that draws random numbers in the loop is switched on."""
 

@@ -19,7 +19,7 @@ from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_search import STAGE, Trials, choices, search_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import FittedNetwork, Problem
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP
 from tests.progress import no_stages
 
@@ -104,7 +104,7 @@ def trials(folder: Path, *signals: Signal, seed: int = 0) -> Trials:
     return Trials(made, window, (split(8), split(3)), None, folder)
 
 
-SHORT = LeastSquaresRecipe(segment=50)
+SHORT = LeastSquaresRecipe(expert=LeastSquaresExpert(segment=50))
 
 
 def test_sine_of_an_angle_is_seen_by_its_direction(tmp_path: Path) -> None:

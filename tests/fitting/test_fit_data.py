@@ -26,7 +26,7 @@ from slide_fmu.fitting.problem import Problem
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.progress import no_stages, silent
-from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, with_expert
 
 FEED_FORWARD = tiny_recipe(
     data={"estimator": 2, "estimator_validation": 1}, training={"steps": 2}, estimator=ESTIMATOR
@@ -67,10 +67,11 @@ def test_state_space_problems_are_double_whatever_the_precision(
 ) -> None:
     """Their sums are long; other families see windows."""
     state_space = tiny_state_space_recipe(
-        data=STATE_SPACE.data.model_dump(mode="json"), training={"precision": precision}
+        data=STATE_SPACE.data.model_dump(mode="json"),
+        training={"expert": {"precision": precision}},
     )
     feed_forward = FEED_FORWARD.model_copy(
-        update={"training": FEED_FORWARD.training.model_copy(update={"precision": precision})}
+        update={"training": with_expert(FEED_FORWARD.training, precision=precision)}
     )
     expected = [torch.float64, getattr(torch, precision)]
     for recipe, dtype in zip((state_space, feed_forward), expected, strict=True):
@@ -118,7 +119,7 @@ def test_signs_of_features_that_do_not_follow_are_not_flipped(
 
     monkeypatch.setattr(module, "require_odd", refused)
     problem_of(recipe, store)
-    training = recipe.training.model_copy(update={"flip_signs": True})
+    training = with_expert(recipe.training, flip_signs=True)
     flipping = recipe.model_copy(update={"training": training})
     with pytest.raises(Reached) as caught:
         fit_surrogate(Work(case_of(flipping), store, store, no_stages))

@@ -25,6 +25,7 @@ from slide_fmu.fitting.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
 from tests.fitting.regression import EXACT, RECIPE, Slow, regression_data
 from tests.progress import silent
+from tests.recipes import with_expert
 
 LEAST_SQUARES = 1e-6
 """RMSE that Adam reaches in 1500 steps on an exactly solvable problem, far below 1."""
@@ -34,7 +35,9 @@ SINGLE = 1e-6
 
 
 def recipe(**changes: object) -> TrainingRecipe:
-    return TrainingRecipe.model_validate({**RECIPE.model_dump(), **changes})
+    found = with_expert(RECIPE, **changes)
+    assert isinstance(found, TrainingRecipe)
+    return found
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ order = 4
 hidden = 8
 
 [training]
-segment = 32
+expert.segment = 32
 """
 WEAK, STIFF = 10.0, 1000.0
 """P of the drive in N m/rad."""

@@ -91,7 +91,7 @@ def test_given_window_needs_no_motions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_lags_of_an_estimator_fit_into_the_window() -> None:
     network = {**ESTIMATOR["network"], "time_invariant": True}
-    estimator = {**ESTIMATOR, "network": network, "lags": [0, 150], "span": 4000}
+    estimator = {**ESTIMATOR, "network": network, "expert": {"lags": [0, 150]}, "span": 4000}
     recipe = of_lag(estimator=estimator, data={"estimator": 2, "estimator_validation": 1})
     found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
     assert found.window.n_in - found.window.n_out == 150
@@ -103,7 +103,7 @@ def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
     for place in KEYS:
         table, key = place.split(".")
         del tables[table][key]
-    tables["bound"] = {"long_span": 40.0, "estimate_span": 60.0}
+    tables["bound"] = {"estimate_span": 60.0, "expert": {"long_span": 40.0}}
     recipe = OpenRecipe.of(tables, "it")
     found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
     assert found.bound is not None

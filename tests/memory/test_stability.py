@@ -153,7 +153,7 @@ def test_network_that_does_not_forget_is_refused() -> None:
     tests = examine(scalar_cell(0.9999))
     assert tests[0].problem is not None
     largest = float(np.max(tests[0].differences))
-    assert largest > RECIPE.stability.contraction
+    assert largest > stability.CONTRACTION
     message = refusal(tests)
     assert (
         f"at 1 times the trained amplitude two runs from different states still differ by "
@@ -309,15 +309,17 @@ def test_unstable_network_may_be_allowed() -> None:
     require_stability(tests, recipe, "nowhere.png")
 
 
-def test_limits_are_those_of_the_recipe() -> None:
+def test_limits_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = scalar_cell(0.97)
-    recipe = recipe_of(amplitudes=(1.0, 3.0), contraction=0.9, contraction_beyond=0.95)
+    monkeypatch.setattr(stability, "CONTRACTION", 0.9)
+    recipe = recipe_of(amplitudes=(1.0, 3.0), contraction_beyond=0.95)
     assert [test.amplitude for test in examine(cell, recipe)] == [1.0, 3.0]
     assert all(test.problem is None for test in examine(cell, recipe))
-    strict = recipe_of(contraction=1e-4, contraction_beyond=1e-4)
+    monkeypatch.setattr(stability, "CONTRACTION", 1e-4)
+    strict = recipe_of(contraction_beyond=1e-4)
     assert all(test.problem is not None for test in examine(cell, strict))
-    narrow = recipe_of(growth=0.5)
-    for test in examine(cell, narrow):
+    monkeypatch.setattr(stability, "GROWTH", 0.5)
+    for test in examine(cell, RECIPE):
         grown = rf"outputs grow {test.growth:.3g} times as fast .* at most 0\.5 times"
         assert re.search(grown, str(test.problem))
         assert test.growth == pytest.approx(1.0, rel=2 * MEAN_OF_RECORDS)

@@ -57,7 +57,7 @@ bias = false
 steps = 40
 batch = 32
 learning_rate = 3e-3
-validate_every = 10
+expert.validate_every = 10
 """
 
 

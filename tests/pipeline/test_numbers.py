@@ -193,19 +193,6 @@ def _killing() -> Callable[..., None]:
     return progress
 
 
-def test_budget_ends_a_curve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pays(monkeypatch, 9.0)
-    job = choose_numbers(opened(tmp_path, with_data("budget_minutes = 1e-6")), Workplace(), False)
-    assert curve_of(job).ended == "twice the trajectories would exceed data.budget_minutes = 1e-06"
-    assert job.recipe.count("train") == FEW
-
-
-def test_budget_counts_what_all_points_took() -> None:
-    points = [CurvePoint(2, 1.0, 0.1, 30.0), CurvePoint(4, 0.5, 0.1, 60.0)]
-    assert numbers._end(points, 3.6) is None
-    assert numbers._end(points, 3.4) is not None
-
-
 @pytest.mark.parametrize(("train", "validation"), [(4, FEW), (40, 10)])
 def test_given_number_needs_no_curve(tmp_path: Path, train: int, validation: int) -> None:
     job = opened(tmp_path, with_data(f"train = {train}"))
@@ -221,7 +208,7 @@ def test_estimator_gets_numbers_too(tmp_path: Path, train: int, learnt: int, jud
 
 
 BOUNDED = with_data("train = 6").replace("duration = 2.0", "duration = 3.0") + (
-    "[bound]\nlong_span = 0.3\n"
+    "[bound.expert]\nlong_span = 0.3\n"
 )
 
 

@@ -36,7 +36,7 @@ def folder(tmp_path: Path) -> RunFolder:
         {"system": {"picture": "mbs_models.pictures.drawing:robot_picture"}},
         {"apps": {"page": {"drawing": "mbs_models.pictures.page_drawings:robot"}}},
         {"validation": {"trajectories": 3}},
-        {"stability": {"growth": 5.0}},
+        {"stability": {"contraction_beyond": 5.0}},
         {"description": "said in other words", "equations": "y = u"},
     ],
 )

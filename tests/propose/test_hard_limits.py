@@ -86,8 +86,8 @@ adversarial = 1
 allow_unstable = true
 
 [bound]
-steps = 20
-attempts = 1
+expert.steps = 20
+expert.attempts = 1
 
 [[bound.excitation]]
 kind = "binary"

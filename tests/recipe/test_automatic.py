@@ -51,10 +51,10 @@ def test_what_is_given_need_not_agree_with_guesses() -> None:
     estimator = {**ESTIMATOR, "network": {**ESTIMATOR["network"], "time_invariant": True}}
     changes = {
         "data": {"duration": 0.5, "estimator": 2, "estimator_validation": 1},
-        "estimator": {**estimator, "lags": [0, 200]},
+        "estimator": {**estimator, "expert": {"lags": [0, 200]}},
     }
     assert open_recipe(**changes).open_keys == (*KEYS[:2], KEYS[3])
-    with pytest.raises(RecipeError, match=r"estimator.lags end with 200; expected at most"):
+    with pytest.raises(RecipeError, match=r"estimator.expert.lags end with 200; expected at most"):
         open_recipe(**changes).with_found(
             {"window": FOUND["window"], "data": {"burn_in": 0.0}}, "it"
         )

@@ -9,6 +9,7 @@ import pytest
 from slide_fmu.pipeline.checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import BoundRecipe
+from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, RecipeError
 from tests.recipes import tiny_recipe, tiny_state_space_recipe, whole_recipe
@@ -67,7 +68,8 @@ def test_further_kinds_have_trajectories_of_their_own() -> None:
     table = {"excitation": [SWITCHED]}
     recipe = tiny_state_space_recipe(bound=table, data={"bound": 7, **LONG})
     assert recipe.count("further") == 3
-    other = tiny_state_space_recipe(bound=table, data={"bound": 7, "further": 5, **LONG})
+    five = {**table, "expert": {"further": 5}}
+    other = tiny_state_space_recipe(bound=five, data={"bound": 7, **LONG})
     assert other.count("further") == 5
     for split in SPLITS:
         kinds = [kind.kind for kind in recipe.drawn_for(split).data.excitation]
@@ -76,8 +78,8 @@ def test_further_kinds_have_trajectories_of_their_own() -> None:
 
 def test_one_further_trajectory_is_refused_and_never_the_default() -> None:
     table = {"excitation": [SWITCHED]}
-    with pytest.raises(ValueError, match=r"data\.further = 1 .* expected at least 2"):
-        tiny_state_space_recipe(bound=table, data={"further": 1, **LONG})
+    with pytest.raises(ValueError, match=r"bound\.expert\.further = 1 .* expected at least 2"):
+        tiny_state_space_recipe(bound={**table, "expert": {"further": 1}}, data=LONG)
     assert tiny_state_space_recipe(bound=table, data={"bound": 2, **LONG}).count("further") == 2
 
 
@@ -92,8 +94,8 @@ def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
 def test_recipe_without_further_kinds_draws_none() -> None:
     recipe = tiny_state_space_recipe(bound={}, data=LONG)
     assert recipe.count("further") == 0
-    with pytest.raises(ValueError, match=r"data\.further = 5 without kinds .* add them"):
-        tiny_state_space_recipe(bound={}, data={"further": 5, **LONG})
+    with pytest.raises(ValueError, match=r"bound\.expert\.further = 5 without kinds .* add them"):
+        tiny_state_space_recipe(bound={"expert": {"further": 5}}, data=LONG)
     with pytest.raises(RecipeError, match=r"expected some under \[\[bound\.excitation\]\]"):
         recipe.with_further_kinds()
 
@@ -122,7 +124,7 @@ def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
 
 
 def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:
-    recipe = tiny_state_space_recipe(bound={"seed": 5}, data=LONG)
+    recipe = tiny_state_space_recipe(bound={"expert": {"seed": 5}}, data=LONG)
     other = recipe.of_companion(2)
     assert other.training.seed == recipe.training.seed + 5 + 1 + 2
     seed = {"seed": recipe.training.seed}
@@ -131,11 +133,12 @@ def test_companion_is_fitted_as_the_surrogate_but_for_its_seed() -> None:
 
 
 def test_companion_has_its_own_size_and_training_where_the_recipe_says_so() -> None:
-    own = {"hidden": 9, "iterations": 7, "stretches": 3}
-    recipe = tiny_state_space_recipe(bound={"companion": own}, data=LONG)
+    own = {"hidden": 9, "iterations": 7, "refinements": 3}
+    recipe = tiny_state_space_recipe(bound={"expert": {"companion": own}}, data=LONG)
     other = recipe.of_companion(0)
-    found = other.network, other.training, other.training
-    assert [getattr(of, name) for of, name in zip(found, own, strict=True)] == [9, 7, 3]
+    assert isinstance(other.training, LeastSquaresRecipe)
+    found = other.network.hidden, other.training.iterations, other.training.expert.refinements
+    assert found == (9, 7, 3)
     assert recipe.network.hidden != 9
 
 
@@ -158,7 +161,7 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
     n_in, n_out = window
     recipe = tiny_state_space_recipe(
         window={"n_in": n_in, "n_out": n_out},
-        bound={"estimate_span": seconds, "short_span": 0.1, "long_span": 0.1},
+        bound={"estimate_span": seconds, "expert": {"short_span": 0.1, "long_span": 0.1}},
         data={"duration": 12.0},
     )
     assert recipe.bound is not None
@@ -174,16 +177,12 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
     [
         ({"data": {"calibration": 19, **LONG}}, "calibration"),
         ({"data": {"companion": "validation", **LONG}}, "companion"),
+        ({"bound": {"expert": {"hidden": []}}}, "hidden"),
+        ({"bound": {"expert": {"companion": {"hidden": 0}}}}, r"companion.hidden"),
+        ({"bound": {"expert": {"companion": {"units": "tanh"}}}}, "units"),
         (
-            {"bound": {"companion": {"start": "surrogate", "hidden": 3}}},
-            "a companion that begins with the surrogate's network has its size",
-        ),
-        ({"bound": {"hidden": []}}, "hidden"),
-        ({"bound": {"companion": {"hidden": 0}}}, r"bound.companion.hidden|companion.hidden"),
-        ({"bound": {"companion": {"units": "tanh"}}}, "units"),
-        (
-            {"bound": {"long_span": 100.0}},
-            r"data.duration = 4 s; expected at least .* and bound.long_span = 100 s",
+            {"bound": {"expert": {"long_span": 100.0}}},
+            r"data.duration = 4 s; expected at least .* and bound.expert.long_span = 100 s",
         ),
         ({"data": {"duration": 2.0}}, "data.duration = 2 s; expected at least 2.76562 s"),
         ({"training": {"start": "old.fmu"}}, "training.start = 'old.fmu'; expected none: the"),
@@ -196,7 +195,10 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
             r"bound.estimate_span = 1 s beside a table \[estimator\]; expected one error estim",
         ),
         ({"bound": {"estimate_span": 0.0}}, "estimate_span"),
-        ({"bound": {"short_span": 2.0}}, "bound.short_span = 2 s, bound.long_span = 1 s"),
+        (
+            {"bound": {"expert": {"short_span": 2.0}}},
+            "bound.expert.short_span = 2 s, bound.expert.long_span = 1 s",
+        ),
         (
             {"parameters": {"mass": {"range": [1.0, 2.0]}}},
             r"\[bound\] with parameters \['mass'\]; expected none",

@@ -201,10 +201,10 @@ learning_rate = 1.0
 @pytest.mark.parametrize("factors", [(3.0, 1.0), (0.0, 1.0), (1.0, float("inf"))])
 def test_amplitude_factors_are_ordered_positive_and_finite(factors: Any) -> None:
     data = {"estimator": 2, "estimator_validation": 1}
-    estimator = {**ESTIMATOR, "amplitude_factor": factors}
+    estimator = {**ESTIMATOR, "expert": {"amplitude_factor": factors}}
     with pytest.raises(ValueError, match="amplitude_factor"):
         tiny_recipe(data=data, estimator=estimator)
-    tiny_recipe(data=data, estimator={**ESTIMATOR, "amplitude_factor": (1.0, 1.0)})
+    tiny_recipe(data=data, estimator={**ESTIMATOR, "expert": {"amplitude_factor": (1.0, 1.0)}})
 
 
 def test_broken_toml_names_line_and_source() -> None:
@@ -236,15 +236,21 @@ def test_values_keep_their_types() -> None:
     ("changes", "message"),
     [
         (
-            {"lags": (0, 2, 2)},
+            {"expert": {"lags": (0, 2, 2)}},
             r"lags = \[0, 2, 2\]; expected ages of samples, 0 the newest, each ",
         ),
-        ({"lags": (0, 41)}, r"estimator\.lags end with 41; expected at most n_in - n_out = 40"),
-        ({"lags": ()}, "at least 1 value"),
-        ({"lags": (-1, 2)}, "expected at least 0"),
+        (
+            {"expert": {"lags": (0, 41)}},
+            r"estimator\.expert\.lags end with 41; expected at most n_in - n_out = 40",
+        ),
+        ({"expert": {"lags": ()}}, "at least 1 value"),
+        ({"expert": {"lags": (-1, 2)}}, "expected at least 0"),
         ({"span": 0}, "expected more than 0"),
         ({"span": 89}, r"data\.duration = 2 s; expected at least 2.015"),
-        ({"pretrained_beyond": False}, "with in_range = 0.5 and no pretraining; expected a pretr"),
+        (
+            {"expert": {"pretrained_beyond": False}},
+            "with in_range = 0.5 and no pretraining; expected a pretr",
+        ),
         ({"span": 9, "network": {"time_invariant": False}}, "network sees the whole window"),
     ],
 )
@@ -258,7 +264,7 @@ def test_span_and_lags_fit(changes: dict[str, Any], message: str) -> None:
         estimator={
             **ESTIMATOR,
             "network": {**network, "time_invariant": True},
-            "lags": (0, 1, 40),
+            "expert": {"lags": (0, 1, 40)},
             "span": 88,
         },
     )
@@ -290,7 +296,7 @@ def test_empty_table_of_the_estimator_is_a_whole_one() -> None:
     recipe = read.guess
     assert recipe.estimator is not None
     assert recipe.estimator.network.hidden == (64, 64)
-    assert recipe.estimator.pretraining is not None
+    assert recipe.estimator.expert.pretraining is not None
     assert recipe.estimator.training.steps == 2000
     assert {"window.n_in", "data.estimator"} <= set(read.open_keys)
 

@@ -9,7 +9,13 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.mistakes import value_text
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe, TrainingRecipe
+from slide_fmu.recipe.learning import (
+    AdamExpert,
+    LeastSquaresExpert,
+    LeastSquaresRecipe,
+    StateSpaceRecipe,
+    TrainingRecipe,
+)
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.recipes import ESTIMATOR, TINY, whole_recipe
@@ -64,13 +70,13 @@ def test_recipe_that_says_no_more_is_a_state_space_recipe(text: str) -> None:
 
 def test_method_follows_the_family() -> None:
     assert parse_recipe(TINY, "mine.toml").training == TrainingRecipe(
-        steps=40, batch=32, learning_rate=3e-3, validate_every=10
+        steps=40, batch=32, learning_rate=3e-3, expert=AdamExpert(validate_every=10)
     )
-    keys = "hidden = 4\n[training]\npart = 2\neven_out = true\n"
+    keys = "hidden = 4\n[training.expert]\npart = 2\neven_out = true\n"
     recipe = parse_recipe(STATE_SPACE + keys, "mine.toml")
     assert recipe.network == StateSpaceRecipe(hidden=4)
-    assert recipe.training == LeastSquaresRecipe(part=2, even_out=True)
-    assert not LeastSquaresRecipe().even_out
+    assert recipe.training == LeastSquaresRecipe(expert=LeastSquaresExpert(part=2, even_out=True))
+    assert not LeastSquaresExpert().even_out
 
 
 def test_table_without_family_is_one_of_a_state_space_network() -> None:
@@ -241,15 +247,18 @@ def test_method_that_does_not_suit_the_family_gives_one_line(text: str, line: st
             'bias = false\nreadout = ["inputs"]',
             r"network: bias = false with the features \['inputs'\] and readout = \['inputs'\]; ",
         ),
-        ("[training]\neven_out = 2", r"training\.even_out = 2: expected true or false"),
-        ("[training]\npart = 0", r"training\.part = 0: expected more than 0"),
+        ("[training.expert]\neven_out = 2", r"training\.expert\.even_out = 2: expected true or"),
+        ("[training.expert]\npart = 0", r"training\.expert\.part = 0: expected more than 0"),
         ("[stability]\namplitudes = []", r"stability.amplitudes = \[\]: "),
         (
             "[stability]\namplitudes = [1, 0]",
             r"2nd value of stability.amplitudes = 0: expected more",
         ),
-        ("[training]\nbeyond_weight = 0", r"training\.beyond_weight = 0: expected more"),
-        ("[stability]\ngrowth = inf", r"stability.growth = inf: expected a finite number"),
+        ("[training.expert]\nbeyond_weight = 0", r"training\.expert\.beyond_weight = 0: exp"),
+        (
+            "[stability]\ncontraction_beyond = inf",
+            r"stability.contraction_beyond = inf: expected a finite number",
+        ),
     ],
 )
 def test_mistakes_about_state_space_networks_name_key_and_value(more: str, pattern: str) -> None:

@@ -71,8 +71,8 @@ samples = [1, 5]
         (
             "[window]",
             "[training]\nbatch = 4\n\n[window]",
-            "training.batch is not a known key where method = 'levenberg_marquardt', only where "
-            "it is 'adam': remove it, or choose another network.family",
+            "training.batch is not a known key where network.family = 'state_space', only where "
+            "it is 'feed_forward': remove it, or choose another network.family",
         ),
         (
             "samples = [1, 5]",

@@ -47,9 +47,10 @@ def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
     assert recipe.window.step == 0.01
     assert recipe.estimator is None
     assert recipe.bound is not None
-    spans = recipe.bound.short_span, recipe.bound.long_span, recipe.bound.estimate_span
+    expert = recipe.bound.expert
+    spans = expert.short_span, expert.long_span, recipe.bound.estimate_span
     assert spans == (0.06, 0.6, 0.6)
-    assert recipe.bound.companion.start == "random"  # else it would lack the same
+    assert expert.companion.starts == 1
     assert {"data.companion", "data.bound", "data.calibration"} <= set(read.open_keys)
     assert "window.n_in" in read.open_keys
 

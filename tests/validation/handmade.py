@@ -31,7 +31,7 @@ def recipe() -> Recipe:
     """The tiny recipe with two kinds of excitation; the estimate's resolution is 0.01."""
     return tiny_recipe(
         data={"excitation": KINDS, "estimator": 1, "estimator_validation": 1},
-        estimator={**ESTIMATOR, "resolution": 0.01},
+        estimator={**ESTIMATOR, "expert": {"resolution": 0.01}},
     )
 
 

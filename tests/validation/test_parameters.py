@@ -19,6 +19,7 @@ from slide_fmu.features.base import Offered
 from slide_fmu.fitting.network import Fit
 from slide_fmu.fitting.preparation import Work, require_chosen_features
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.memory import stability
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -37,8 +38,8 @@ TABLES: dict[str, Any] = {
     "parameters": {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}},
     "data": {"train": 10, "validation": 4, "estimator": 4, "estimator_validation": 2},
     "network": {"order": 2, "hidden": 0},
-    "training": {"segment": 32, "iterations": 15},
-    "estimator": {**ESTIMATOR, "resolution": 1e-9},
+    "training": {"iterations": 15, "expert": {"segment": 32}},
+    "estimator": {**ESTIMATOR, "expert": {"resolution": 1e-9}},
 }
 RECIPE: Recipe = tiny_state_space_recipe(**TABLES)
 SMALL = 2e-3
@@ -141,9 +142,9 @@ def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
         assert float(np.max(test.differences)) == worst
 
 
-def test_failure_names_the_corner(fit: Fit) -> None:
-    strict = tiny_state_space_recipe(**TABLES, stability={"growth": 1e-3})
-    for test in check_stability(fit.surrogate, strict, case_of(strict).system):
+def test_failure_names_the_corner(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stability, "GROWTH", 1e-3)
+    for test in check_stability(fit.surrogate, RECIPE, case_of(RECIPE).system):
         assert test.problem is not None
         assert test.problem.startswith("with mass = ")
 

@@ -140,7 +140,7 @@ def _data(recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
         found.append(table("data.trajectories", "Part", rows, **times))
     seeds = {k: v for k, v in provenance.get("seeds", {}).items() if v is not None}
     if recipe.bound is not None:
-        seeds["error_bound"] = recipe.bound.seed
+        seeds["error_bound"] = recipe.bound.expert.seed
     of_all = ({"of": k, "value": v} for k, v in sorted(seeds.items()))
     found.append(table("training", "Seed", of_all))
     if "start" in provenance:

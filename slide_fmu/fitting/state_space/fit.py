@@ -126,11 +126,11 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     """
     training, n_units, larger = multi_start.training, chosen.n_units, chosen.larger
     dense = multi_start.dense_units(chosen.order, n_units) if n_units else 0
-    last = training.iterations if dense == n_units else training.stretches
+    last = training.iterations if dense == n_units else training.expert.refinements
     winner = chosen.judged
     if winner is None:
-        starts = training.starts * training.start_iterations if n_units else 0
-        kept = training.kept * training.kept_iterations if n_units else 0
+        starts = training.starts * training.expert.start_iterations if n_units else 0
+        kept = training.expert.kept * training.expert.kept_iterations if n_units else 0
         multi_start.ledger.plan(2 * LINEAR_ITERATIONS + starts + kept + last)
         winner = multi_start.linear(chosen.order)
         if n_units:

@@ -123,30 +123,30 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     Raises:
         ValueError: trajectories are not longer than the truncated part of the window.
     """
-    dtype = getattr(torch, training.precision)
+    dtype = getattr(torch, training.expert.precision)
 
     def segments(which: Which) -> Segments:
         burn_in = problem.window.n_truncated
-        length = training.segment or max(SEGMENT, burn_in)
+        length = training.expert.segment or max(SEGMENT, burn_in)
         features, targets = (part.to(dtype) for part in getattr(problem, which))
         phi = None
         if problem.physical is not None:
             phi = torch.from_numpy(problem.physical.terms(which)).to(features)
         cut = cut_segments(features, targets, burn_in, length, phi)
-        return cut.evened_out() if training.even_out else cut
+        return cut.evened_out() if training.expert.even_out else cut
 
     features = problem.training[0].to(dtype)
     whole = segments("training")
     pieces = whole.count // len(features)
     if problem.beyond is not None:
-        whole = whole.and_others(segments("beyond"), training.beyond_weight)
+        whole = whole.and_others(segments("beyond"), training.expert.beyond_weight)
     searched = "auto" in (network.order, network.hidden)
     fewest = max(FEWEST, math.ceil(ENOUGH / len(whole.targets))) if searched else FEWEST
     validation = segments("validation")
     if problem.noise is not None:
         whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
         whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
-    part = whole.every(_stride(training.part, pieces, whole.count, fewest))
+    part = whole.every(_stride(training.expert.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
     return FitData(problem, network, training, whole, part, validation, features, roles)

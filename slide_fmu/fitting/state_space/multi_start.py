@@ -140,14 +140,15 @@ class MultiStart:
         It is all of them up to the limit. Beyond it, it is that of half the limit: the fit is
         widened from there by gradient steps.
         """
-        limit, count = self.training.dense_limit, self.shape(order, n_units).n_parameters
+        limit, count = self.training.expert.dense_limit, self.shape(order, n_units).n_parameters
         if count <= limit:
             return n_units
         if self.problem.physical is not None:
             raise ValueError(
-                f"training.dense_limit = {limit}; expected at least {count}, the coefficients of "
-                f"{n_units} units with physical parameters, whose network cannot be widened: "
-                "raise it, or choose fewer units (network.hidden) or a lower parameter_degree"
+                f"training.expert.dense_limit = {limit}; expected at least {count}, the "
+                f"coefficients of {n_units} hidden units with physical parameters, whose network "
+                "cannot be widened: raise it, or choose fewer hidden units (network.hidden) or a "
+                "lower parameter_degree"
             )
         while n_units > 1 and self.shape(order, n_units).n_parameters > limit // 2:
             n_units -= 1
@@ -229,15 +230,17 @@ class MultiStart:
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {n_units} units"
-        return self.run(name, shape, theta, self.data.part, self.training.start_iterations)
+        return self.run(name, shape, theta, self.data.part, self.training.expert.start_iterations)
 
     def best_of(self, starts: Sequence[Candidate]) -> Candidate:
         """Run the best starts some iterations more on the same data, and return the best."""
         ranked = sorted(starts, key=lambda start: start.error)
         kept = []
-        for place, start in enumerate(ranked[: self.training.kept]):
+        for place, start in enumerate(ranked[: self.training.expert.kept]):
             name = f"kept {place}, {start.shape.n_states} states, {start.shape.n_units} units"
-            kept.append(self._go_on(name, start, self.data.part, self.training.kept_iterations))
+            kept.append(
+                self._go_on(name, start, self.data.part, self.training.expert.kept_iterations)
+            )
         return min(kept, key=lambda candidate: candidate.error)
 
     def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
@@ -249,7 +252,7 @@ class MultiStart:
         """
         name = f"judged, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
         name += f", again {number}" if number else ""
-        iterations = self.training.kept_iterations
+        iterations = self.training.expert.kept_iterations
         return self._go_on(name, candidate, self.data.part, iterations, afresh=not number)
 
     def refine(
@@ -312,7 +315,9 @@ class MultiStart:
             )
 
         begin = Descent.begin(theta, validation(theta))
-        done = self.ledger.run(f"widened to {n_units}", begin, stretch, training.stretches)
+        done = self.ledger.run(
+            f"widened to {n_units}", begin, stretch, training.expert.refinements
+        )
         return Candidate(shape, done)
 
     def run(

@@ -59,11 +59,11 @@ order = 2
 hidden = 6
 
 [training]
-part = 1
+expert.part = 1
 starts = 1
-start_iterations = 10
-kept = 1
-kept_iterations = 10
+expert.start_iterations = 10
+expert.kept = 1
+expert.kept_iterations = 10
 iterations = 20
 """
 TERMS = Terms(budget=2.0, seed=77, trajectories=3, workers=1)

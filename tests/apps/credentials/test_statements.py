@@ -59,7 +59,7 @@ def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
 
 
 def test_seeds_of_an_error_bound_are_told(finer: Validation) -> None:
-    recipe = tiny_state_space_recipe(bound={"seed": 7}, data={"duration": 4.0})
+    recipe = tiny_state_space_recipe(bound={"expert": {"seed": 7}}, data={"duration": 4.0})
     entries = statements(finer.surrogate, recipe, {"seeds": {"training": 3}})
     (found,) = (entry.value for entry in entries if entry.keyword == "training")
     seeds = {row.get("of"): row.get("value") for row in found}

@@ -37,7 +37,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     tables["parameters"] = {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}}
     tables["data"] |= {"train": 10, "validation": 4}
     tables["network"] = {"order": 2, "hidden": 0}
-    tables["training"] = {"segment": 32, "iterations": 15}
+    tables["training"] = {"iterations": 15, "expert": {"segment": 32}}
     return run_recipe(tmp_path_factory.mktemp("open"), "open", tables_text(tables))
 
 

@@ -20,9 +20,10 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import Still
 from tests.progress import silent
+from tests.recipes import with_expert
 
 Pair = tuple[torch.Tensor, torch.Tensor]
 
@@ -40,15 +41,12 @@ CUBIC = 0.5
 EIGENVALUES = np.array([np.log(POLE) / WINDOW.step])
 """Of the spring at rest in 1/s."""
 
-QUICK: dict[str, Any] = {
-    "segment": 32,
-    "part": 2,
-    "starts": 3,
-    "start_iterations": 6,
-    "kept": 2,
-    "kept_iterations": 6,
-    "iterations": 12,
-}
+QUICK = LeastSquaresRecipe(
+    starts=3,
+    iterations=12,
+    expert=LeastSquaresExpert(segment=32, part=2, start_iterations=6, kept=2, kept_iterations=6),
+)
+"""A training of a second."""
 
 NONLINEAR = {"order": 2, "hidden": 8}
 """Sizes that the nonlinear spring is learnt with."""
@@ -138,13 +136,20 @@ def problem_of(
     return replace(problem, **records, **changes)
 
 
+def quick(**changes: Any) -> LeastSquaresRecipe:
+    """Return the quick training with other keys, also those of its table ``expert``."""
+    found = with_expert(QUICK, **changes)
+    assert isinstance(found, LeastSquaresRecipe)
+    return found
+
+
 def fit(
     problem: Problem,
     network: dict[str, Any],
     progress: Progress = silent,
     **training: Any,
 ) -> Fitted:
-    recipes = StateSpaceRecipe(**network), LeastSquaresRecipe(**{**QUICK, **training})
+    recipes = StateSpaceRecipe(**network), quick(**training)
     last = 0
 
     def tell(done: int, total: int, best: float) -> None:

@@ -20,7 +20,7 @@ from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import Pair, map_of
 from tests.friction_car import FrictionCar, friction_recipe
 from tests.progress import silent
@@ -30,7 +30,11 @@ TRAVEL = 1
 LINEAR, FOUND = 0.09, 0.05
 """The best linear model misses more than the first of the travel, a network less than the second
 after some seconds."""
-QUICK = {"starts": 3, "start_iterations": 10, "kept": 1, "kept_iterations": 15, "iterations": 15}
+QUICK = LeastSquaresRecipe(
+    starts=3,
+    iterations=15,
+    expert=LeastSquaresExpert(start_iterations=10, kept=1, kept_iterations=15),
+)
 
 
 def problem_of(folder: Path, car: FrictionCar) -> Problem:
@@ -62,9 +66,7 @@ def test_network_of_the_car_with_friction_is_not_linear(
 ) -> None:
     monkeypatch.setattr(sizes, "MOST_UNITS", 16)
     problem = problem_of(tmp_path, FrictionCar(slip=0.005, road=0.1))
-    found = fit_state_space(
-        problem, StateSpaceRecipe(order=5), LeastSquaresRecipe(**QUICK), silent
-    )
+    found = fit_state_space(problem, StateSpaceRecipe(order=5), QUICK, silent)
     network, history = found.network, found.history
     assert isinstance(network, StateSpace)
     linear, larger = history.sizes
@@ -79,7 +81,7 @@ def test_network_of_the_car_with_friction_is_not_linear(
 @pytest.mark.extended
 def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar(friction=0.0))
-    found = fit_state_space(problem, StateSpaceRecipe(), LeastSquaresRecipe(**QUICK), silent)
+    found = fit_state_space(problem, StateSpaceRecipe(), QUICK, silent)
     network, history = found.network, found.history
     assert network.is_affine
     assert history.remark is None
@@ -88,9 +90,7 @@ def test_network_of_the_car_without_friction_is_linear(tmp_path: Path) -> None:
 @pytest.mark.extended
 def test_linear_network_of_the_car_with_friction_is_told_to_be_poor(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FrictionCar())
-    found = fit_state_space(
-        problem, StateSpaceRecipe(order=4, hidden=0), LeastSquaresRecipe(**QUICK), silent
-    )
+    found = fit_state_space(problem, StateSpaceRecipe(order=4, hidden=0), QUICK, silent)
     history = found.history
     assert history.sizes == ()
     assert history.remark is not None

@@ -15,7 +15,7 @@ from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.penalties import Prior
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_theta
 from tests.fitting.state_space.springs import NONLINEAR, QUICK, fit
 from tests.fitting.state_space.test_physical_parameters import (
@@ -46,7 +46,7 @@ def test_start_answers_as_the_known_network_for_every_parameter(
     tmp_path: Path, known: StateSpace
 ) -> None:
     problem = replace(parametric_problem(tmp_path), start=known)
-    network, training = StateSpaceRecipe(), LeastSquaresRecipe(**QUICK)
+    network, training = StateSpaceRecipe(), QUICK
     data = fit_data(problem, network, training)
     found = begun_with(known, MultiStart(data, silent))
     assert found.shape.terms == 3

@@ -20,7 +20,7 @@ from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, MultiStart
 from slide_fmu.fitting.state_space.penalties import PolePenalty
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -77,7 +77,7 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     """Refused before anything is fitted."""
     problem = problem_of(tmp_path, names=("inputs", "changes"))
     table = StateSpaceRecipe(units="gated", schedule=("inputs",), order=3, hidden=2)
-    data = fit_data(problem, table, LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, table, QUICK)
     turned = replace(data, network=table.model_copy(update={"turned_pairs": 2}))
     multi_start = MultiStart(turned, lambda *state: None)
     message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
@@ -92,7 +92,7 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
 def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Path) -> None:
     """Twice the same regressor would take half of the newest sample's response."""
     problem = problem_of(tmp_path, 0.0, names=("inputs", "changes"), eigenvalues=None)
-    training, found = LeastSquaresRecipe(**QUICK), []
+    training, found = QUICK, []
     for static in (("inputs",), ("inputs", "changes"), ("changes",)):
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
         data = fit_data(problem, table, training)
@@ -129,7 +129,7 @@ def test_penalty_knows_the_slowest_pole_of_the_system(
 
 def weighted_error(problem: Problem, network: dict[str, Any], found: Fitted) -> float:
     """RMS error of the network on all segments, each as often as its weight squared."""
-    data = fit_data(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)).whole
+    data = fit_data(problem, StateSpaceRecipe(**network), QUICK).whole
     values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
     squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2
     weights = data.weights.numpy() ** 2
@@ -176,7 +176,7 @@ def test_finished_fit_tells_its_error(tmp_path: Path, network: dict[str, Any]) -
 
 def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], float]:
     """Whether the runs of a linear model saw the starts' part or all data, and its error."""
-    table, training = StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK)
+    table, training = StateSpaceRecipe(**network), QUICK
     data = fit_data(problem, table, training)
     multi_start = MultiStart(data, lambda *state: None)
     fitted, descend = [], multi_start.run
@@ -197,7 +197,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
 ) -> None:
     network = {"order": 2, "hidden": 0}
     problem = problem_of(tmp_path, 0.0)
-    data = fit_data(problem, StateSpaceRecipe(**network), LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, StateSpaceRecipe(**network), QUICK)
     count = data.whole.targets.numel()
     for most, in_part in ((count, False), (count - 1, True)):
         monkeypatch.setattr(multi_start_module, "MOST_RESIDUALS", most)
@@ -211,7 +211,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
 def test_planned_are_the_iterations_of_the_runs_to_come(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int, last: int
 ) -> None:
-    """After the linear models: starts, the kept ones, and either refinement or stretches."""
+    """After the linear models: starts, the kept ones, and one of both refinements."""
     monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
     problem, states = problem_of(tmp_path), list[tuple[int, int]]()
     fit(
@@ -219,7 +219,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
         {"order": 2, "hidden": 12},
         lambda done, total, best=None: states.append((done, total)),
         dense_limit=limit,
-        stretches=3,
+        refinements=3,
     )
     course = read_checkpoint(problem.checkpoint, torch.device("cpu"))
     done = {name: run["iterations"] for name, run in course.items()}

@@ -15,7 +15,7 @@ from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.residual import noise_in, without_noise
 from slide_fmu.fitting.state_space.sizes import choose_sizes
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, QUICK, problem_of
 from tests.fitting.state_space.test_residual import noisy
 from tests.progress import silent
@@ -24,7 +24,7 @@ from tests.progress import silent
 def multi_start(folder: Path, cubic: float, noise: float, units: int | str = 0) -> MultiStart:
     problem = problem_of(folder, cubic)
     network = StateSpaceRecipe(order=2, hidden=units)
-    training = LeastSquaresRecipe(**QUICK)
+    training = QUICK
     data: FitData = noisy(fit_data(problem, network, training), noise)
     return MultiStart(data, silent)
 

@@ -33,7 +33,7 @@ from slide_fmu.fitting.state_space.penalties import (
     pole_radii,
 )
 from slide_fmu.fitting.state_space.segments import Segments, cut_segments
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import (
     plain,
     random,
@@ -41,7 +41,7 @@ from tests.fitting.state_space.cells import (
     random_theta,
     random_weights,
 )
-from tests.fitting.state_space.springs import NONLINEAR, QUICK, Pair, fit, problem_of
+from tests.fitting.state_space.springs import NONLINEAR, Pair, fit, problem_of, quick
 from tests.progress import silent
 from tests.strategies import learnt_cell_shapes
 
@@ -222,7 +222,7 @@ def test_same_seed_gives_the_same_coefficients(tmp_path: Path) -> None:
 def test_network_of_too_many_coefficients_is_refused(tmp_path: Path) -> None:
     problem = parametric_problem(tmp_path)
     network = StateSpaceRecipe(order=2, hidden=8)
-    training = LeastSquaresRecipe(**{**QUICK, "dense_limit": 100})
+    training = quick(dense_limit=100)
     multi_start = MultiStart(fit_data(problem, network, training), silent)
     with pytest.raises(ValueError, match=r"dense_limit = 100; expected at least \d+, the coef"):
         multi_start.dense_units(2, 8)

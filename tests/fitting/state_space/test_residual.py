@@ -12,7 +12,7 @@ import torch
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.residual import learnable_share
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.springs import CUBIC, NONLINEAR, QUICK, problem_of, spring
 from tests.progress import silent
 
@@ -23,7 +23,7 @@ NOTHING = 0.02
 def share_of(folder: Path, cubic: float, order: int, noise: float = 0.0) -> float:
     """The share of what a linear model of the spring leaves over."""
     problem = problem_of(folder, cubic)
-    network, training = StateSpaceRecipe(**NONLINEAR), LeastSquaresRecipe(**QUICK)
+    network, training = StateSpaceRecipe(**NONLINEAR), QUICK
     data = noisy(fit_data(problem, network, training), noise)
     linear = MultiStart(data, silent).linear(order)
     return learnable_share(linear.shape, linear.state.best, (data.part, data.validation))
@@ -60,7 +60,7 @@ def test_single_segment_is_enough_to_ask(tmp_path: Path, samples: int) -> None:
     """A record may be that short: its stretches are left out in turn."""
     training, validation = (spring(seed, 1, samples, CUBIC) for seed in (1, 2))
     problem = problem_of(tmp_path, training=training, validation=validation)
-    network, recipe = StateSpaceRecipe(order=2, hidden=0), LeastSquaresRecipe(**QUICK)
+    network, recipe = StateSpaceRecipe(order=2, hidden=0), QUICK
     multi_start = MultiStart(fit_data(problem, network, recipe), silent)
     linear = multi_start.linear(2)
     data = multi_start.data

@@ -19,7 +19,7 @@ from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import numpy_network, random_theta
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -32,6 +32,7 @@ from tests.fitting.state_space.springs import (
     fit,
     map_of,
     problem_of,
+    quick,
     relative_error,
     spring,
 )
@@ -79,7 +80,7 @@ def check_frozen(folder: Path, table: StateSpaceRecipe, turned: int = 0) -> Stat
     records = two_inputs()
     names = table.feature_names()
     problem = problem_of(folder, names=names, training=records, validation=records)
-    data = fit_data(problem, table, LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, table, QUICK)
     roles = data.roles
     if turned:
         roles = replace(roles, turn=roles.schedule[:2])
@@ -153,8 +154,7 @@ def test_differences_are_formed_before_the_precision_is_lost(
     torch.testing.assert_close(formed, exact, rtol=0, atol=SINGLE * float(exact.abs().max()))
     table = StateSpaceRecipe(drive=DIFFERENCES)
     found, expected = (
-        fit_data(problem, table, LeastSquaresRecipe(**QUICK, precision=kind))
-        for kind in (precision, "float64")
+        fit_data(problem, table, quick(precision=kind)) for kind in (precision, "float64")
     )
     dtype = getattr(torch, precision)
     assert torch.equal(found.features, problem.training[0].to(dtype))
@@ -193,8 +193,8 @@ def test_starts_have_some_segments_at_least(part: int, pieces: int, count: int) 
 def test_starts_have_early_and_late_segments(tmp_path: Path) -> None:
     """Four segments of each trajectory, and every second of them would be the same two."""
     given = StateSpaceRecipe(order=2, hidden=8)
-    data = fit_data(problem_of(tmp_path), given, LeastSquaresRecipe(**QUICK))
-    assert (data.whole.count, QUICK["part"], data.part.count) == (24, 2, 8)
+    data = fit_data(problem_of(tmp_path), given, QUICK)
+    assert (data.whole.count, QUICK.expert.part, data.part.count) == (24, 2, 8)
     expected = data.whole.every(3)
     assert torch.equal(data.part.features, expected.features)
 
@@ -205,7 +205,7 @@ def test_sizes_are_judged_on_enough_samples(
 ) -> None:
     """Few data are all taken, of many a part: every third of 24 segments of 33 samples."""
     monkeypatch.setattr(module, "ENOUGH", enough)
-    data = fit_data(problem_of(tmp_path), StateSpaceRecipe(), LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem_of(tmp_path), StateSpaceRecipe(), QUICK)
     assert (len(data.whole.targets), data.whole.count) == (33, 24)
     assert data.part.count == segments
 
@@ -226,7 +226,7 @@ def test_trajectories_beyond_the_range_are_added_with_their_weight(
     """They are scaled as the others, and choose nothing."""
     names = DIFFERENCES[: order + 1]
     table = StateSpaceRecipe(drive=names)
-    training = LeastSquaresRecipe(**QUICK, beyond_weight=0.25)
+    training = quick(beyond_weight=0.25)
     inputs, outputs = spring(4, 3, 160, CUBIC, BEYOND)
     plain, both = (
         fit_data(problem_of(tmp_path, names=names, beyond=beyond), table, training)
@@ -278,15 +278,14 @@ def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
     }
     problem, table = problem_of(tmp_path, **pairs), StateSpaceRecipe(**NONLINEAR)
     plain, even = (
-        fit_data(problem, table, LeastSquaresRecipe(**QUICK, even_out=even_out))
-        for even_out in (False, True)
+        fit_data(problem, table, quick(even_out=even_out)) for even_out in (False, True)
     )
     own = plain.whole.count // 2
     training, beyond = (plain.whole.chosen(torch.arange(first, first + own)) for first in (0, own))
     once = torch.cat([training.evened_out().weights, beyond.evened_out().weights])
     torch.testing.assert_close(even.whole.weights, once)
     torch.testing.assert_close(even.validation.weights, plain.validation.evened_out().weights)
-    stride = _stride(QUICK["part"], own // 6, plain.whole.count)
+    stride = _stride(QUICK.expert.part, own // 6, plain.whole.count)
     torch.testing.assert_close(even.part.weights, even.whole.weights[::stride])
     assert torch.equal(even.whole.targets, plain.whole.targets)
     assert set(plain.validation.weights.tolist()) == {1.0}
@@ -297,7 +296,7 @@ def test_data_are_evened_out_where_the_recipe_says(tmp_path: Path) -> None:
 def test_validation_error_is_a_mean_by_the_weights(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, training=violent(1), validation=violent(2))
     found = fit(problem, NONLINEAR, even_out=True)
-    training = LeastSquaresRecipe(**QUICK, even_out=True)
+    training = quick(even_out=True)
     data = fit_data(problem, StateSpaceRecipe(**NONLINEAR), training).validation
     values, _ = found.network.run(data.features.numpy().swapaxes(0, 1).astype(np.float32))
     squares = (values[:, data.burn_in :] - data.targets.numpy().swapaxes(0, 1)) ** 2

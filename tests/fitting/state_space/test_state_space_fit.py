@@ -17,7 +17,7 @@ from slide_fmu.fitting.state_space import ledger, preconditioned_descent
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import plain
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -75,7 +75,7 @@ def test_nonlinear_system_is_learnt(nonlinear: Fitted, tmp_path: Path) -> None:
 
 def test_validation_error_is_that_of_the_numpy_network(nonlinear: Fitted, tmp_path: Path) -> None:
     problem = problem_of(tmp_path)
-    data = fit_data(problem, StateSpaceRecipe(**NONLINEAR), LeastSquaresRecipe(**QUICK))
+    data = fit_data(problem, StateSpaceRecipe(**NONLINEAR), QUICK)
     features = data.validation.features.numpy().swapaxes(0, 1).astype(np.float32)
     values = nonlinear.network.run(features)[0][:, WINDOW.n_truncated :]
     error = values - data.validation.targets.numpy().swapaxes(0, 1)
@@ -99,7 +99,7 @@ class Stop(Exception):
     pass
 
 
-WIDE = {"network": {"order": 2, "hidden": 12}, "dense_limit": 100, "stretches": 3}
+WIDE = {"network": {"order": 2, "hidden": 12}, "dense_limit": 100, "refinements": 3}
 
 
 @pytest.mark.extended

@@ -16,7 +16,7 @@ from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.cell import simulate
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.plants import ARM
 from tests.fitting.state_space.springs import (
     QUICK,
@@ -112,7 +112,7 @@ def test_turned_pairs_find_what_turns_with_a_chain(tmp_path: Path, eigenvalues: 
 
 
 def multi_start_of(problem: Problem, **changes: Any) -> MultiStart:
-    table, training = StateSpaceRecipe(**TURNED | changes), LeastSquaresRecipe(**QUICK)
+    table, training = StateSpaceRecipe(**TURNED | changes), QUICK
     return MultiStart(fit_data(problem, table, training), silent)
 
 

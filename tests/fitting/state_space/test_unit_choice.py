@@ -15,7 +15,7 @@ from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.fitting.state_space.unit_choice import choose_units
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_segments, random_theta
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -24,6 +24,7 @@ from tests.fitting.state_space.springs import (
     Pair,
     fit,
     problem_of,
+    quick,
     relative_error,
     spring,
 )
@@ -88,7 +89,7 @@ def test_network_that_diverges_beyond_is_not_chosen(
         lambda shape, *rest: real(shape, *rest) if shape.units == "tanh" else math.nan,
     )
     problem = problem_of(tmp_path, training=hardening(1), validation=hardening(20))
-    network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
+    network, training = StateSpaceRecipe(**SIZES, units="auto"), QUICK
     data = fit_data(problem, network, training)
     recipe, tried = choose_units(data, silent)
     assert (recipe.units, recipe.padding) == ("tanh", network.padding)
@@ -115,7 +116,7 @@ def test_cubes_that_blow_up_far_beyond_are_found_out() -> None:
 
 def test_largest_amplitudes_are_held_out(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, training=hardening(1, 2), validation=hardening(20))
-    network, training = StateSpaceRecipe(**SIZES, units="auto"), LeastSquaresRecipe(**QUICK)
+    network, training = StateSpaceRecipe(**SIZES, units="auto"), QUICK
     data = fit_data(problem, network, training)
     small, large = unit_choice._divided(data)
     assert small.whole.count + large.count == data.whole.count
@@ -134,7 +135,7 @@ def test_fewest_cubes_that_do_as_well_are_taken_where_their_number_is_open(
     """The spring is a map with one cube, whose samples have one step."""
     problem = problem_of(tmp_path, training=hardening(1, 2), validation=hardening(20))
     network = StateSpaceRecipe(order=2, units="auto", bias=False)
-    training = LeastSquaresRecipe(**{**QUICK, "start_iterations": 12, "kept_iterations": 20})
+    training = quick(start_iterations=12, kept_iterations=20)
     data = fit_data(problem, network, training)
     recipe, tried = choose_units(data, silent)
     assert [trial.units for trial in tried[:3]] == ["tanh", "mixed", "cubic"]

@@ -28,7 +28,7 @@ from slide_fmu.fitting.state_space.preconditioned_descent import _gradient
 from slide_fmu.fitting.state_space.residual import learnable_share, noise_in
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.whitening import OWN_ERROR, Filter, Whitening, _taps
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import (
     FACTORS,
     READ,
@@ -275,7 +275,7 @@ def test_known_spectrum_of_noise_makes_a_fit_more_accurate(tmp_path: Path) -> No
 
 
 def test_segments_of_a_problem_with_noise_have_its_whitening(tmp_path: Path) -> None:
-    recipes = StateSpaceRecipe(order=2, hidden=2), LeastSquaresRecipe(**QUICK)
+    recipes = StateSpaceRecipe(order=2, hidden=2), QUICK
     data = fit_data(problem_of(tmp_path), *recipes)
     parts = ("whole", "part", "validation")
     assert all(getattr(data, part).whitening is None for part in parts)

@@ -142,8 +142,10 @@ def _within(
             "steps": steps,
             "batch": BATCHES[kind],
             "learning_rate": RATES[kind],
-            "gradient_clip": 1.0,
-            "validate_every": math.ceil(steps / validations),
+            "expert": {
+                "gradient_clip": 1.0,
+                "validate_every": math.ceil(steps / validations),
+            },
         }
         return TrainingRecipe.model_validate(values)
 

@@ -7,6 +7,10 @@ from pathlib import Path
 import grimp
 import pytest
 
+from slide_fmu.excitation.base import Kind
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.reference import sections_of
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "slide_fmu"
 ROOMS = sorted(path.parent for path in PACKAGE.glob("*/__init__.py"))
@@ -33,6 +37,9 @@ SMALL_FILES = {
     "slide_fmu.network.feed_forward.gradient": "each family has its gradient in such a file",
 }
 """Files that are small for a reason."""
+MOST_KEYS = 165
+"""A recipe has no more keys than this, without the tables for experts. Which kind of excitation a
+table is, and its weight, count for no key."""
 NAMES = {
     *("measured", "given", "alike", "meeting", "patience", "lasting", "way", "grip", "lamp"),
     *("utils", "helpers", "misc", "common"),
@@ -74,3 +81,14 @@ def test_every_app_has_one_row_and_every_row_its_app() -> None:
     _, _, rest = text.partition('[project.entry-points."slide_fmu.apps"]\n')
     rows = rest.split("\n\n")[0].strip().splitlines()
     assert rows == [f'{app.name} = "slide_fmu.apps.{app.name}.app:APP"' for app in APPS]
+
+
+def test_recipes_have_few_keys() -> None:
+    of_tables = {s.table: s.keys for s in sections_of(Recipe) if "expert" not in s.place}
+    keys = [
+        (table.__name__, key.name)
+        for table, found in of_tables.items()
+        for key in found
+        if not (issubclass(table, Kind) and key.name in ("kind", "weight"))
+    ]
+    assert len(keys) <= MOST_KEYS, keys

@@ -255,6 +255,10 @@ class LeastSquaresRecipe(Table):
     start: str | None = None
     expert: LeastSquaresExpert = LeastSquaresExpert()
 
+    def search_iterations(self, starts: int, kept: int) -> int:
+        """Return the iterations of this number of starts, and of the candidates that are kept."""
+        return starts * self.expert.start_iterations + kept * self.expert.kept_iterations
+
     @property
     def flips_signs(self) -> bool:
         """Tell whether data is shown with both signs: only Adam can."""

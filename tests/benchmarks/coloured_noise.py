@@ -37,7 +37,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 
 STEP, PARTS = 0.03, 10
 """Sample step in s, and steps of the solver in it."""
@@ -48,7 +48,11 @@ SAMPLES, AT_REST, TESTED = 6000, 4000, 4000
 """Samples that are learnt from, of the noise record, and that are tested."""
 FEATURES = FeatureMap(Differences(1))
 NETWORK = StateSpaceRecipe(order=2, hidden=4, units="mixed")
-TRAINING = {"starts": 3, "start_iterations": 8, "kept": 1, "kept_iterations": 10, "iterations": 20}
+TRAINING = LeastSquaresRecipe(
+    starts=3,
+    iterations=20,
+    expert=LeastSquaresExpert(start_iterations=8, kept=1, kept_iterations=10),
+)
 
 
 class Noise(NamedTuple):
@@ -118,7 +122,7 @@ def errors_of(noises: tuple[Noise, ...], seed: int, known: bool) -> tuple[list[f
 
     parts = [measured(*pair) for pair in motions]
     at_rest = (noise(AT_REST),) if known else None
-    training = LeastSquaresRecipe(seed=seed, **TRAINING)
+    training = TRAINING.model_copy(update={"seed": seed})
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         problem = Problem(WINDOW, FEATURES, *parts, Path(folder) / "fit.pt", noise=at_rest)

@@ -75,7 +75,7 @@ class Bench:
     def resolution(self) -> FloatArray:
         """Smallest error that is told apart, shape (n_outputs,), in the outputs' units."""
         assert self.recipe.estimator is not None
-        return self.recipe.estimator.resolution * self.surrogate.output_scaling.scale
+        return self.recipe.estimator.expert.resolution * self.surrogate.output_scaling.scale
 
     @property
     def several(self) -> bool:

@@ -34,7 +34,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.systems.simulation import simulate
 
 STEP = 0.005
@@ -92,7 +92,9 @@ def fit(
     """Fit one seed; the network, and CPU seconds."""
     begin = time.process_time()
     network = StateSpaceRecipe(order=2, units=units, bias=False, **KINDS[units])
-    training = LeastSquaresRecipe(seed=seed, part=3, starts=3, kept=1, iterations=40)
+    training = LeastSquaresRecipe(
+        seed=seed, starts=3, iterations=40, expert=LeastSquaresExpert(part=3, kept=1)
+    )
     with tempfile.TemporaryDirectory() as folder:
         parts = (part.tensors() for part in data)
         problem = Problem(WINDOW, FEATURES, *parts, Path(folder) / "fit.pt")

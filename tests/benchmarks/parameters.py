@@ -121,10 +121,8 @@ def recipe_of(name: str, quick: bool) -> Recipe:
         },
         "network": {"order": case.order, "hidden": 4 if quick else 32},
         "training": {
-            "part": 3,
             "starts": 3,
-            "kept": 2,
-            "kept_iterations": 25,
+            "expert": {"part": 3, "kept": 2, "kept_iterations": 25},
             **({"starts": 1, "iterations": 3} if quick else {}),
         },
     }

@@ -23,7 +23,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 STEP, SUBSTEPS = 0.01, 16
@@ -140,7 +140,10 @@ def train(effort: Effort, seed: int, progress: Progress) -> Surrogate:
     ]
     network = StateSpaceRecipe(order=4, hidden=effort.hidden)
     training = LeastSquaresRecipe(
-        seed=seed, starts=effort.starts, kept=1, iterations=effort.iterations
+        seed=seed,
+        starts=effort.starts,
+        iterations=effort.iterations,
+        expert=LeastSquaresExpert(kept=1),
     )
     with tempfile.TemporaryDirectory() as folder:
         problem = Problem(WINDOW, features, *tensors, Path(folder) / "fit.pt")

@@ -129,9 +129,8 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     last = training.iterations if dense == n_units else training.expert.refinements
     winner = chosen.judged
     if winner is None:
-        starts = training.starts * training.expert.start_iterations if n_units else 0
-        kept = training.expert.kept * training.expert.kept_iterations if n_units else 0
-        multi_start.ledger.plan(2 * LINEAR_ITERATIONS + starts + kept + last)
+        search = training.search_iterations(training.starts, training.expert.kept)
+        multi_start.ledger.plan(2 * LINEAR_ITERATIONS + (search if n_units else 0) + last)
         winner = multi_start.linear(chosen.order)
         if n_units:
             numbers = range(training.starts)

@@ -84,8 +84,7 @@ def while_it_pays(
     for sizes chooses among several larger networks at each step, and may look one step further
     (``sizes``). Kinds of features and of hidden units have no order in size: all are tried, and a
     richer one must be clearly better (``feature_search``, ``unit_choice``). Companions of an error
-    bound are equals, of which the first good one is taken. A learning curve also ends with its
-    time, and says why.
+    bound are equals, of which the first good one is taken. A learning curve says why it ends.
     """
     for go_on in rounds:
         before, candidate = candidate, go_on(candidate)
@@ -238,9 +237,8 @@ class MultiStart:
         kept = []
         for place, start in enumerate(ranked[: self.training.expert.kept]):
             name = f"kept {place}, {start.shape.n_states} states, {start.shape.n_units} units"
-            kept.append(
-                self._go_on(name, start, self.data.part, self.training.expert.kept_iterations)
-            )
+            iterations = self.training.expert.kept_iterations
+            kept.append(self._go_on(name, start, self.data.part, iterations))
         return min(kept, key=lambda candidate: candidate.error)
 
     def judged(self, candidate: Candidate, number: int = 0) -> Candidate:

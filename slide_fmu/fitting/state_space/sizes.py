@@ -278,10 +278,7 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     if n_units == 0:
         multi_start.ledger.plan(linear_ones, f"{order} states")
         return multi_start.linear(order)
-    rounds = (
-        SEARCH_STARTS * training.expert.start_iterations
-        + MOST_ROUNDS * training.expert.kept_iterations
-    )
+    rounds = training.search_iterations(SEARCH_STARTS, MOST_ROUNDS)
     multi_start.ledger.plan(linear_ones + rounds, f"{order} states and {n_units} units")
     linear, n_units = multi_start.linear(order), multi_start.dense_units(order, n_units)
     starts = [multi_start.start(linear, n_units, number) for number in range(SEARCH_STARTS)]

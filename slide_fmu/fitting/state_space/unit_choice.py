@@ -132,9 +132,7 @@ class _Trials:
         data = replace(self._small, problem=problem, network=recipe)
         multi_start = MultiStart(data, self._progress)
         orders = orders_to_try(multi_start) if self._linear is None else []
-        iterations = (
-            TRIAL_STARTS * training.expert.start_iterations + training.expert.kept_iterations
-        )
+        iterations = training.search_iterations(TRIAL_STARTS, 1)
         first = 2 * LINEAR_ITERATIONS if orders else 0
         multi_start.ledger.plan(first + iterations, f"trial of {number} {recipe.units} units")
         if orders:

@@ -11,6 +11,7 @@ from recipe_page import recipe_page
 
 from slide_fmu.apps.motion.page_moves import solved_moves
 from slide_fmu.apps.page.page import page_of
+from slide_fmu.core.figures import plain
 
 SPACES = "Example file name(s) with space(s) found"
 """mkdocs-gallery warns so of whole paths, also where only the folder of the checkout has a space,
@@ -34,7 +35,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the page of all keys of a recipe, and that of the robot; neither stands in a file."""
     files.append(File.generated(config, "recipe.md", content=recipe_page()))
     title = "A robot on a flexible socket"
-    page = page_of(ROBOT, title, DRAWING, solved_moves(ROBOT, TASK), "front")
+    page = page_of(ROBOT, title, DRAWING, plain(solved_moves(ROBOT, TASK)), "front")
     files.append(File.generated(config, ROBOT_PAGE, content=page))
     return files
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field, fields, is_dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 if TYPE_CHECKING:  # slow to import, and the console writes figures that it does not read
     from pydantic import TypeAdapter
@@ -18,6 +18,14 @@ JsonObject = dict[str, Any]
 LEFT_OUT, SPREAD = "left out", "spread"
 """Marks of fields: left out of a dump where it has its default; a mapping whose items stand
 beside the other fields."""
+
+
+@runtime_checkable
+class Table(Protocol):
+    """A Table is what was read from TOML, as pydantic has it."""
+
+    def model_dump(self) -> dict[str, object]:
+        """Return its values by their keys."""
 
 
 def optional(default: Any = None) -> Any:
@@ -44,6 +52,8 @@ def plain(figures: object) -> Any:
         return {key: plain(value) for key, value in figures.items()}
     if isinstance(figures, tuple | list):
         return [plain(value) for value in figures]
+    if isinstance(figures, Table):
+        return plain(figures.model_dump())
     return figures
 
 

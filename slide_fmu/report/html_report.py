@@ -71,7 +71,8 @@ class Report:
             first = len(charts)
             charts += [described(chart, columns) for chart in section.charts]
             sections.append({**_shown(section), "charts": range(first, len(charts))})
-        drawn = json.dumps({"columns": columns.values, "charts": charts}, separators=(",", ":"))
+        content = {"columns": columns.values, "charts": plain(charts)}
+        drawn = json.dumps(content, separators=(",", ":"))
         return environment.get_template("report.html").render(
             report=self,
             sections=sections,

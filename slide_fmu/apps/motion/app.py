@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-from slide_fmu.core.figures import JsonObject
+from slide_fmu.core.figures import plain
 from slide_fmu.pipeline.apps import App
 
 
-def _moves(fmu: Path, task: Path) -> JsonObject:
+def _moves(fmu: Path, task: Path) -> Any:
+    """Return the move of a task, and the one that is not shaped, in plain values."""
     from slide_fmu.apps.motion.page_moves import solved_moves
 
-    return solved_moves(fmu, task)
+    return plain(solved_moves(fmu, task))
 
 
 APP = App(

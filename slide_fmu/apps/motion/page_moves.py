@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,6 @@ from slide_fmu.apps.motion.costs import settled
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.solve import Solved, solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
-from slide_fmu.core.figures import JsonObject
 
 AFTER = 0.3
 """A page shows so many seconds more after the last move has settled, as far as it is known."""
@@ -19,12 +20,43 @@ UNSHAPED = "fastest profile"
 """How a page calls the first baseline, which is not shaped."""
 
 
-def moves_of(solved: Solved) -> JsonObject:
-    """Return the chosen move and the first baseline as plain values.
+@dataclass(frozen=True)
+class ShownMove:
+    """This is a move as a page shows it.
 
-    Physical parameters are those at which they were chosen, by name. Inputs are columns, whose
-    rows are set at their times in s. The first row is the last one of rest. Moving inputs are
-    known ahead: each row is set one step before its time, and reached by the step's end.
+    Attributes:
+        name: what the page calls it.
+        arrives: time in s at which its goal is reached.
+        inputs: by input, its values at the times of ``ShownMoves``.
+    """
+
+    name: str
+    arrives: float
+    inputs: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class ShownMoves:
+    """These are two moves that a page shows beside each other.
+
+    Attributes:
+        time: times in s at which inputs are set.
+        tolerance: how far off outputs that have settled may be.
+        parameters: values of the physical parameters at which the moves were chosen, by name.
+        moves: the chosen one first.
+    """
+
+    time: tuple[float, ...]
+    tolerance: float
+    parameters: Mapping[str, float]
+    moves: tuple[ShownMove, ...]
+
+
+def moves_of(solved: Solved) -> ShownMoves:
+    """Return the chosen move and the first baseline.
+
+    The first of the times is the last one of rest. Moving inputs are known ahead: they are set one
+    step before their time, and reached by the step's end.
     """
     response = solved.found.response
     shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
@@ -35,22 +67,14 @@ def moves_of(solved: Solved) -> JsonObject:
     records = [response.record(move.motion)[rows] for move in shown.values()]
     begin = -response.step if solved.surrogate.hold == "first_order" else 0.0
     time = begin + response.step * np.arange(len(records[0]))
-    return {
-        "time": time.tolist(),
-        "tolerance": solved.task.tolerance,
-        "parameters": dict(solved.task.parameters),
-        "moves": [
-            {
-                "name": name,
-                "arrives": float(response.output_time[move.end]),
-                "inputs": record.T.tolist(),
-            }
-            for (name, move), record in zip(shown.items(), records, strict=True)
-        ],
-    }
+    arrive = [float(response.output_time[move.end]) for move in shown.values()]
+    inputs = [tuple(map(tuple, record.T.tolist())) for record in records]
+    moves = tuple(ShownMove(*move) for move in zip(shown, arrive, inputs, strict=True))
+    parameters = dict(solved.task.parameters)
+    return ShownMoves(tuple(time.tolist()), solved.task.tolerance, parameters, moves)
 
 
-def solved_moves(fmu: Path, task: Path) -> JsonObject:
+def solved_moves(fmu: Path, task: Path) -> ShownMoves:
     """Choose the move of a task, a TOML file, with an FMU, and return it for its page.
 
     Raises:

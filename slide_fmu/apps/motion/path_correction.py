@@ -16,7 +16,7 @@ from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.apps.motion.solve import reference_at, write_inputs
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
-from slide_fmu.core.figures import JsonObject, optional
+from slide_fmu.core.figures import optional
 from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
@@ -52,7 +52,7 @@ class CorrectedFigures:
     """
 
     fmu: str
-    task: JsonObject
+    task: PathTask
     unit: str
     margin_is: str
     predicted: PathErrors
@@ -99,7 +99,7 @@ class Corrected:
             reference = _compared(self.true_before, self.true_after)
         return CorrectedFigures(
             fmu=self.surrogate.name,
-            task=self.task.model_dump(),
+            task=self.task,
             unit=self.surrogate.outputs[0].unit,
             margin_is=what_margins_are(self.surrogate),
             predicted=_compared(found.before, found.after),

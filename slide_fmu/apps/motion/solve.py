@@ -18,7 +18,7 @@ from slide_fmu.apps.motion.move import Move, MoveFigures
 from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.quietest_move import quietest
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
-from slide_fmu.core.figures import JsonObject, optional
+from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.search_path import make_models_importable
@@ -52,7 +52,7 @@ class SolvedFigures(TrueMoves):
     """
 
     fmu: str
-    task: JsonObject
+    task: MoveTask
     margin_is: str
     slower: float
     reference: TrueMoves | None = optional()
@@ -92,7 +92,7 @@ class Solved:
         true = [move.figures(*terms) for move in self.true_moves()]
         return SolvedFigures(
             fmu=self.surrogate.name,
-            task=self.task.model_dump(),
+            task=self.task,
             margin_is=what_margins_are(self.surrogate),
             slower=self.found.slower,
             move=self.found.move.figures(*terms),

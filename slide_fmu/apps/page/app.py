@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slide_fmu.core.figures import JsonObject
 from slide_fmu.pipeline.apps import App
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def _check_table(table: Mapping[str, Any]) -> None:
             )
 
 
-def _origin(recipe: Recipe, surrogate: Surrogate) -> JsonObject:
+def _origin(recipe: Recipe, surrogate: Surrogate) -> Mapping[str, Any]:
     """Return the drawing that the recipe names, which the FMU carries.
 
     Raises:
@@ -43,7 +42,7 @@ def _origin(recipe: Recipe, surrogate: Surrogate) -> JsonObject:
     from slide_fmu.apps.page.facts import names_of
 
     name = recipe.apps.get("page", {}).get(DRAWING)
-    return {} if name is None else {DRAWING: load_drawing(name, names_of(surrogate))}
+    return {} if name is None else {DRAWING: load_drawing(name, names_of(surrogate)).plain()}
 
 
 def _check_origin(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> None:

@@ -21,7 +21,6 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from slide_fmu.core.figures import JsonObject
 from slide_fmu.systems.user_code import imported
 
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
@@ -61,8 +60,12 @@ class Drawing(BaseModel):
     points: dict[str, list[Any]]
     shapes: list[Shape]
 
+    def plain(self) -> Any:
+        """Return the description in plain values."""
+        return self.model_dump(mode="json", exclude_none=True)
 
-def load_drawing(name: str, signals: Collection[str]) -> JsonObject:
+
+def load_drawing(name: str, signals: Collection[str]) -> Drawing:
     """Call the function that describes a drawing, and check what it returns.
 
     Args:
@@ -83,8 +86,8 @@ def load_drawing(name: str, signals: Collection[str]) -> JsonObject:
     return checked_drawing(found(), signals, name)
 
 
-def checked_drawing(description: Any, signals: Collection[str], name: str) -> JsonObject:
-    """Return a drawing as plain values, all of whose names are known.
+def checked_drawing(description: Any, signals: Collection[str], name: str) -> Drawing:
+    """Return a drawing, all of whose names are known, of a description in plain values.
 
     Raises:
         DrawingError: a key is missing or unknown, or something has another form than is expected.
@@ -117,7 +120,7 @@ def checked_drawing(description: Any, signals: Collection[str], name: str) -> Js
                 f"drawing {name!r}, shape {shape.model_dump(exclude_none=True)} with unknown "
                 f"points {missing}; expected some of {sorted(drawing.points)}"
             )
-    return drawing.model_dump(mode="json", exclude_none=True)
+    return drawing
 
 
 def _check(expression: Any, known: set[str], where: str) -> None:

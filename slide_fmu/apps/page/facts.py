@@ -1,11 +1,11 @@
-"""What a page knows about a surrogate: its variables, by the value references of the FMU."""
+"""A page knows the variables of a surrogate by the value references of its FMU."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from slide_fmu.core.figures import JsonObject
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -14,36 +14,90 @@ FLAGS = ("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE", "IN_DOMAIN", "NOVELTY",
 """Kinds of variables that say how far the outputs can be trusted."""
 
 
-def facts_of(surrogate: Surrogate) -> JsonObject:
-    """Describe a surrogate as plain values, from which the page makes its controls and plots.
+@dataclass(frozen=True)
+class PageVariable:
+    """This is an input or a parameter as a page knows it; ``reference`` is its value reference."""
 
-    References are value references of the FMU; ``estimate`` and ``bound`` of an output are None
-    where the surrogate has none. Times are in s.
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    angle: Angle | None
+    description: str
+    reference: int
+
+
+@dataclass(frozen=True)
+class PageOutput(PageVariable):
+    """This is an output as a page knows it.
+
+    Attributes:
+        estimate, bound: references of its error estimate and error bound; None where there is
+            none.
     """
+
+    estimate: int | None
+    bound: int | None
+
+
+@dataclass(frozen=True)
+class PageConfidence:
+    """This is the confidence of an error bound, which the user of a page chooses."""
+
+    low: float
+    high: float
+    start: float
+    reference: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageFacts:
+    """This is what a page knows about a surrogate, of which it makes its controls and plots.
+
+    Attributes:
+        name: that of the surrogate.
+        step: its step in s.
+        hold: how inputs act between samples.
+        memory: time in s for which its outputs depend on an input.
+        estimated: time in s over which the error is estimated; None without an estimate.
+        inputs, outputs, parameters: its variables.
+        flags: references of the variables that say how far the outputs can be trusted, by name.
+        confidence: None without an error bound.
+        at_step_end: reference of the variable that says that inputs are those of the step's end.
+    """
+
+    name: str
+    step: float
+    hold: Hold
+    memory: float
+    estimated: float | None
+    inputs: tuple[PageVariable, ...]
+    outputs: tuple[PageOutput, ...]
+    parameters: tuple[PageVariable, ...]
+    flags: Mapping[str, int]
+    confidence: PageConfidence | None
+    at_step_end: int | None
+
+
+def facts_of(surrogate: Surrogate) -> PageFacts:
+    """Return what a page knows about a surrogate."""
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
-    window, estimated = surrogate.window, surrogate.estimates_errors
-    errors = {"estimate": BY_KEY["ERROR_ESTIMATE"], "bound": BY_KEY["ERROR_BOUND"]}
-    outputs = _signals(surrogate.outputs, references)
-    for output in outputs:
-        for what, kind in errors.items():
-            output[what] = references.get(kind.name_for(output["name"]))
-    return {
-        "name": surrogate.name,
-        "step": window.step,
-        "hold": surrogate.hold,
-        "memory": window.step * max(memory_lengths(surrogate).values()),
-        "estimated": window.step * surrogate.estimated_samples if estimated else None,
-        "inputs": _signals(surrogate.inputs, references),
-        "outputs": outputs,
-        "parameters": _signals([p.signal for p in surrogate.parameters], references),
-        "flags": {
-            BY_KEY[key].name: references[BY_KEY[key].name]
-            for key in FLAGS
-            if BY_KEY[key].name in references
-        },
-        "confidence": _confidence(surrogate, references),
-        "atStepEnd": references.get(AT_STEP_END),
-    }
+    step, estimated = surrogate.window.step, surrogate.estimates_errors
+    flags = [BY_KEY[key].name for key in FLAGS]
+    return PageFacts(
+        name=surrogate.name,
+        step=step,
+        hold=surrogate.hold,
+        memory=step * max(memory_lengths(surrogate).values()),
+        estimated=step * surrogate.estimated_samples if estimated else None,
+        inputs=_variables(surrogate.inputs, references),
+        outputs=tuple(_output(signal, references) for signal in surrogate.outputs),
+        parameters=_variables([p.signal for p in surrogate.parameters], references),
+        flags={name: references[name] for name in flags if name in references},
+        confidence=_confidence(surrogate, references),
+        at_step_end=references.get(AT_STEP_END),
+    )
 
 
 def names_of(surrogate: Surrogate) -> list[str]:
@@ -52,25 +106,37 @@ def names_of(surrogate: Surrogate) -> list[str]:
     return [signal.name for group in owners for signal in group]
 
 
-def _signals(signals: Sequence[Signal], references: dict[str, int]) -> list[JsonObject]:
-    return [
-        {
-            "name": signal.name,
-            "unit": signal.unit,
-            "low": signal.low,
-            "high": signal.high,
-            "start": signal.start_value,
-            "angle": signal.angle,
-            "description": signal.description,
-            "reference": references[signal.name],
-        }
-        for signal in signals
-    ]
+def _variables(
+    signals: Sequence[Signal], references: Mapping[str, int]
+) -> tuple[PageVariable, ...]:
+    return tuple(_variable(signal, references) for signal in signals)
 
 
-def _confidence(surrogate: Surrogate, references: dict[str, int]) -> JsonObject | None:
+def _variable(signal: Signal, references: Mapping[str, int]) -> PageVariable:
+    return PageVariable(
+        name=signal.name,
+        unit=signal.unit,
+        low=signal.low,
+        high=signal.high,
+        start=signal.start_value,
+        angle=signal.angle,
+        description=signal.description,
+        reference=references[signal.name],
+    )
+
+
+def _output(signal: Signal, references: Mapping[str, int]) -> PageOutput:
+    estimate, bound = (
+        references.get(BY_KEY[key].name_for(signal.name))
+        for key in ("ERROR_ESTIMATE", "ERROR_BOUND")
+    )
+    return PageOutput(**vars(_variable(signal, references)), estimate=estimate, bound=bound)
+
+
+def _confidence(surrogate: Surrogate, references: Mapping[str, int]) -> PageConfidence | None:
     if surrogate.bound is None:
         return None
-    high = surrogate.bound.confidences[-1]
     low, _, start = BY_KEY["CONFIDENCE"].bounds
-    return {"low": low, "high": high, "start": start, "reference": references[CONFIDENCE]}
+    assert isinstance(low, float)
+    assert isinstance(start, float)
+    return PageConfidence(low, surrogate.bound.confidences[-1], start, references[CONFIDENCE])

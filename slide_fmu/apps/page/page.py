@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import jinja2
 
-from slide_fmu.apps.page.drawing import checked_drawing, load_drawing
-from slide_fmu.apps.page.facts import facts_of, names_of
-from slide_fmu.core.figures import JsonObject
+from slide_fmu.apps.page.drawing import Drawing, checked_drawing, load_drawing
+from slide_fmu.apps.page.facts import PageFacts, facts_of, names_of
+from slide_fmu.core.figures import plain, spread
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.packing import packed, scripts, styles
 from slide_fmu.fmu.export import read_fmu
@@ -27,6 +28,32 @@ Look = Literal["page", "front"]
 EXAMPLE_RUN = "example run"
 """Another app offers this service: it takes an FMU and returns None, or the physical parameters of
 a run that the FMU carries and its CSV files ``inputs``, ``results`` and ``reference`` by name."""
+
+
+@dataclass(frozen=True)
+class ExampleRun:
+    """This says of a run that an FMU carries at which physical parameters it was made."""
+
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class PageContent:
+    """This is what a page shows.
+
+    Attributes:
+        title: heading.
+        surrogate: what runs in it.
+        trajectory: the run that the FMU carries; None without one.
+        drawn: whether the machine is drawn in motion.
+        moves: two moves as another app gives them, in plain values; None without any.
+    """
+
+    title: str
+    surrogate: PageFacts = spread()
+    trajectory: ExampleRun | None = None
+    drawn: bool = False
+    moves: Mapping[str, Any] | None = None
 
 
 def write_page(
@@ -79,26 +106,33 @@ def page_of(
     carried = service(EXAMPLE_RUN)
     run = None if carried is None else carried(fmu)
     files: dict[str, bytes] = {}
-    facts = {"title": title or surrogate.name, **facts_of(surrogate)}
+    facts, trajectory = facts_of(surrogate), None
     if drawing is None:
         described = carried_drawing(surrogate, provenance)
     else:
         described = load_drawing(drawing, names_of(surrogate))
-    facts |= {"trajectory": None, "drawn": described is not None, "moves": moves}
     if moves is not None:  # their sliders begin where the moves were chosen
-        for parameter in facts["parameters"]:
-            parameter["start"] = moves["parameters"].get(parameter["name"], parameter["start"])
+        facts = _beginning_at(facts, moves["parameters"])
     if run is not None:
         parameters, files = run
-        facts["trajectory"] = {"parameters": dict(parameters)}
+        trajectory = ExampleRun(parameters)
     if described is not None:
-        files["drawing"] = json.dumps(described).encode("utf-8")
-    return page_html(surrogate, facts, files, look)
+        files["drawing"] = json.dumps(described.plain()).encode("utf-8")
+    drawn = described is not None
+    content = PageContent(title or surrogate.name, facts, trajectory, drawn, moves)
+    return page_html(surrogate, content, files, look)
 
 
-def carried_drawing(
-    surrogate: Surrogate, provenance: Mapping[str, Any] | None
-) -> JsonObject | None:
+def _beginning_at(facts: PageFacts, values: Mapping[str, float]) -> PageFacts:
+    """Return what a page knows with other values at which physical parameters begin."""
+    parameters = tuple(
+        replace(parameter, start=values.get(parameter.name, parameter.start))
+        for parameter in facts.parameters
+    )
+    return replace(facts, parameters=parameters)
+
+
+def carried_drawing(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> Drawing | None:
     """Return the drawing that an FMU carries in its provenance; None where there is none.
 
     Raises:
@@ -110,36 +144,39 @@ def carried_drawing(
     return checked_drawing(carried, names_of(surrogate), f"in the provenance of {surrogate.name}")
 
 
-def page_html(surrogate: Surrogate, facts: JsonObject, files: dict[str, bytes], look: Look) -> str:
+def page_html(
+    surrogate: Surrogate, content: PageContent, files: dict[str, bytes], look: Look
+) -> str:
     """Return the page; the same arguments give the same text.
 
     Args:
         surrogate: what runs in it.
-        facts: what it shows of it.
+        content: what it shows.
         files: further files that it reads, by their names in the page.
         look: how it is laid out.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
     )
+    shown = plain(content)
     blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
     return environment.get_template("page.html").render(
-        facts=facts,
+        facts=shown,
         look=look,
-        summary=_summary(facts),
-        columns=", ".join(signal["name"] for signal in facts["inputs"]),
-        json=json.dumps(facts).replace("<", "\\u003c"),  # nothing ends its element
+        summary=_summary(content.surrogate),
+        columns=", ".join(signal.name for signal in content.surrogate.inputs),
+        json=json.dumps(shown).replace("<", "\\u003c"),  # nothing ends its element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=styles(WEB / "style.css"),
         **scripts(WEB / "main.js"),
     )
 
 
-def _summary(facts: JsonObject) -> str:
+def _summary(facts: PageFacts) -> str:
     """Say in one line what the surrogate is."""
-    inputs, outputs = len(facts["inputs"]), len(facts["outputs"])
+    inputs, outputs = len(facts.inputs), len(facts.outputs)
     return (
-        f"surrogate {facts['name']}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
-        f"output{'s' * (outputs > 1)}, a step of {facts['step']:.4g} s, which remembers "
-        f"{facts['memory']:.3g} s"
+        f"surrogate {facts.name}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
+        f"output{'s' * (outputs > 1)}, a step of {facts.step:.4g} s, which remembers "
+        f"{facts.memory:.3g} s"
     )

@@ -9,11 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.figures import JsonObject
+from slide_fmu.core.figures import optional
 
 Values = NDArray[np.float64]
 
 Style = Literal["line", "steps", "points"]
+Height = Literal["tall", "short", "square"]
 
 Colour = str
 """The name of a colour in ``modules/colours.css``."""
@@ -80,7 +81,7 @@ class Panel:
     bands: Sequence[Band] = ()
     log: bool = False
     include: Sequence[float] = ()
-    height: Literal["tall", "short", "square"] = "tall"
+    height: Height = "tall"
 
 
 @dataclass(frozen=True)
@@ -146,46 +147,92 @@ def _rounded(value: float, digits: int) -> float | None:
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
-def described(chart: Chart, columns: Columns) -> JsonObject:
-    """Return a chart as values of JSON, in which columns are numbers of ``columns``."""
-    return {
-        "title": chart.title,
-        "text": chart.text,
-        "axis": vars(chart.axis),
-        "parts": [list(part) for part in chart.parts],
-        "marks": list(chart.marks),
-        "panels": [
-            {
-                "title": panel.title,
-                "unit": panel.unit,
-                "log": panel.log,
-                "include": list(panel.include),
-                "height": panel.height,
-                "lines": [_line(line, columns) for line in panel.lines],
-                "bands": [_band(band, columns) for band in panel.bands],
-            }
-            for panel in chart.panels
-        ],
-    }
+@dataclass(frozen=True)
+class LineOnPage:
+    """A LineOnPage is a ``Line`` as a page reads it: its columns are numbers of ``Columns``."""
+
+    name: str
+    x: int
+    y: int
+    colour: Colour
+    style: Style
+    dashed: bool
+    size: float | None = optional()
+    width: float | None = optional()
 
 
-def _line(line: Line, columns: Columns) -> JsonObject:
-    return {
-        "name": line.name,
-        "x": columns.place(line.x, X_DIGITS),
-        "y": columns.place(line.y),
-        "colour": line.colour,
-        "style": line.style,
-        "dashed": line.dashed,
-        **({"size": line.width} if line.style == "points" else {"width": line.width}),
-    }
+@dataclass(frozen=True)
+class BandOnPage:
+    """A BandOnPage is a ``Band`` as a page reads it."""
+
+    name: str
+    x: int
+    low: int
+    high: int
+    colour: Colour
 
 
-def _band(band: Band, columns: Columns) -> JsonObject:
-    return {
-        "name": band.name,
-        "x": columns.place(band.x, X_DIGITS),
-        "low": columns.place(band.low),
-        "high": columns.place(band.high),
-        "colour": band.colour,
-    }
+@dataclass(frozen=True)
+class PanelOnPage:
+    """A PanelOnPage is a ``Panel`` as a page reads it."""
+
+    title: str
+    unit: str
+    log: bool
+    include: Sequence[float]
+    height: Height
+    lines: tuple[LineOnPage, ...]
+    bands: tuple[BandOnPage, ...]
+
+
+@dataclass(frozen=True)
+class ChartOnPage:
+    """A ChartOnPage is a ``Chart`` as a page reads it."""
+
+    title: str
+    text: str
+    axis: Axis
+    parts: Sequence[tuple[float, float]]
+    marks: Sequence[float]
+    panels: tuple[PanelOnPage, ...]
+
+
+def described(chart: Chart, columns: Columns) -> ChartOnPage:
+    """Return a chart as a page reads it; its columns are kept in ``columns``."""
+    panels = tuple(
+        PanelOnPage(
+            title=panel.title,
+            unit=panel.unit,
+            log=panel.log,
+            include=panel.include,
+            height=panel.height,
+            lines=tuple(_line(line, columns) for line in panel.lines),
+            bands=tuple(_band(band, columns) for band in panel.bands),
+        )
+        for panel in chart.panels
+    )
+    return ChartOnPage(chart.title, chart.text, chart.axis, chart.parts, chart.marks, panels)
+
+
+def _line(line: Line, columns: Columns) -> LineOnPage:
+    points = line.style == "points"
+    return LineOnPage(
+        name=line.name,
+        x=columns.place(line.x, X_DIGITS),
+        y=columns.place(line.y),
+        colour=line.colour,
+        style=line.style,
+        dashed=line.dashed,
+        size=line.width if points else None,
+        width=None if points else line.width,
+    )
+
+
+def _band(band: Band, columns: Columns) -> BandOnPage:
+    return BandOnPage(
+        name=band.name,
+        x=columns.place(band.x, X_DIGITS),
+        low=columns.place(band.low),
+        high=columns.place(band.high),
+        colour=band.colour,
+    )

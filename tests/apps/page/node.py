@@ -11,6 +11,7 @@ import numpy as np
 
 from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.apps.page.facts import facts_of
+from slide_fmu.core.figures import plain
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -26,16 +27,16 @@ def task_of(surrogate: Surrogate, experiment: Experiment, folder: Path) -> dict[
     facts = facts_of(surrogate)
     path = folder / "surrogate.slide"
     path.write_bytes(surrogate.to_bytes())
-    inputs = [experiment.inputs[signal["name"]] for signal in facts["inputs"]]
+    inputs = [experiment.inputs[signal.name] for signal in facts.inputs]
     time = experiment.step * np.arange(experiment.steps + 1)
     given = experiment.parameters
     return {
         "runtime": str(BINARIES / PAGE_LIBRARY),
         "surrogate": str(path),
-        "facts": facts,
+        "facts": plain(facts),
         "time": time.tolist(),
         "inputs": [np.append(values, values[-1:]).tolist() for values in inputs],
-        "parameters": [given.get(p["name"], p["start"]) for p in facts["parameters"]],
+        "parameters": [given.get(p.name, p.start) for p in facts.parameters],
         "confidence": CONFIDENCE,
     }
 

@@ -102,7 +102,7 @@ def test_drawings_of_the_released_machines_fit_their_fmus(name: str) -> None:
     surrogate, _ = read_fmu(FMUS / name / f"{name}.fmu")
     signals = [signal.name for signal in (*surrogate.inputs, *surrogate.outputs)]
     drawing = load_drawing(f"mbs_models.pictures.page_drawings:{DRAWINGS[name]}", signals)
-    assert drawing["shapes"]
+    assert drawing.shapes
 
 
 PLAIN: dict[str, Any] = {
@@ -128,7 +128,7 @@ PLAIN: dict[str, Any] = {
     ],
 )
 def test_drawing_that_is_not_usable_is_refused(change: dict[str, Any], said: str) -> None:
-    assert checked_drawing(PLAIN, ["x", "y"], "plain")["text"] == "a dot"
+    assert checked_drawing(PLAIN, ["x", "y"], "plain").text == "a dot"
     with pytest.raises(DrawingError, match=said):
         checked_drawing({**PLAIN, **change}, ["x", "y"], "plain")
 

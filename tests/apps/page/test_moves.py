@@ -17,6 +17,7 @@ from slide_fmu.apps.motion.task import MoveTask
 from slide_fmu.apps.page.facts import facts_of
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.cli.app import app
+from slide_fmu.core.figures import plain
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
 from tests.apps.page.conftest import FMUS
@@ -37,7 +38,7 @@ def solved() -> Solved:
 @pytest.fixture(scope="module")
 def page(solved: Solved, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("moves") / "moves.html"
-    return write_page(DUFFING, path, None, OSCILLATOR, moves_of(solved))
+    return write_page(DUFFING, path, None, OSCILLATOR, plain(moves_of(solved)))
 
 
 def _settled(solved: Solved) -> list[float]:
@@ -47,15 +48,15 @@ def _settled(solved: Solved) -> list[float]:
 
 def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: Solved) -> None:
     found = moves_of(solved)
-    assert [move["name"] for move in found["moves"]] == ["optimised", "fastest profile"]
-    time = np.array(found["time"])
+    assert [move.name for move in found.moves] == ["optimised", "fastest profile"]
+    time = np.array(found.time)
     np.testing.assert_allclose(np.diff(time), solved.surrogate.window.step)
-    for move in found["moves"]:
-        (force,) = np.array(move["inputs"])
+    for move in found.moves:
+        (force,) = np.array(move.inputs)
         assert len(force) == len(time)
         assert force[0] == 0.0
-        np.testing.assert_allclose(force[time > move["arrives"] + 1e-9], 600.0)
-        assert time[-1] > move["arrives"] + 0.2
+        np.testing.assert_allclose(force[time > move.arrives + 1e-9], 600.0)
+        assert time[-1] > move.arrives + 0.2
 
 
 def test_moving_inputs_are_set_one_step_ahead_as_those_of_the_step_end(tmp_path: Path) -> None:
@@ -64,9 +65,9 @@ def test_moving_inputs_are_set_one_step_ahead_as_those_of_the_step_end(tmp_path:
     limits = "[limits]\nspeed = [8.0]\nacceleration = [20.0]\n"
     task.write_text(turn + limits, encoding="utf-8")
     found, surrogate = solved_moves(CRANK, task), read_fmu(CRANK)[0]
-    assert found["time"][:2] == [-surrogate.window.step, 0.0]
-    assert facts_of(surrogate)["atStepEnd"] == 12_000_000
-    assert facts_of(read_fmu(DUFFING)[0])["atStepEnd"] is None
+    assert found.time[:2] == (-surrogate.window.step, 0.0)
+    assert facts_of(surrogate).at_step_end == 12_000_000
+    assert facts_of(read_fmu(DUFFING)[0]).at_step_end is None
 
 
 def test_task_of_a_path_has_no_moves(tmp_path: Path) -> None:
@@ -81,7 +82,7 @@ def test_page_begins_at_the_parameters_at_which_the_move_was_chosen(tmp_path: Pa
     turn = 'kind = "earliest"\nstart = [0.0]\ngoal = [2.0]\ntolerance = 2e-3\n'
     limits = "[limits]\nspeed = [8.0]\nacceleration = [20.0]\n"
     task.write_text(f"{turn}{limits}[parameters]\nslider_mass = 1.4\n", encoding="utf-8")
-    write_page(CRANK, path, moves=solved_moves(CRANK, task))
+    write_page(CRANK, path, moves=plain(solved_moves(CRANK, task)))
     carried = re.search(r'<script type="application/json"[^>]*>(.*?)</script>', path.read_text())
     assert carried is not None
     (mass,) = json.loads(carried.group(1))["parameters"]
@@ -114,7 +115,7 @@ def test_page_finds_the_times_that_the_search_found(
 def test_page_of_a_move_that_settles_later_says_so(
     chromium: Browser, solved: Solved, tmp_path: Path
 ) -> None:
-    moves = moves_of(solved)
+    moves = plain(moves_of(solved))
     for names, words in ((moves["moves"][::-1], "% later."), (moves["moves"][:1] * 2, None)):
         path = write_page(DUFFING, tmp_path / "later.html", moves={**moves, "moves": names})
         chromium.open(path)

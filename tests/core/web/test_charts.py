@@ -21,13 +21,13 @@ def _chart(values: np.ndarray) -> Chart:
 def test_described_chart_names_its_columns_by_their_places() -> None:
     columns = Columns()
     found = described(_chart(np.array([1.0, 2.0, 3.0])), columns)
-    (panel,) = found["panels"]
-    line, points = panel["lines"]
-    assert columns.values[line["x"]] == [0.0, 0.1, 0.2]
-    assert columns.values[line["y"]] == [1.0, 2.0, 3.0]
-    assert columns.values[panel["bands"][0]["low"]] == [0.0, 1.0, 2.0]
-    assert (points["size"], line["width"]) == (3.0, 1.6)
-    assert (found["parts"], found["marks"]) == ([[0.0, 0.1]], [0.2])
+    (panel,) = found.panels
+    line, points = panel.lines
+    assert columns.values[line.x] == [0.0, 0.1, 0.2]
+    assert columns.values[line.y] == [1.0, 2.0, 3.0]
+    assert columns.values[panel.bands[0].low] == [0.0, 1.0, 2.0]
+    assert (points.size, points.width, line.size, line.width) == (3.0, None, None, 1.6)
+    assert (found.parts, found.marks) == ([(0.0, 0.1)], [0.2])
 
 
 def test_equal_columns_are_kept_once() -> None:

@@ -3,7 +3,7 @@
 /** A run of a machine: every row of inputs gives an answer. */
 export class Session {
   constructor(machine, facts) {
-    const { inputs, outputs, parameters, confidence, flags, atStepEnd } = facts;
+    const { inputs, outputs, parameters, confidence, flags, at_step_end: atStepEnd } = facts;
     this.machine = machine;
     this.flags = Object.keys(flags);
     this.given = machine.port(inputs.map((input) => input.reference));

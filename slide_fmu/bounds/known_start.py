@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import hashlib
 
-from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.search_path import find_file
-from slide_fmu.fmu.export import FmuError, read_fmu
+from slide_fmu.fmu.export import FmuError, Provenance, read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -52,7 +51,7 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
     return surrogate
 
 
-def start_origin(recipe: Recipe) -> JsonObject:
+def start_origin(recipe: Recipe) -> Provenance:
     """Return the part of a provenance that names the FMU with which a training began, if any.
 
     It has the hash of the surrogate file in it: the FMU may be written again with another runtime.

@@ -7,7 +7,6 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.errors import NotRenderableError
@@ -16,6 +15,7 @@ from slide_fmu.core.figures import read_figures
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.console import print_table, print_validation
 from slide_fmu.report.display import Messages
 from slide_fmu.report.run_figures import RunFigures, released_figures
@@ -50,7 +50,7 @@ class Origin:
             return ""
 
 
-def show_description(fmu: Path, surrogate: Surrogate, provenance: Mapping[str, Any]) -> None:
+def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) -> None:
     """Print what an FMU is, to standard output.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slide_fmu.cli.console import console, show_remark
 from slide_fmu.core.units import NO_UNIT, behind
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from slide_fmu.propose.proposal import Proposal
     from slide_fmu.propose.record_proposal import RecordProposal
     from slide_fmu.propose.trial import Costs, TrialFigures
+    from slide_fmu.recipe.automatic import FoundValues
 
 
 def show_draft(proposal: Proposal | RecordProposal) -> None:
@@ -41,7 +42,7 @@ def show_draft(proposal: Proposal | RecordProposal) -> None:
         show_remark(remark)
 
 
-def show_found(resolved: dict[str, dict[str, Any]]) -> None:
+def show_found(resolved: FoundValues) -> None:
     """Print the values that were found for what a recipe leaves open."""
     found = [
         f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.zip_directory import open_archive
@@ -44,6 +45,11 @@ LARGEST_SURROGATE = 200_000_000
 PARSED = {".csv", ".exp", ".json", ".srmd", ".ssv", ".xml"}
 """Members with these endings are such texts."""
 
+Provenance = Mapping[str, Any]
+"""What an FMU says about its origin, as its JSON holds it: ``recipe``, the text; what was
+``resolved`` in it; ``seeds`` and ``versions``; the ``measured`` figures; what records and apps
+keep."""
+
 REMEDY = "get the file again, or write it anew (slide-fmu export)"
 """What is to be done about a damaged FMU."""
 
@@ -57,7 +63,7 @@ def export_fmu(
     path: str | Path,
     *,
     fmi: FmiVersion = 2,
-    provenance: dict[str, object] | None = None,
+    provenance: Provenance | None = None,
     documentation: Mapping[str, bytes] | None = None,
     extra: Mapping[str, bytes] | None = None,
     sources: Sources = False,
@@ -152,7 +158,7 @@ def load(path: str | Path) -> Surrogate:
     )
 
 
-def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
+def read_fmu(path: Path) -> tuple[Surrogate, Provenance | None]:
     """Read the surrogate and its provenance from an FMU.
 
     Raises:
@@ -189,7 +195,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, dict[str, Any] | None]:
     return surrogate, provenance
 
 
-def _read_provenance(path: Path) -> dict[str, Any] | None:
+def _read_provenance(path: Path) -> Provenance | None:
     """Read where a surrogate comes from; None where its FMU does not say it."""
     provenance = read_json(path, PROVENANCE)
     if provenance is not None and provenance.pop("format", None) != PROVENANCE_FORMAT:
@@ -209,7 +215,7 @@ def _tool_of(path: Path) -> str | None:
     return None if found is None else found[1].decode("utf-8", "replace")
 
 
-def read_json(path: Path, name: str) -> dict[str, Any] | None:
+def read_json(path: Path, name: str) -> JsonObject | None:
     """Read a JSON object in an FMU, or None when there is no such file; null stands for NaN.
 
     Raises:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.memory.time_budget import TimeBudget
-from slide_fmu.recipe.automatic import LENGTHS, nested
+from slide_fmu.recipe.automatic import LENGTHS, FoundValues, nested
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.either import either
@@ -49,7 +48,7 @@ class Lengths:
     """
 
     recipe: OpenRecipe
-    values: dict[str, dict[str, Any]]
+    values: FoundValues
     sizing: AnySizing | None
 
 

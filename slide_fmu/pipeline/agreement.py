@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterable, Iterator
 from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.core.xml_differences import apart
-from slide_fmu.fmu.export import PROVENANCE, read_member
+from slide_fmu.fmu.export import PROVENANCE, Provenance, read_member
 from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -31,7 +30,7 @@ REMEDY = (
 )
 
 
-def card_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]:
+def card_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
     """Compare the model card of an FMU with what follows from its provenance.
 
     Args:
@@ -68,7 +67,7 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]
 
 
 def compared_with_provenance(
-    fmu: Path, provenance: Any, compare: Callable[[Recipe], Iterable[str]]
+    fmu: Path, provenance: Provenance | None, compare: Callable[[Recipe], Iterable[str]]
 ) -> list[str]:
     """Return what a comparison with the recipe of an FMU finds.
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the console script reads this file before it knows what is asked
-    from slide_fmu.core.figures import JsonObject
+    from slide_fmu.fmu.export import Provenance
     from slide_fmu.recipe.case import Case
     from slide_fmu.recipe.recipe import Recipe
     from slide_fmu.report.table import Table
@@ -41,7 +41,7 @@ class Release:
 
     surrogate: Surrogate
     case: Case
-    provenance: Mapping[str, Any]
+    provenance: Provenance
     members: Mapping[str, bytes] = field(default_factory=dict)
     fmu: Path | None = None
     former: Path | None = None
@@ -87,11 +87,11 @@ class App:
     subcommands: Mapping[str, str] = field(default_factory=dict)
     public: Mapping[str, str] = field(default_factory=dict)
     check_table: Callable[[Mapping[str, Any]], None] | None = None
-    origin: Callable[[Recipe, Surrogate], Mapping[str, Any]] | None = None
+    origin: Callable[[Recipe, Surrogate], Provenance] | None = None
     origin_keys: Sequence[str] = ()
-    check_origin: Callable[[Surrogate, Mapping[str, Any] | None], object] | None = None
+    check_origin: Callable[[Surrogate, Provenance | None], object] | None = None
     members: Callable[[Release], Mapping[str, bytes]] | None = None
-    problems: Callable[[Path, Surrogate, Mapping[str, Any] | None], list[str]] | None = None
+    problems: Callable[[Path, Surrogate, Provenance | None], list[str]] | None = None
     repeat: Callable[[Path, Surrogate], Repeated | None] | None = None
     section: Callable[[Path], str] | None = None
     services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
@@ -183,9 +183,7 @@ def remarks_on_app_tables(recipe: Recipe) -> list[str]:
     ]
 
 
-def with_origins(
-    provenance: Mapping[str, Any], recipe: Recipe, surrogate: Surrogate
-) -> JsonObject:
+def with_origins(provenance: Provenance, recipe: Recipe, surrogate: Surrogate) -> Provenance:
     """Return provenance with what each app keeps in it, in place of what was there of them.
 
     Errors are those of the apps.
@@ -199,7 +197,7 @@ def with_origins(
     return found
 
 
-def check_origins(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> None:
+def check_origins(surrogate: Surrogate, provenance: Provenance | None) -> None:
     """Refuse an FMU that carries for some app what that cannot use.
 
     Raises:
@@ -219,9 +217,7 @@ def all_members(release: Release) -> dict[str, bytes]:
     return found
 
 
-def app_problems(
-    fmu: Path, surrogate: Surrogate, provenance: Mapping[str, Any] | None
-) -> Iterator[str]:
+def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> Iterator[str]:
     """Say what is wrong with what apps have put into an FMU.
 
     Raises:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from slide_fmu.core.figures import JsonObject
+from slide_fmu.core.figures import spread
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.cosim.run import CoSimulationError
@@ -17,6 +18,15 @@ from slide_fmu.pipeline.apps import Repeated, app_problems, repeated
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")
 """Users may compile libraries of their own; what is run then is not known here."""
+
+
+@dataclass(frozen=True)
+class CheckFigures:
+    """These are the figures of a check; what apps have repeated stands beside the problems."""
+
+    fmu: str
+    problems: tuple[str, ...]
+    repeated: Mapping[str, Any] = spread()
 
 
 @dataclass(frozen=True)
@@ -31,12 +41,10 @@ class Checked:
     problems: list[str]
     repeated: Mapping[str, Repeated] = field(default_factory=dict)
 
-    def figures(self, fmu: Path) -> JsonObject:
+    def figures(self, fmu: Path) -> CheckFigures:
         """Return what is written as JSON."""
-        found: JsonObject = {"fmu": str(fmu), "problems": self.problems}
-        for run in self.repeated.values():
-            found |= run.figures
-        return found
+        repeated = {k: v for run in self.repeated.values() for k, v in run.figures.items()}
+        return CheckFigures(str(fmu), tuple(self.problems), repeated)
 
 
 def check(fmu: Path, run: bool) -> Checked:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.fmu.export import DOCUMENTATION, EXTRA, export_fmu
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.apps import Release, all_members
 from slide_fmu.report.model_card import without_pictures
 
@@ -18,10 +19,13 @@ def documents(page: bytes, card: str) -> dict[str, bytes]:
     return {PAGE: page, CARD: without_pictures(card).encode("utf-8")}
 
 
-def write_release(release: Release, path: Path, **options: Any) -> Path:
+def write_release(
+    release: Release, path: Path, fmi: FmiVersion = 2, sources: Sources = False
+) -> Path:
     """Write an FMU with its documents and with what apps add, and return its path.
 
-    Options and errors are those of ``slide_fmu.fmu.export.export_fmu``.
+    The version of FMI, whether C sources are added, and errors are as of
+    ``slide_fmu.fmu.export.export_fmu``.
     """
     found = all_members(release)
     folders = {
@@ -35,8 +39,9 @@ def write_release(release: Release, path: Path, **options: Any) -> Path:
     return export_fmu(
         release.surrogate,
         path,
-        provenance=dict(release.provenance),
+        fmi=fmi,
+        sources=sources,
+        provenance=release.provenance,
         documentation=folders[DOCUMENTATION],
         extra=folders[EXTRA],
-        **options,
     )

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.progress import Stages
 from slide_fmu.cosim.archive import BINARIES, hash_problems
 from slide_fmu.fmu.export import (
@@ -111,17 +110,17 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
     path = request.path or finished
-    options: JsonObject = {"fmi": request.fmi, "sources": request.sources}
     remark = None
     try:
         if finished.exists() and _is_of(finished, surrogate, origin):
-            return Exported(export_again(finished, path, **options))
+            return Exported(export_again(finished, path, request.fmi, request.sources))
     except FmuError as error:
         remark = (
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
-    found = write_release(Release(surrogate, job.case, origin), path, **options)
+    release = Release(surrogate, job.case, origin)
+    found = write_release(release, path, request.fmi, request.sources)
     return Exported(found, remark)
 
 

@@ -18,9 +18,9 @@ from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.checks import check_case
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.record_origin import record_origin
-from slide_fmu.pipeline.resolved import Resolved, resolved_lengths
+from slide_fmu.pipeline.resolved import resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.recipe.automatic import LENGTHS
+from slide_fmu.recipe.automatic import LENGTHS, FoundValues
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
@@ -60,7 +60,7 @@ class Job:
     folder: RunFolder
     bar: Stages = field(repr=False)
     open_keys: tuple[str, ...] = ()
-    resolved: Resolved = field(default_factory=dict)
+    resolved: FoundValues = field(default_factory=dict)
     sizing: AnySizing | None = field(default=None, repr=False)
     beside: Path | None = None
     command: str = "slide-fmu run RECIPE"
@@ -138,7 +138,7 @@ def job_of_text(
     folder = RunFolder(runs / read.guess.name)
     folder.require_folder()
     case, sizing = case_of(read.guess, given), None
-    resolved: Resolved = {}
+    resolved: FoundValues = {}
     is_open = any(key in LENGTHS for key in read.open_keys)
     if is_open:  # found for the recipe as it is written: other seeds keep the window
         check_case(case)
@@ -157,7 +157,7 @@ def job_of_text(
     return job if numbers is None else with_values(job, numbers)
 
 
-def with_values(job: Job, values: Resolved) -> Job:
+def with_values(job: Job, values: FoundValues) -> Job:
     """Return a job with values in the place of what its recipe left open.
 
     Raises:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.core.search_path import find_file, make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.record_origin import require_same_records
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
@@ -80,7 +79,7 @@ def measured(
     """
     surrogate, found = read_fmu(fmu)
     _require_another(fmu, case.recipe)
-    require_same_records(found or {}, case.source, str(fmu))
+    require_same_records(dict(found or {}), case.source, str(fmu))
     progress = bar(_title(task))
     try:
         validation = validate(fmu, surrogate, case, task, progress, workers)
@@ -100,7 +99,7 @@ def _require_another(fmu: Path, recipe: Recipe) -> None:
             )
 
 
-def _usual_error(provenance: Mapping[str, Any] | None) -> FloatArray | None:
+def _usual_error(provenance: Provenance | None) -> FloatArray | None:
     """Return what 95 % of the errors in range were below when an FMU was released."""
     measured = released_figures(provenance)
     if measured is None or IN_RANGE not in measured.validation:

@@ -23,9 +23,9 @@ from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.checks import guarded_case
-from slide_fmu.pipeline.resolved import Resolved, memo_of
+from slide_fmu.pipeline.resolved import memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, nested
+from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
@@ -69,7 +69,7 @@ def find_numbers(
     bar: Stages,
     place: Workplace,
     beside: Path | None = None,
-) -> Resolved:
+) -> FoundValues:
     """Return the numbers of trajectories that a recipe leaves open; they are found if need be.
 
     The workplace makes the trajectories of a recipe that lies in the folder ``beside``.
@@ -91,7 +91,7 @@ def find_numbers(
     return found
 
 
-def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> Resolved | None:
+def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
     """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
 
     Those of records follow from their samples.
@@ -108,7 +108,9 @@ def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> 
     )
 
 
-def _found_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> Resolved | None:
+def _found_numbers(
+    case: Case, open_keys: Collection[str], folder: RunFolder
+) -> FoundValues | None:
     """Return the numbers that a recipe of a model leaves open; None if its curve goes on."""
     train = case.recipe.data.train
     if "data.train" in open_keys:
@@ -135,7 +137,7 @@ def _pays(points: Sequence[CurvePoint]) -> bool:
     return points[-1].validation_error < PAYS * points[-2].validation_error
 
 
-def least_numbers(open_recipe: OpenRecipe, source: Source, cost: float) -> Resolved:
+def least_numbers(open_recipe: OpenRecipe, source: Source, cost: float) -> FoundValues:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
 
     The cost is the time in s in which one process simulates a trajectory.
@@ -149,7 +151,9 @@ def least_numbers(open_recipe: OpenRecipe, source: Source, cost: float) -> Resol
     )
 
 
-def _numbers_with(recipe: Recipe, open_keys: Collection[str], train: int, cost: float) -> Resolved:
+def _numbers_with(
+    recipe: Recipe, open_keys: Collection[str], train: int, cost: float
+) -> FoundValues:
     """Return the numbers that a recipe leaves open, with so many trajectories to learn from.
 
     One of them is simulated in the time ``cost`` in s.
@@ -215,7 +219,7 @@ def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
 
 def _numbers_of_records(
     recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords
-) -> Resolved:
+) -> FoundValues:
     wanted = [key for key in NUMBERS if key in open_keys]
     counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
     empty = [key for key, count in counts.items() if not count]

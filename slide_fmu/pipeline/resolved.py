@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -15,20 +15,30 @@ from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.recipe.automatic import FoundValues, Tables
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.records.either import either
-
-Resolved = dict[str, dict[str, Any]]
-"""Values by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
 DECIDES = {"system", "window", "data", "estimator", "parameters"}
 """Tables of a recipe on which its lengths depend."""
 
 
+class MadeFrom(TypedDict):
+    """This is what a memo of a recipe was made from, as its JSON holds it.
+
+    Attributes:
+        recipe: tables of the recipe that it depends on.
+        probe: outputs of a short motion of its model.
+    """
+
+    recipe: Tables
+    probe: list[list[float]]
+
+
 def resolved_lengths(
     case: Case, open_keys: tuple[str, ...], place: Path, patience: float = math.inf
-) -> tuple[Resolved, AnySizing | None]:
+) -> tuple[FoundValues, AnySizing | None]:
     """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
 
     The open keys of the case's recipe hold first guesses.
@@ -48,7 +58,7 @@ def resolved_lengths(
     asked = {**recipe.model_dump(mode="json", include=DECIDES), "open_keys": list(open_keys)}
     motion = identity(recipe, source)
     memo = memo_of(place, asked, motion)
-    kept: Resolved | None = memo.found("values")
+    kept: FoundValues | None = memo.found("values")
     if kept is not None:
         return kept, None
     found = either(
@@ -75,12 +85,13 @@ def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths
     return max(found, key=lambda lengths: lengths.recipe.guess.window.n_in)
 
 
-def memo_of(place: Path, asked: dict[str, Any], motion: FloatArray) -> Memo:
+def memo_of(place: Path, asked: Tables, motion: FloatArray) -> Memo:
     """Return the memo of what tables of a recipe, and its model's short motion, decide."""
-    return Memo(place, {"recipe": asked, "probe": motion.tolist()}, _same_model)
+    made_from: MadeFrom = {"recipe": asked, "probe": motion.tolist()}
+    return Memo(place, made_from, _same_model)
 
 
-def _same_model(kept: dict[str, Any], now: dict[str, Any]) -> bool:
+def _same_model(kept: MadeFrom, now: MadeFrom) -> bool:
     """Tell whether recipe and model are the same, but for rounding."""
     probes = (np.array(one["probe"]) for one in (kept, now))
     return kept["recipe"] == now["recipe"] and same_motion(*probes)

@@ -18,6 +18,7 @@ from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
 from slide_fmu.fitting.history import History
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -260,7 +261,7 @@ def _learnt(recipe: JsonObject) -> JsonObject:
     return learnt
 
 
-def recipe_of_provenance(provenance: JsonObject | None, source: str) -> Recipe:
+def recipe_of_provenance(provenance: Provenance | None, source: str) -> Recipe:
     """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
     What the recipe left to be found has the values that it was resolved to (``resolved``).

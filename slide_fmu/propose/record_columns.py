@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.propose.draft_signals import Ranges
 from slide_fmu.recipe.recipe import RecipeError
@@ -44,7 +43,7 @@ class RecordWish:
     folder: Path = Path()
 
 
-def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
+def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
     """Read the files, and return what the recipe must say to read them again.
 
     Other columns than those that are named are read only where no output is named.
@@ -66,7 +65,7 @@ def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
         raise RecordError(f"{error}; {', '.join(wrong)}") from error
 
 
-def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, Any]]:
+def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
     named = (*wish.inputs, *wish.outputs)
     read = partial(read_records, wish.paths, named, others=not wish.outputs)
     if wish.time == NO_TIMES:

@@ -6,7 +6,17 @@ so that the system can be made and its motions drawn; nothing is learnt from the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeGuard
+
+Tables = dict[str, Any]
+"""The tables of a recipe as they were read; nothing in them is checked yet."""
+
+Value = int | float | str
+"""What is found for a key."""
+
+FoundValues = dict[str, dict[str, Value]]
+"""Values that were found, by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
 AUTO = "auto"
 """What a recipe says where a value is to be found."""
@@ -38,7 +48,7 @@ GUESSED_N_OUT = 64
 """The first guess of an output window, in samples; that of an input window is three times it."""
 
 
-def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
+def automatic_keys(tables: Tables) -> tuple[str, ...]:
     """Return which of the ``AUTOMATIC`` keys are left to be found, given tables as read."""
     found = []
     without_estimator = tables.get("estimator") is None
@@ -55,7 +65,7 @@ def automatic_keys(tables: dict[str, Any]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def with_guesses(tables: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+def with_guesses(tables: Tables) -> tuple[Tables, tuple[str, ...]]:
     """Return tables with a first guess for each key that is left to be found, and these keys."""
     keys, guessed = automatic_keys(tables), dict(tables)
     for place in keys:
@@ -64,26 +74,26 @@ def with_guesses(tables: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...
     return guessed, keys
 
 
-def nested(values: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def nested(values: Mapping[str, Value]) -> FoundValues:
     """Return values by dotted key (``"window.n_in"``) as a table of tables."""
-    found: dict[str, dict[str, Any]] = {}
+    found: FoundValues = {}
     for place, value in values.items():
         table, key = place.split(".")
         found.setdefault(table, {})[key] = value
     return found
 
 
-def _guess_n_in(tables: dict[str, Any]) -> int:
+def _guess_n_in(tables: Tables) -> int:
     n_out = tables["window"].get("n_out", AUTO)
     return 3 * (n_out if _is_count(n_out) else GUESSED_N_OUT)
 
 
-def _guess_n_out(tables: dict[str, Any]) -> int:
+def _guess_n_out(tables: Tables) -> int:
     n_in = tables["window"]["n_in"]  # guessed before, if it was not given
     return max(1, n_in // 3) if _is_count(n_in) else GUESSED_N_OUT
 
 
-def _guess_time(tables: dict[str, Any]) -> float:
+def _guess_time(tables: Tables) -> float:
     """Guess a duration or burn-in as one input window."""
     window = tables.get("window")
     if not isinstance(window, dict):
@@ -98,11 +108,11 @@ def _is_count(value: Any) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and value > 0
 
 
-def _guess_number(tables: dict[str, Any]) -> int:
+def _guess_number(tables: Tables) -> int:
     return GUESSED_NUMBER
 
 
-def _guess_of_bound(tables: dict[str, Any]) -> int:
+def _guess_of_bound(tables: Tables) -> int:
     return LEAST_CALIBRATION
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
 
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
@@ -102,7 +101,7 @@ def require_fitting_tables(recipe: Recipe) -> None:
         return
     system, data = recipe.system, recipe.data
     columns = [s.column for s in (*system.inputs.values(), *system.outputs.values()) if s.column]
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         "system.further": list(system.further),
         "system.noise_record": system.noise_record,
         "data.shares": dict(data.shares),
@@ -124,7 +123,7 @@ def require_fitting_tables(recipe: Recipe) -> None:
 
 def _require_no_model(recipe: Recipe) -> None:
     system, data = recipe.system, recipe.data
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         "system.reference": dict(system.reference),
         "system.picture": system.picture,
         "data.excitation": [kind.kind for kind in data.excitation],

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, assert_never
+from typing import Literal, assert_never
 
 TOP = 0.3
 """The mix reaches this part of the highest frequency that samples show (that of Nyquist): at six
@@ -37,6 +37,9 @@ BOX_WEIGHT = 0.2
 STANDING_START = 12
 """It reaches that speed in so many samples, at its limit of acceleration."""
 
+KindTable = dict[str, str | bool | float | Sequence[float]]
+"""The table of one kind of excitation, as a recipe may hold it."""
+
 InputKind = Literal["held", "moving", "rates", "set_points", "angle"]
 """What the inputs of a system are: quantities that may jump, or motions, which do not; motions
 whose rates act too; set points of drives; cosine and sine of one angle."""
@@ -44,7 +47,7 @@ whose rates act too; set points of drives; cosine and sine of one angle."""
 
 def default_excitation(
     step: float, inputs: InputKind = "held", widths: Sequence[float] = ()
-) -> list[dict[str, Any]]:
+) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     The widths of the ranges, in the units of the inputs, limit the speeds of set points; moves are
@@ -61,7 +64,7 @@ def default_excitation(
     assert_never(inputs)
 
 
-def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
+def _mixed(step: float, moving: bool) -> list[KindTable]:
     """Return the mix of noise, waves and steps.
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
@@ -79,8 +82,10 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
     slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
     end = _tidy(top / RESONANT[1])
     longest = long if moving else _tidy(4 * long)
-    ends = {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]}
-    others: list[dict[str, Any]] = [
+    ends: KindTable = {
+        "kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]
+    }  # fmt: skip
+    others: list[KindTable] = [
         {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
         {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
@@ -101,17 +106,24 @@ def _mixed(step: float, moving: bool) -> list[dict[str, Any]]:
         *([] if moving else [ends]),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
-    box = {
+    box: KindTable = {
         "kind": "box",
         "weight": BOX_WEIGHT,
         "duration": [long, _tidy(8 * long)],
         "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)],
     }
     rest = 1.0 - BOX_WEIGHT
-    return [*({**table, "weight": _tidy(rest * table["weight"])} for table in others), box]
+    return [*(_lighter(table, rest) for table in others), box]
 
 
-def _smooth(step: float) -> list[dict[str, Any]]:
+def _lighter(table: KindTable, part: float) -> KindTable:
+    """Return the table of a kind with a part of its weight."""
+    weight = table["weight"]
+    assert isinstance(weight, float)
+    return {**table, "weight": _tidy(part * weight)}
+
+
+def _smooth(step: float) -> list[KindTable]:
     """Return a mix of motions whose rates act too, so that these must be of sensible size.
 
     A jump within a sample, or a wide motion at the highest frequency, would have rates of which no
@@ -139,7 +151,7 @@ def _smooth(step: float) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str, Any]]:
+def _from_point_to_point(step: float, widths: Sequence[float]) -> list[KindTable]:
     """Return moves from point to point: drives do not follow noise.
 
     Limits of speed and acceleration follow from the widths of the ranges; the times are in s.
@@ -150,7 +162,7 @@ def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str,
         "acceleration": [_tidy(speed / (SPEEDING_UP * step)) for speed in speeds],
     }
     short, long = (60, 200) if speeds else (100, 300)
-    moves: dict[str, Any] = {
+    moves: KindTable = {
         "kind": "point_to_point",
         "weight": 0.7,
         "duration": [_tidy(short * step), _tidy(long * step)],
@@ -163,7 +175,7 @@ def _from_point_to_point(step: float, widths: Sequence[float]) -> list[dict[str,
     return [moves, single]
 
 
-def _turning(step: float) -> list[dict[str, Any]]:
+def _turning(step: float) -> list[KindTable]:
     """Return ramps of an angle's speed: drawn on their own, cosine and sine would fit no angle.
 
     Both limits are in rad and s.

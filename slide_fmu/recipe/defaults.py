@@ -7,14 +7,11 @@ from collections.abc import Mapping
 from math import comb
 from typing import Any
 
-from slide_fmu.recipe.automatic import with_guesses
+from slide_fmu.recipe.automatic import Tables, with_guesses
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.learning import METHODS, LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.record_rules import is_measured, require_no_numbers
 from slide_fmu.recipe.specimens import SPECIMENS_PER_TERM
-
-Tables = dict[str, Any]
-"""The tables of a recipe as they were read; nothing in them is checked yet."""
 
 ITERATIONS = 150
 """A training takes so many iterations on all data unless the recipe says otherwise. It converges

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from slide_fmu.recipe.writing import (
     DraftSignal,
@@ -43,7 +43,7 @@ class RecordDraft:
     by: Literal["block", "each", "record"]
     by_origin: str
     estimates: bool
-    parameters: dict[str, Any] = field(default_factory=dict)
+    parameters: dict[str, float | str] = field(default_factory=dict)
     remaining_amplitude: float = 1e-3
 
 

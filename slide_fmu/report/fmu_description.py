@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ from slide_fmu.core.figures import optional, plain
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Hold, Signal
 from slide_fmu.core.window import Window
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -72,10 +72,10 @@ class FmuDescription:
     estimator_parameters: int | None
     error_bound: BoundDescription | None = optional()
     physical_parameters: tuple[Parameter, ...] = optional(())
-    provenance: Mapping[str, Any] | None = None
+    provenance: Provenance | None = None
 
     @classmethod
-    def of(cls, surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> FmuDescription:
+    def of(cls, surrogate: Surrogate, provenance: Provenance | None) -> FmuDescription:
         """Describe a surrogate with its provenance."""
         step, estimator, bound = surrogate.window.step, surrogate.estimator, surrogate.bound
         return cls(

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.fitting.history import Curve, TriedSize
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.stability import StabilityFigures
 from slide_fmu.validation.error_figures import (
@@ -81,7 +82,7 @@ class RunFigures:
         return next(iter(self.ordered.values()))
 
 
-def released_figures(provenance: Mapping[str, Any] | None) -> RunFigures | None:
+def released_figures(provenance: Provenance | None) -> RunFigures | None:
     """Return the figures that an FMU carries; None where it was not measured.
 
     Raises:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from slide_fmu.apps.calibrate.search import best_fit, noise_of
 from slide_fmu.apps.calibrate.uncertainty import Uncertainty, uncertainty_of
 from slide_fmu.core.parameters import Parameter, checked_values
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.export import load, read_fmu
+from slide_fmu.fmu.export import Provenance, load, read_fmu
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -86,9 +85,7 @@ def _loaded(surrogate: Surrogate | str | Path) -> tuple[Surrogate, list[float] |
     return found, released_error(read_fmu(Path(surrogate))[1], found)
 
 
-def released_error(
-    provenance: Mapping[str, Any] | None, surrogate: Surrogate
-) -> list[float] | None:
+def released_error(provenance: Provenance | None, surrogate: Surrogate) -> list[float] | None:
     """Return the relative RMSE of each output that ``slide-fmu run`` wrote into an FMU, if any."""
     names = [signal.name for signal in surrogate.outputs]
     try:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.apps.credentials.metadata import resource_metadata
 from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.core.xml_differences import differences
-from slide_fmu.fmu.export import read_member
+from slide_fmu.fmu.export import Provenance, read_member
 from slide_fmu.pipeline.agreement import compared_with_provenance, disagreements
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[str]:
+def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
     """Compare the metadata of an FMU with what follows from its provenance.
 
     Arguments, result and errors are those of ``slide_fmu.pipeline.agreement.card_problems``.
@@ -28,7 +27,7 @@ def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Any) -> list[
         return []
 
     def compare(recipe: Recipe) -> Iterator[str]:
-        entries = statements(surrogate, recipe, provenance)
+        entries = statements(surrogate, recipe, provenance or {})
         payload = surrogate.to_bytes()
         written = resource_metadata(surrogate.name, recipe.description, entries, payload)
         found, expected = ElementTree.fromstring(content), ElementTree.fromstring(written)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slide_fmu.pipeline.apps import App, Release, Repeated
 
 if TYPE_CHECKING:
+    from slide_fmu.fmu.export import Provenance
     from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -18,7 +19,7 @@ def _members(release: Release) -> Mapping[str, bytes]:
     return members_of(release)
 
 
-def _problems(fmu: Path, surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> list[str]:
+def _problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
     from slide_fmu.apps.credentials.agreement import metadata_problems
     from slide_fmu.apps.credentials.problems import credential_problems
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
 from slide_fmu.apps.credentials.trust_entries import trust_entries
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation, names_of
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.report.run_figures import RunFigures, released_figures
@@ -24,7 +24,7 @@ OF_OUTPUTS = (
 """Figures of an output that stand in its row, where they are known."""
 
 
-def statements(surrogate: Surrogate, recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
+def statements(surrogate: Surrogate, recipe: Recipe, provenance: Provenance) -> list[Entry]:
     """Return all that is known about a surrogate.
 
     Args:
@@ -126,7 +126,7 @@ def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
     return [model, table("reference.error", "Error", errors)]
 
 
-def _data(recipe: Recipe, provenance: Mapping[str, Any]) -> list[Entry]:
+def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
     """Say what was learnt from, and with which programs."""
     data = recipe.data
     found = []

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from slide_fmu.pipeline.apps import App
 
 if TYPE_CHECKING:
+    from slide_fmu.fmu.export import Provenance
     from slide_fmu.recipe.recipe import Recipe
     from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -31,7 +32,7 @@ def _check_table(table: Mapping[str, Any]) -> None:
             )
 
 
-def _origin(recipe: Recipe, surrogate: Surrogate) -> Mapping[str, Any]:
+def _origin(recipe: Recipe, surrogate: Surrogate) -> Provenance:
     """Return the drawing that the recipe names, which the FMU carries.
 
     Raises:
@@ -45,7 +46,7 @@ def _origin(recipe: Recipe, surrogate: Surrogate) -> Mapping[str, Any]:
     return {} if name is None else {DRAWING: load_drawing(name, names_of(surrogate)).plain()}
 
 
-def _check_origin(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> None:
+def _check_origin(surrogate: Surrogate, provenance: Provenance | None) -> None:
     from slide_fmu.apps.page.page import carried_drawing
 
     carried_drawing(surrogate, provenance)

@@ -15,7 +15,7 @@ from slide_fmu.apps.page.facts import PageFacts, facts_of, names_of
 from slide_fmu.core.figures import plain, spread
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.packing import packed, scripts, styles
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
 from slide_fmu.pipeline.apps import service
@@ -132,7 +132,7 @@ def _beginning_at(facts: PageFacts, values: Mapping[str, float]) -> PageFacts:
     return replace(facts, parameters=parameters)
 
 
-def carried_drawing(surrogate: Surrogate, provenance: Mapping[str, Any] | None) -> Drawing | None:
+def carried_drawing(surrogate: Surrogate, provenance: Provenance | None) -> Drawing | None:
     """Return the drawing that an FMU carries in its provenance; None where there is none.
 
     Raises:

@@ -11,13 +11,12 @@ import numpy as np
 from slide_fmu.apps.reference.input_source import write_input_source
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.apps.reference.ssp import Connection, write_ssp
-from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
-from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.fmu.export import Provenance, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
@@ -121,7 +120,7 @@ def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:
 
 
 def as_the_reference(
-    fmu: Path, surrogate: Surrogate, found: JsonObject | None, path: Path
+    fmu: Path, surrogate: Surrogate, found: Provenance | None, path: Path
 ) -> Path:
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -13,6 +14,9 @@ from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
 from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
+
+MOST_TABLES = 3
+"""A key that stands in another table may be of any of these many."""
 
 
 def mistake_lines(
@@ -96,6 +100,8 @@ def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
         return other
     known = known_keys(file, tuple(table)) if file is not None else []
     elsewhere = [] if file is None else _tables_with(str(key), file)
+    own = f"[{'.'.join(str(part) for part in _without_methods(table))}.expert]"
+    elsewhere = [own] if own in elsewhere else elsewhere[:MOST_TABLES]
     if elsewhere:
         return f"is not a known key; {key} is one of {' and '.join(elsewhere)}: move or remove it"
     meant = nearest(str(key), known)
@@ -130,11 +136,15 @@ def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -
 
 def _tables_with(key: str, file: type[Table]) -> list[str]:
     """Return the names of a file's tables that have a key, without items of lists."""
-    forms = (*METHODS, *METHODS.values())
     places = [s.place for s in sections_of(file) if key in [each.name for each in s.keys]]
     named = [
-        f"[{'.'.join(part for part in place if part not in forms)}]"
+        f"[{'.'.join(_without_methods(place))}]"
         for place in places
         if place and NAME not in place and ITEM not in place
     ]
-    return list(dict.fromkeys(named))[:3]
+    return list(dict.fromkeys(named))
+
+
+def _without_methods(place: Sequence[Any]) -> list[Any]:
+    """Return a place without the families and methods, by which forms of tables are told apart."""
+    return [part for part in place if part not in (*METHODS, *METHODS.values())]

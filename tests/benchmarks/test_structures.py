@@ -29,7 +29,7 @@ data = { train = 2 }
 [state_space]
 without = ["network", "training"]
 network = { order = 2, hidden = 0 }
-training = { starts = 1, start_iterations = 2, kept_iterations = 2, iterations = 2 }
+training = { starts = 1, iterations = 2, expert = { start_iterations = 2, kept_iterations = 2 } }
 """
 
 

@@ -11,6 +11,7 @@ end in a worse minimum, so there are several attempts (``bound.expert.attempts``
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
@@ -25,8 +26,8 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import FURTHER, Recipe
-from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
@@ -59,7 +60,7 @@ def fit_surrogate(work: Work) -> Fit:
             moves in the training data.
     """
     recipe = work.recipe
-    require_origin(work.store, recipe, identity(recipe, work.case.source))
+    require_origin(work.store, recipe, identity(work.case.source, recipe))
     require_trajectories(work.store, recipe)
     fit = _with_forecast(work, fit_network(work))
     if recipe.estimator is not None:
@@ -74,8 +75,7 @@ def _with_forecast(work: Work, fit: Fit) -> Fit:
     forecast = fit_forecast(source.inputs, learnt.inputs, recipe.window.planned)
     if forecast is None:
         return fit
-    sampled = either(source, lambda _: recipe.data.substeps > 1, lambda _: True)
-    forecast = replace(forecast, sampled=sampled)
+    forecast = replace(forecast, sampled=source.sampled or recipe.data.substeps > 1)
     return replace(fit, surrogate=replace(fit.surrogate, forecast=forecast))
 
 
@@ -110,8 +110,8 @@ def _with_estimator(work: Work, fit: Fit) -> Fit:
 def _in_range(recipe: Recipe, split: Split) -> Split:
     """Return the trajectories in range that chose the estimator; all if there are none."""
     assert recipe.estimator is not None
-    beyond = recipe.estimator.draws_beyond
-    kept = [i for i in range(len(split.inputs)) if recipe.system.is_record or not beyond(i)]
+    beyond = partial(rules_of(recipe).draws_beyond, recipe.estimator)
+    kept = [i for i in range(len(split.inputs)) if not beyond(i)]
     parts = {name: values[kept] for name, values in vars(split).items() if values is not None}
     return Split(**parts) if kept else split
 

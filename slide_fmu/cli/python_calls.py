@@ -15,16 +15,16 @@ from slide_fmu.core.extras import require_training
 from slide_fmu.core.figures import plain
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import quiet_stages
+from slide_fmu.data.apart import crosses
 from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.export import export_again
-from slide_fmu.recipe.record_rules import KIND
+from slide_fmu.recipe.model_rules import rules_of_tables
 from slide_fmu.report.display import messages, shown
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems import session_objects
 from slide_fmu.systems.base import System
 
 ALONE = (
@@ -223,9 +223,9 @@ def simulating_processes(
     Raises:
         ValueError: there shall be some, which would run the user's script again.
     """
-    if isinstance(system, Mapping) and system.get("kind") == KIND:
-        return 0, None  # records are not simulated
-    if isinstance(system, System) and not session_objects.crosses(system):
+    if isinstance(system, Mapping) and not rules_of_tables({"system": system}).simulated:
+        return 0, None
+    if isinstance(system, System) and not crosses(system):
         return 0, None if workers == 0 else NOT_DEFINED_HERE
     place = unguarded_place()
     if place is None or workers == 0:

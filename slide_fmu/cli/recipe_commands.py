@@ -6,6 +6,7 @@ subcommand is called: who exports an FMU need not wait for what trains networks 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from shlex import quote
 from typing import Annotated, Literal
@@ -128,13 +129,7 @@ def init(
     """Write a first recipe for your own model, and say what was found and assumed."""
     from slide_fmu.core.files import write_whole
     from slide_fmu.propose.draft_signals import parse_range, proposed_name, require_models
-    from slide_fmu.propose.proposal import Proposal, Wish, propose
-    from slide_fmu.propose.record_columns import RecordWish
-    from slide_fmu.propose.record_proposal import (
-        RecordProposal,
-        are_records,
-        propose_record,
-    )
+    from slide_fmu.propose.proposal import Wish, propose, propose_unsimulated
     from slide_fmu.propose.template import write_template
 
     with progress_bars() as bar:
@@ -144,16 +139,16 @@ def init(
             _require_free(place)  # before the model is simulated
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
-        proposal: Proposal | RecordProposal
-        if are_records(models, kind):
-            _require_no_model(hold=hold, fmu_step=fmu_step, chain=chain)
-            proposal = propose_record(RecordWish(tuple(models), *chosen, step, time, name, folder))
-        else:
-            model = _only(models, time)
-            written = write_template(model, kind)
+        further = tuple(models[1:])
+        wish = Wish(
+            models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time
+        )
+        proposal = propose_unsimulated(wish)
+        if proposal is None:
+            written = write_template(_only(models, time), kind)
             if written is not None:
                 console.print(f"model   {written}")
-            wish = Wish(written or model, *chosen, kind, step, name, folder, chain, hold, fmu_step)
+            wish = replace(wish, model=written or wish.model)
             proposal = propose(wish, bar("motions"))
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
@@ -171,16 +166,6 @@ def _only(models: list[str], time: str | None) -> str:
             "(.csv, .parquet, .h5, .mat) alone"
         )
     return models[0]
-
-
-def _require_no_model(**options: object) -> None:
-    """Refuse options that say how a model acts where there are records."""
-    given = {name.replace("_", "-"): value for name, value in options.items() if value is not None}
-    for name, value in given.items():
-        raise ValueError(
-            f"--{name} {value} for records; expected none: a record has its inputs as they were "
-            "measured"
-        )
 
 
 def _require_free(place: Path) -> None:

@@ -24,6 +24,14 @@ class EndedError(RuntimeError):
     """The program that did the work ended before it was done: a library crashed."""
 
 
+def crosses(system: System) -> bool:
+    """Tell whether other processes can be given a copy: not of what a session itself defines."""
+    try:
+        return b"__main__" not in pickle.dumps(system)
+    except Exception:  # a user's object may refuse in any way
+        return False
+
+
 def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     """Call a function of a module in a program of its own, and return what it returns.
 

@@ -14,8 +14,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.records.either import either
-from slide_fmu.systems.base import Source
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import System
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
@@ -70,16 +70,17 @@ def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
     return {**found, "data": data}
 
 
-def identity(recipe: Recipe, source: Source) -> FloatArray:
-    """Return numbers that change when a model or a record changes, shape (n, m).
+@asked_of_sources
+def identity(system: System, recipe: Recipe) -> FloatArray:
+    """Return numbers that change when what makes the data changes, shape (n, m).
 
-    Of a model they are the outputs of a short motion (``slide_fmu.data.draws.probe``), of records
-    a digest of their files; ``same_motion`` compares them.
+    Of a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``);
+    ``same_motion`` compares them.
 
     Raises:
-        SimulationError: the model could not be simulated.
+        SimulationError: the system could not be simulated.
     """
-    return either(source, lambda system: probe(recipe, system), lambda records: records.identity)
+    return probe(recipe, system)
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

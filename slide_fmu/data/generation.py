@@ -18,18 +18,15 @@ from slide_fmu.data.apart import ended_process
 from slide_fmu.data.damage import forget_damaged
 from slide_fmu.data.failures import too_many_failures
 from slide_fmu.data.fingerprint import identity
-from slide_fmu.data.parameter_draws import as_row
 from slide_fmu.data.pool import as_done
-from slide_fmu.data.recorded import stretches
 from slide_fmu.data.store import open_store
-from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
+from slide_fmu.data.trajectories import missing_trajectories
 from slide_fmu.data.worker import Order, Tally, make_ordered, make_trajectories
 from slide_fmu.data.zarr_group import Shapes
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.records.either import either
-from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.systems.base import Source
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError
 
 JOBS, MOST_IN_A_JOB = 4096, 16
@@ -46,7 +43,7 @@ def generate(
 ) -> int:
     """Make all trajectories of a recipe that its store does not hold yet.
 
-    Those of records are cut out of them. The store is created where there is none. Without an
+    The store is created where there is none. Without an
     executor this process makes them. Several processes may do so at once, on one store: each
     trajectory is made by one of them, and each process ends when all trajectories are there. The
     progress is called at the start and after every job. A trajectory that cannot be simulated is
@@ -72,21 +69,23 @@ def generate(
     """
     recipe, source = case.recipe, case.source
     path = path.absolute()
-    open_store(path, recipe, shapes_of(recipe, source), identity(recipe, source))
+    open_store(path, recipe, shapes_of(recipe, source), identity(source, recipe))
     forget_damaged(recipe, path)
-    return either(
-        source,
-        lambda _: _simulate_all(case, path, executor, progress, beside),
-        lambda records: _keep_stretches(recipe, records, path, progress),
-    )
+    return fill_store(source, case, path, executor, progress, beside)
 
 
-def _simulate_all(
-    case: Case, path: Path, executor: Executor | None, progress: Progress, beside: Path | None
+@asked_of_sources
+def fill_store(
+    system: System,
+    case: Case,
+    path: Path,
+    executor: Executor | None,
+    progress: Progress,
+    beside: Path | None,
 ) -> int:
     """Simulate the trajectories that the store does not hold yet; return their number.
 
-    Arguments and errors are those of ``generate``.
+    Arguments and errors are those of ``generate``; workers make systems of their own.
     """
     recipe = case.recipe
     wanted, make = _missing(recipe, path), _maker(case, path, executor, beside)
@@ -157,23 +156,3 @@ def _pauses() -> Iterator[float]:
     yield from (0.1, 0.2, 0.5, 1.0)
     while True:
         yield 2.0
-
-
-def _keep_stretches(
-    recipe: Recipe, source: MeasuredRecords, path: Path, progress: Progress
-) -> int:
-    """Cut the stretches of all parts that the store does not hold yet; return their number."""
-    missing = {split: missing_trajectories(path, split, recipe.count(split)) for split in SPLITS}
-    total = sum(recipe.count(split) for split in SPLITS)
-    done = total - sum(map(len, missing.values()))
-    made = 0
-    progress(done, total)
-    for split, indices in missing.items():
-        found = stretches(recipe, source, split) if indices else []
-        for index in indices:
-            stretch = found[index]
-            values = as_row(stretch.parameters) if stretch.parameters else None
-            write_trajectory(path, split, index, stretch.trajectory, stretch.file, values)
-            made += 1
-            progress(done + made, total)
-    return made

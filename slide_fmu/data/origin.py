@@ -16,6 +16,7 @@ from slide_fmu.data.fingerprint import (
     same_motion,
 )
 from slide_fmu.data.zarr_group import attributes, require_store
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 
 
@@ -40,26 +41,9 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
                 other.pop(table, None)
     _require_same_values(path, found, wanted, redrawn)
     known = np.array(stated["probe"])
-    if recipe.system.is_record:
-        _require_same_records(path, recipe, known, probe)
-    elif not same_motion(known, probe):
-        raise StoreError(
-            f"{path}: {recipe.system.model!r} does not give the motions any more that are stored "
-            "here; the model has changed since: generate again (slide-fmu generate RECIPE "
-            "--overwrite)"
-        )
-
-
-def _require_same_records(path: Path, recipe: Recipe, known: FloatArray, now: FloatArray) -> None:
-    """Refuse files of records, one row for each, that have changed since they were stored."""
-    files = (recipe.system.model, *recipe.system.further)
-    others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
-    if others:
-        raise StoreError(
-            f"{path}: {', '.join(others)} has changed since its samples were stored here; "
-            "expected the same content: restore it, or generate again (slide-fmu generate RECIPE "
-            "--overwrite)"
-        )
+    if not same_motion(known, probe):
+        changed = rules_of(recipe).changed(recipe.system, known, probe)
+        raise StoreError(f"{path}: {changed}")
 
 
 def _require_same_values(

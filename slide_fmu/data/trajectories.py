@@ -25,8 +25,8 @@ from slide_fmu.data.zarr_group import (
     read_rows,
     require_store,
 )
+from slide_fmu.recipe.model_rules import rules_of_tables
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.recipe.record_rules import KIND
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +156,10 @@ def are_whole(path: Path, found: dict[str, NDArray[Any]]) -> NDArray[np.bool_]:
 
     A chunk whose file is lost reads as the fill value, which is not a number.
     """
-    measured = attributes(path)["fingerprint"]["system"].get("kind") == KIND
+    rules = rules_of_tables(attributes(path)["fingerprint"])
     whole = np.ones(len(found["kinds"]), dtype=bool)
     for name in found.keys() - {"kinds"}:
-        # measured outputs may be missing before those that are scored, but not all of them
-        enough = np.any if measured and name == "outputs" else np.all
+        # where outputs may be missing before those that are scored, not all of them are
+        enough = np.any if rules.lacks_outputs and name == "outputs" else np.all
         whole &= enough(np.isfinite(found[name]), axis=tuple(range(1, found[name].ndim)))
     return whole

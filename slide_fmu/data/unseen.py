@@ -1,19 +1,15 @@
-"""Unseen motions: trajectories that no training saw, with what the reference does on them.
-
-Of records they are the blocks of the part "test".
-"""
+"""Unseen motions: trajectories that no training saw, with what the reference does on them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, drawn_outputs, first_that_runs
-from slide_fmu.data.recorded import unseen_stretches
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 
@@ -26,13 +22,15 @@ class UnseenMotion:
         outputs: outputs of the reference, or measured ones, at samples 0 .. N, shape
             (N + 1, n_outputs).
         burn_in: number of leading samples in which the initial state decays.
-        kind: index of its excitation in the recipe's mix, or of the record's file.
+        kind: index of its kind in the recipe (``KindRules.motions``).
+        parameters: values of the physical parameters, by name.
     """
 
     inputs: FloatArray
     outputs: FloatArray
     burn_in: int
     kind: int
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     def first(self, *needed: int) -> int:
         """Return the first sample that is scored: after the burn-in, all inputs behind it set.
@@ -57,16 +55,16 @@ def unseen_motions(
         advance(index + 1, count)
 
 
-def measured_motions(recipe: Recipe, source: MeasuredRecords) -> list[UnseenMotion]:
-    """Return the blocks of records that nothing was learnt from.
+@asked_of_sources
+def known_or_simulated(
+    system: System, recipe: Recipe, simulate: Callable[[], list[UnseenMotion]]
+) -> list[UnseenMotion]:
+    """Return unseen motions of a recipe: those that are known already, or those of a simulation.
 
     Raises:
-        RecipeError: there is too little of them.
+        RecipeError: there is too little that nothing was learnt from.
     """
-    return [
-        UnseenMotion(found.trajectory.inputs, found.trajectory.outputs, found.lead, found.file)
-        for found in unseen_stretches(recipe, source)
-    ]
+    return simulate()
 
 
 def _motion(recipe: Recipe, system: System, stream: Stream, index: int) -> UnseenMotion:

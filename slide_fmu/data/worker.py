@@ -105,7 +105,7 @@ def _case_of(order: Order, thread: int) -> Case:
     case: Case = pickle.loads(order.case)
     if order.beside is not None:  # the packages and files there may be others than those here
         where = f"the worker on {socket.gethostname()}"
-        require_motion(Path(order.store), identity(case.recipe, case.source), where)
+        require_motion(Path(order.store), identity(case.source, case.recipe), where)
     return case
 
 

@@ -13,8 +13,9 @@ from slide_fmu.data import pool
 from slide_fmu.data.cluster import cluster, scheduler_of
 from slide_fmu.data.generation import generate
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.records.either import either
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import System
 
 
 @dataclass(frozen=True)
@@ -64,15 +65,21 @@ class Workplace:
 
         Raises:
             ClusterError: the cluster cannot be used.
-            RecipeError: records are asked to be made elsewhere.
+            RecipeError: as of ``require_work_elsewhere``.
             StoreError, SimulationError: as of ``generate``.
         """
         elsewhere = self.executor is not None
-        if elsewhere and either(case.source, lambda _: False, lambda _: True):
-            raise RecipeError(
-                f"recipe {case.recipe.name!r} is of records, which are cut and not simulated; "
-                f"expected no --executor {self.executor}: leave it out"
-            )
+        if self.executor is not None:
+            require_work_elsewhere(case.source, case.recipe, self.executor)
         with self.open() as executor:
             folder = (beside or Path()) if elsewhere else None
             return generate(case, store, executor, progress, folder)
+
+
+@asked_of_sources
+def require_work_elsewhere(system: System, recipe: Recipe, executor: str) -> None:
+    """Refuse a cluster, by its address, for trajectories that no other machine can make.
+
+    Raises:
+        RecipeError: nothing of the recipe is simulated.
+    """

@@ -65,7 +65,7 @@ def reading(path: Path) -> Iterator[None]:
 
 PACKAGE = Path(__file__).parents[1]
 ROOMS = (
-    *("core", "features", "excitation", "network", "systems", "records"),
+    *("core", "features", "excitation", "network", "systems"),
     *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting", "bounds"),
 )
 """A training runs the code of these rooms: all that ``bounds`` imports, directly or by others. A

@@ -34,7 +34,6 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.either import either, no_answer
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Linearizable, Source
 
@@ -195,7 +194,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
     own = standard_deviation_scaling(source.outputs, splits[0])
     outputs = outputs or (own if work.known is None else work.known.output_scaling)
     eigenvalues = eigenvalues_at_rest(source) if work.linearized else None
-    noise = _noise_of(source, outputs)
+    noise = source.noise and tuple(part / outputs.scale for part in source.noise)
     key = checkpoint_key(
         *(content_of(split) for split in splits),
         str(eigenvalues),
@@ -252,8 +251,7 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
 def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
     """Return the physical parameters of trajectories; None where the recipe has none.
 
-    Eigenvalues are known where all corners of the parameters' box are linearized, which records
-    cannot be.
+    Eigenvalues are known where all corners of the parameters' box are linearized.
     """
     parameters, network = case.recipe.physical(), case.recipe.network
     if not parameters:
@@ -263,17 +261,11 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
     training, validation, *beyond = (split.parameters for split in splits)
     assert training is not None
     assert validation is not None
-    corners = either(case.source, lambda _: case.corners(), lambda _: [])
+    corners = case.corners() if isinstance(case.source, Linearizable) else []
     found = [eigenvalues_at_rest(case.at(corner).source) for corner in corners]
     known = [values for values in found if values is not None]
     eigenvalues = np.concatenate(known) if known and len(known) == len(found) else None
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
-
-
-def _noise_of(source: Source, scaling: Affine) -> tuple[FloatArray, ...] | None:
-    """Return the noise of outputs in the units of their scaling; None where it is not known."""
-    noise = either(source, no_answer, lambda records: records.noise)
-    return None if noise is None else tuple(part / scaling.scale for part in noise.stretches)
 
 
 def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:

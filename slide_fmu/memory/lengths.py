@@ -11,18 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slide_fmu.data.division import longest_scored
 from slide_fmu.memory.decay import MARGIN
 from slide_fmu.memory.motions import LEAST_MEASURED
-from slide_fmu.memory.record_sizing import size_records, wanted_samples
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues, nested
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either
-from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.systems.base import Source, System
+from slide_fmu.systems.base import System
 
 OUTPUTS = 0.5
 """Output samples of a window, relative to those that it truncates: a third of the window."""
@@ -53,7 +49,7 @@ class Lengths:
 
 
 def find_lengths(
-    recipe: OpenRecipe, system: Source, patience: TimeBudget | None = None
+    recipe: OpenRecipe, system: System, patience: TimeBudget | None = None
 ) -> Lengths:
     """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
 
@@ -65,22 +61,14 @@ def find_lengths(
         RecipeError: what the recipe gives does not fit the window that its system needs.
         UnstableModeError, SimulationError, ValueError: as of ``size_window``.
     """
-    return either(
-        system,
-        lambda one: _of_system(recipe, one, patience or TimeBudget()),
-        lambda records: _of_records(recipe, records),
-    )
-
-
-def _of_system(recipe: OpenRecipe, system: System, patience: TimeBudget) -> Lengths:
-    """Find the lengths of a recipe whose system is simulated."""
+    patience = patience or TimeBudget()
     if "window.n_in" not in recipe.open_keys:
-        return _with_window(recipe, recipe.guess.window.n_in, None)
+        return with_window(recipe, recipe.guess.window.n_in, None)
     # a first look, which is cheap
     sizing = size_window(recipe.guess, system, most=LEAST_MEASURED, patience=patience)
     truncated, shortened = _truncated(recipe.guess, sizing), False
     for _ in range(ROUNDS):
-        found = _with_window(recipe, *_both(recipe, truncated))
+        found = with_window(recipe, *both_lengths(recipe, truncated))
         if patience.gone("more motions, as long as the window asks for"):
             known = found.recipe.guess.window.as_window
             sizing = replace(sizing, window=known, left_out=patience.remark)
@@ -96,32 +84,7 @@ def _of_system(recipe: OpenRecipe, system: System, patience: TimeBudget) -> Leng
     return Lengths(found.recipe, found.values, sizing)
 
 
-def _of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
-    """Find the lengths of a recipe of records; stretches of them are no longer than its parts."""
-    sizing = None
-    n_in: int = recipe.guess.window.n_in
-    n_out: int | None = None
-    if "window.n_in" in recipe.open_keys:
-        sizing = size_records(recipe.guess, source)
-        if not sizing.forgets:
-            raise NotForgettingError(f"recipe {recipe.guess.name!r}: {sizing.problem}")
-        n_in, n_out = _both(recipe, tidy(wanted_samples(sizing)))
-    found = _with_window(recipe, n_in, n_out)
-    if sizing is not None:
-        sizing = replace(sizing, window=found.recipe.guess.window.as_window)
-    if "data.duration" not in recipe.open_keys:
-        return replace(found, sizing=sizing)
-    window = found.recipe.guess.window.as_window
-    scored = round(found.recipe.guess.data.duration / window.step - window.n_truncated)
-    most = longest_scored(found.recipe.guess, source)
-    duration = round((min(scored, most) + window.n_truncated) * window.step, 12)
-    data = {**found.values.get("data", {}), "duration": duration}
-    values = {**found.values, "data": data}
-    source_name = f"recipe {recipe.guess.name!r} with the lengths that its records need"
-    return Lengths(recipe.with_found(values, source_name), values, sizing)
-
-
-def _both(recipe: OpenRecipe, truncated: int) -> tuple[int, int]:
+def both_lengths(recipe: OpenRecipe, truncated: int) -> tuple[int, int]:
     """Return n_in and n_out of a window that truncates so many samples."""
     n_out = recipe.guess.window.n_out
     if "window.n_out" in recipe.open_keys:
@@ -161,7 +124,7 @@ def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
     return max(1, tidy(needed), lags[-1])
 
 
-def _with_window(recipe: OpenRecipe, n_in: int, n_out: int | None) -> Lengths:
+def with_window(recipe: OpenRecipe, n_in: int, n_out: int | None) -> Lengths:
     """Return a recipe with a window, and with the lengths that follow from it."""
     if n_out is None:
         given = "window.n_out" not in recipe.open_keys

@@ -15,15 +15,14 @@ import numpy as np
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import STABILITY, Stream, draw_inputs
-from slide_fmu.data.recorded import inputs_beyond
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.specimens import specimens
-from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Source
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import Source, System
 
 RECORDS = 32
 """The test uses this many records of inputs at every amplitude."""
@@ -38,12 +37,6 @@ CONTRACTION = 0.02
 after the inputs of one window, relative to the output's standard deviation."""
 NEWEST = 8
 """A difference is the RMS over this many last samples: a single one may be zero by chance."""
-
-HYSTERESIS = (
-    " (a system with hysteresis, or with a drift, never forgets what happened to it: no network "
-    "that has learnt its records passes)"
-)
-"""Problems of records end so, since nobody can simulate how their system comes to rest."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -100,13 +93,14 @@ def check_stability(
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(_excited_features(surrogate, recipe, system, 1.0))
+    cause = rules_of(recipe).words.lasting_memory
     return tuple(
         _test(
             network,
             _excited_features(surrogate, recipe, system, factor),
             (factor, unit),
             recipe,
-            either(system, lambda _: "", lambda _: HYSTERESIS),
+            cause,
         )
         for factor in recipe.stability.amplitudes
     )
@@ -117,14 +111,10 @@ def _worst_of_corners(
 ) -> tuple[AmplitudeTest, ...]:
     """Test at the corners of the parameters' box, and return the worst at each amplitude.
 
-    The inputs are those of the system at the parameters' start values. Of records, the box is
-    tested where they reach: at their specimens.
+    The inputs are those of the system at the parameters' start values.
     """
     found = []
-    corners = either(
-        system, lambda _: corners_of(surrogate.parameters), lambda _: specimens(recipe)
-    )
-    for corner in corners:
+    for corner in tested_corners(system, surrogate, recipe):
         tests = check_stability(surrogate.at(corner), recipe, system)
         where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
         found.append([_with_place(test, where) for test in tests])
@@ -238,18 +228,32 @@ def _problem(
 def _excited_features(
     surrogate: Surrogate, recipe: Recipe, source: Source, factor: float
 ) -> Float32Array:
-    """Draw inputs of the recipe's excitation, or cut them out of measured records, as features.
+    """Return inputs of the recipe's motions as features.
 
     The shape is (RECORDS, WINDOWS n_in, n_features); the factor is that on the amplitude.
     """
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
-    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
-    inputs = either(
-        source,
-        lambda system: np.array(
-            [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
-        ),
-        lambda records: inputs_beyond(recipe, records, count, RECORDS, factor),
-    )
+    inputs = excited_inputs(source, recipe, count, factor)
     return surrogate.network.features.along(surrogate.input_scaling.apply(inputs))
+
+
+@asked_of_sources
+def excited_inputs(system: System, recipe: Recipe, count: int, factor: float) -> FloatArray:
+    """Draw inputs of the recipe's excitation, shape (RECORDS, count, n_inputs).
+
+    The factor is that on the amplitude.
+
+    Raises:
+        RecipeError: there are no such inputs.
+    """
+    stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
+    return np.array(
+        [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
+    )
+
+
+@asked_of_sources
+def tested_corners(system: System, surrogate: Surrogate, recipe: Recipe) -> list[dict[str, float]]:
+    """Return values of the physical parameters at which a surrogate is tested."""
+    return corners_of(surrogate.parameters)

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Concatenate, ParamSpec, TypeVar
 
 from slide_fmu.bounds.known_start import known_start
-from slide_fmu.data.apart import guarded
+from slide_fmu.data.apart import crosses, guarded
+from slide_fmu.data.contract import check_system
 from slide_fmu.data.draws import probe_draws
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
@@ -14,9 +15,8 @@ from slide_fmu.pipeline.apps import check_app_tables
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_all_kinds, require_features
-from slide_fmu.systems import session_objects
+from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
-from slide_fmu.systems.contract import check_system
 from slide_fmu.systems.errors import SimulationError
 
 Result = TypeVar("Result")
@@ -38,10 +38,14 @@ def check_case(case: Case) -> None:
     require_all_kinds(recipe, source)
     known_start(recipe, source)
     require_names_in_fmu(recipe, source)
-    if not isinstance(source, System):
-        return require_features(recipe, source)
+    check_systems(source, case)
+
+
+@asked_of_sources
+def check_systems(system: System, case: Case) -> None:
+    """Refuse systems that do not fit each other or the networks, or do not keep their word."""
     _ = case.reference
-    require_features(recipe, source)
+    require_features(case.recipe, system)
     guarded_case(case, _keep_their_word)
 
 
@@ -73,7 +77,7 @@ def guarded_case(
     recipe, system = case.recipe, case.system
     model = recipe.system.model, recipe.system.kind
     try:
-        if recipe.system.kind == "object" and not session_objects.crosses(system):
+        if recipe.system.kind == "object" and not crosses(system):
             return function(case, *arguments, **named)
         return guarded(system, model, function, case, *arguments, **named)
     except ValueError as error:

@@ -16,8 +16,8 @@ from slide_fmu.core.search_path import make_importable
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.data_origin import origin_of_data
 from slide_fmu.pipeline.numbers import known_numbers
-from slide_fmu.pipeline.record_origin import record_origin
 from slide_fmu.pipeline.resolved import resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues
@@ -205,7 +205,7 @@ def provenance(job: Job, versions: Mapping[str, str]) -> dict[str, object]:
     return {
         "recipe": job.text,
         **({"resolved": job.resolved} if job.resolved else {}),
-        **record_origin(job.case.source),
+        **origin_of_data(job.case.source),
         **start_origin(recipe),
         "seeds": {
             "data": recipe.data.seed,

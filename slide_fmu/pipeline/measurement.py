@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.pipeline.apps import check_origins
-from slide_fmu.pipeline.record_origin import require_same_records
+from slide_fmu.pipeline.data_origin import require_same_origin
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -79,7 +79,7 @@ def measured(
     """
     surrogate, found = read_fmu(fmu)
     _require_another(fmu, case.recipe)
-    require_same_records(dict(found or {}), case.source, str(fmu))
+    require_same_origin(case.source, dict(found or {}), str(fmu))
     progress = bar(_title(task))
     try:
         validation = validate(fmu, surrogate, case, task, progress, workers)

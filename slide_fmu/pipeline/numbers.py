@@ -18,7 +18,6 @@ from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.fingerprint import identity
-from slide_fmu.data.recorded import stretches
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
@@ -28,10 +27,9 @@ from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
-from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.records.either import either
-from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.systems.base import Source
+from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import System
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
@@ -94,24 +92,19 @@ def find_numbers(
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
     """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
 
-    Those of records follow from their samples.
-
     Raises:
-        RecipeError: a part of records has no stretch.
+        RecipeError: there is too little to learn from.
     """
     if not any(key in open_keys for key in (*NUMBERS, *BOUND_NUMBERS)):
         return {}
-    return either(
-        case.source,
-        lambda _: _found_numbers(case, open_keys, folder),
-        lambda records: _numbers_of_records(case.recipe, open_keys, records),
-    )
+    return found_numbers(case.source, case, open_keys, folder)
 
 
-def _found_numbers(
-    case: Case, open_keys: Collection[str], folder: RunFolder
+@asked_of_sources
+def found_numbers(
+    system: System, case: Case, open_keys: Collection[str], folder: RunFolder
 ) -> FoundValues | None:
-    """Return the numbers that a recipe of a model leaves open; None if its curve goes on."""
+    """Return the numbers that a recipe leaves open, where it does; None if its curve goes on."""
     train = case.recipe.data.train
     if "data.train" in open_keys:
         curve = kept_curve(case, folder)
@@ -137,18 +130,15 @@ def _pays(points: Sequence[CurvePoint]) -> bool:
     return points[-1].validation_error < PAYS * points[-2].validation_error
 
 
-def least_numbers(open_recipe: OpenRecipe, source: Source, cost: float) -> FoundValues:
+@asked_of_sources
+def least_numbers(system: System, open_recipe: OpenRecipe, cost: float) -> FoundValues:
     """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
 
     The cost is the time in s in which one process simulates a trajectory.
     """
     recipe, open_keys = open_recipe.guess, open_recipe.open_keys
     train = FIRST if "data.train" in open_keys else recipe.data.train
-    return either(
-        source,
-        lambda _: _numbers_with(recipe, open_keys, train, cost),
-        lambda records: _numbers_of_records(recipe, open_keys, records),
-    )
+    return _numbers_with(recipe, open_keys, train, cost)
 
 
 def _numbers_with(
@@ -217,27 +207,13 @@ def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
     progress(1, 1)
 
 
-def _numbers_of_records(
-    recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords
-) -> FoundValues:
-    wanted = [key for key in NUMBERS if key in open_keys]
-    counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
-    empty = [key for key, count in counts.items() if not count]
-    if empty:
-        raise RecipeError(
-            f"recipe {recipe.name!r}: no block of the part {empty[0]!r} has data.duration = "
-            f"{recipe.data.duration:g} s; expected at least one: shorten it, or leave it out"
-        )
-    return nested(counts)
-
-
 def kept_curve(case: Case, folder: RunFolder) -> Curve:
     """Return the learning curve of a recipe and its model, as far as it was found.
 
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.numbers.exists():  # there is none of records
+    if not folder.numbers.exists():
         return Curve()
     found = _memo(case, folder.numbers).found("curve")
     return Curve() if found is None else read_figures(Curve, found)
@@ -253,7 +229,7 @@ def _memo(case: Case, place: Path) -> Memo:
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))
-    return memo_of(place, about, identity(of_seed_0, case.source))
+    return memo_of(place, about, identity(case.source, of_seed_0))
 
 
 def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:

@@ -18,7 +18,8 @@ from slide_fmu.pipeline.checks import guarded_case
 from slide_fmu.recipe.automatic import FoundValues, Tables
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
-from slide_fmu.records.either import either
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import System
 
 DECIDES = {"system", "window", "data", "estimator", "parameters"}
 """Tables of a recipe on which its lengths depend."""
@@ -56,20 +57,24 @@ def resolved_lengths(
     """
     recipe, source = case.recipe, case.source
     asked = {**recipe.model_dump(mode="json", include=DECIDES), "open_keys": list(open_keys)}
-    motion = identity(recipe, source)
+    motion = identity(source, recipe)
     memo = memo_of(place, asked, motion)
     kept: FoundValues | None = memo.found("values")
     if kept is not None:
         return kept, None
-    found = either(
-        source,
-        lambda _: guarded_case(case, _lengths, open_keys, patience),
-        lambda records: find_lengths(OpenRecipe(recipe, open_keys), records, TimeBudget(patience)),
-    )
+    found = lengths_of_case(source, case, open_keys, patience)
     if found.sizing is not None and found.sizing.left_out is not None:
         return found.values, found.sizing
     memo.keep("values", found.values)
     return found.values, found.sizing
+
+
+@asked_of_sources
+def lengths_of_case(
+    system: System, case: Case, open_keys: tuple[str, ...], patience: float
+) -> Lengths:
+    """Find the lengths that a recipe leaves open, apart where its system may crash."""
+    return guarded_case(case, _lengths, open_keys, patience)
 
 
 def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths:
@@ -79,7 +84,7 @@ def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths
     """
     cases = [case.at_ends(corner) for corner in case.corners()]
     found = [
-        find_lengths(OpenRecipe(one.recipe, open_keys), one.source, TimeBudget(patience))
+        find_lengths(OpenRecipe(one.recipe, open_keys), one.system, TimeBudget(patience))
         for one in cases
     ]
     return max(found, key=lambda lengths: lengths.recipe.guess.window.n_in)

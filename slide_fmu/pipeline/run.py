@@ -27,6 +27,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
+from slide_fmu.recipe.systems import load_picture
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures
@@ -34,7 +35,6 @@ from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
 from slide_fmu.report.trajectory_charts import charts_side_by_side
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.loading import load_picture
 from slide_fmu.validation.adversarial import Attack, attack, search_figures
 from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.comparison import BEYOND, IN_RANGE, Task, Validation

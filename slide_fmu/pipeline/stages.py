@@ -15,7 +15,6 @@ from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, TriedSize
-from slide_fmu.memory.record_sizing import size_records
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
@@ -25,9 +24,10 @@ from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS
-from slide_fmu.records.either import either, no_answer
 from slide_fmu.report.quality import remark_on_training
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import System
 
 STABILITY_REPORT = "stability.html"
 
@@ -74,19 +74,19 @@ class TrainingFigures:
 def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
     """Return the decay times of the recipe's system along its motions, of a seed or the data's.
 
-    Those of records are of a linear fit.
-
     When the patience, in s, is gone, the rest of the motions is left out.
 
     Raises:
         LoadError, RecipeError: as of ``check_case``.
     """
     case = checked(job).case
-    return either(
-        case.source,
-        lambda _: guarded_case(case, _sizing, seed, patience),
-        lambda records: size_records(case.recipe, records),
-    )
+    return size_case(case.source, case, seed, patience)
+
+
+@asked_of_sources
+def size_case(system: System, case: Case, seed: int | None, patience: float) -> AnySizing:
+    """Size the window of a case, as ``size_recipe`` does, apart where its system may crash."""
+    return guarded_case(case, _sizing, seed, patience)
 
 
 def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
@@ -108,12 +108,16 @@ def _memory(sizing: Sizing) -> tuple[bool, float]:
 def remark_on_step(case: Case) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
-    What is between the samples of records, nobody knows.
-
     Raises:
         SimulationError: the system could not be simulated.
     """
-    return either(case.source, lambda _: guarded_case(case, step_remark), no_answer)
+    return step_of_case(case.source, case)
+
+
+@asked_of_sources
+def step_of_case(system: System, case: Case) -> str | None:
+    """Say what ``remark_on_step`` says, apart where the system may crash."""
+    return guarded_case(case, step_remark)
 
 
 def check_window(job: Job) -> AnySizing:

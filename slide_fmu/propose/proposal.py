@@ -6,7 +6,9 @@ import math
 import os
 from dataclasses import dataclass, field, replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import Protocol, cast
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.search_path import make_importable
@@ -31,7 +33,7 @@ from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.declared import Declared, SignalTable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.loading import describe_model, load_system
+from slide_fmu.systems.loading import UNSIMULATED, describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
 FIRST_STEP = 0.01
@@ -63,6 +65,8 @@ class Wish:
         hold: how inputs act between samples; by what the model can take if None.
         fmu_step: step in s by which the FMU is run for which the surrogate stands in, whose inputs
             are held over it; None if they move smoothly.
+        further: more models, of a kind of which there may be several.
+        time: column of times, of files that have them.
     """
 
     model: str
@@ -75,6 +79,44 @@ class Wish:
     chain: Path | None = None
     hold: Hold | None = None
     fmu_step: float | None = None
+    further: tuple[str, ...] = ()
+    time: str | None = None
+
+
+class AnyDraft(Protocol):
+    """This says what a first recipe says of its signals and its step, whatever its kind."""
+
+    @property
+    def inputs(self) -> tuple[DraftSignal, ...]:
+        """The inputs of the surrogate, in its order."""
+
+    @property
+    def outputs(self) -> tuple[DraftSignal, ...]:
+        """Its outputs."""
+
+    @property
+    def step(self) -> float:
+        """The sample step in s."""
+
+    @property
+    def step_origin(self) -> str:
+        """Where the step comes from."""
+
+
+class AnyProposal(Protocol):
+    """This is a first recipe of any kind: its text, what it says, and remarks."""
+
+    @property
+    def text(self) -> str:
+        """The recipe as TOML."""
+
+    @property
+    def draft(self) -> AnyDraft:
+        """What it says."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """One sentence each on what was found and assumed."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +161,21 @@ class _Begun:
     def own(self) -> bool:
         """Tell whether the model declares its signals with their ranges itself."""
         return self.found.kind == "class"
+
+
+def propose_unsimulated(wish: Wish) -> AnyProposal | None:
+    """Propose a recipe for what nobody simulates; None where the wish is of a model.
+
+    Raises:
+        LoadError, RecipeError: as of the kind that is wished.
+        ValueError: the wish says how a model acts.
+    """
+    for room in UNSIMULATED.values():
+        module = import_module(f"{room}.proposal")
+        found = cast(AnyProposal | None, module.propose_wish(wish))
+        if found is not None:
+            return found
+    return None
 
 
 def propose(wish: Wish, progress: Progress) -> Proposal:

@@ -12,7 +12,6 @@ from pathlib import Path
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import Signal
-from slide_fmu.data.division_remarks import remarks_on_division
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
@@ -26,8 +25,16 @@ from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.records.either import either
-from slide_fmu.systems.base import OFFERS, Source
+from slide_fmu.systems.answers import asked_of_sources
+from slide_fmu.systems.base import (
+    Chained,
+    Linearizable,
+    RandomStates,
+    Restorable,
+    Source,
+    Stepping,
+    System,
+)
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.plain_call import cost_of_holding
 
@@ -35,6 +42,14 @@ PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
 MOST_TIME = 10.0
 """Each kind that a run needs is simulated once, for about this time in s at most, together."""
+OFFERS: dict[str, type] = {
+    "steps": Stepping,
+    "states": Restorable,
+    "random initial states": RandomStates,
+    "linearization": Linearizable,
+    "geometry of a serial chain": Chained,
+}
+"""What a system may offer beside its outputs, by its name for people."""
 STEPS = 4
 """A trial shows its progress in so many steps, the first of which ends with the lengths."""
 
@@ -105,7 +120,7 @@ class Trial:
         guess = self.open_recipe.guess
         data = guess.data
         cost = (self.seconds or 0.0) * (data.duration + data.burn_in)
-        least = least_numbers(self.open_recipe, self.system, cost)
+        least = least_numbers(self.system, self.open_recipe, cost)
         recipe = self.open_recipe.with_found(least, f"recipe {guess.name!r}").resolved()
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
@@ -163,11 +178,7 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     sizing = known or size_recipe(job, seed, PATIENCE)
     progress(2, STEPS)
     case, recipe = job.case, job.recipe
-    tried = either(
-        case.source,
-        lambda _: _tried(case),
-        lambda records: _Tried((*remarks_on_division(recipe, records), *records.remarks)),
-    )
+    tried = tried_motions(case.source, case)
     progress(3, STEPS)
     of_step = remark_on_step(case), *remarks_on_sampling(recipe)
     remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks
@@ -177,12 +188,12 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
 
 
 @dataclass(frozen=True)
-class _Tried:
+class Tried:
     """This says what came of trying the motions of a recipe, beside its window.
 
     Attributes:
         remarks: one sentence each; None stands for nothing to say.
-        seconds: wall time in s that a simulated second takes; None of records.
+        seconds: wall time in s that a simulated second takes; None if nothing is simulated.
         failed: what is said of motions that failed while that was measured.
     """
 
@@ -191,13 +202,14 @@ class _Tried:
     failed: str | None = None
 
 
-def _tried(case: Case) -> _Tried:
+@asked_of_sources
+def tried_motions(system: System, case: Case) -> Tried:
     """Simulate what a run will need of a system."""
     seconds, failed, said = guarded_case(case, simulation_time)
     of_kinds = guarded_case(case, _failures_of_kinds)
     beyond = guarded_case(case, _failures_beyond_parameters)
     holding = guarded_case(case, _cost_of_holding)
-    return _Tried((*said, *of_kinds, beyond, holding), seconds, failed)
+    return Tried((*said, *of_kinds, beyond, holding), seconds, failed)
 
 
 def _cost_of_holding(case: Case) -> str | None:

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import moves
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_driving, require_same_signals
 from slide_fmu.systems.base import Bending, Finer, Source, System
@@ -239,8 +240,7 @@ def _specification(recipe: Recipe, given: System | None) -> Specification:
                 f"recipe {recipe.name!r}: system.{table}.step = {values['step']}; expected no "
                 f"step there: samples are window.step = {recipe.window.step} s apart; remove it"
             )
-    parameters = () if system.is_record else recipe.physical()  # nobody sets those of records
-    starts = {parameter.name: parameter.start_value for parameter in parameters}
+    starts = rules_of(recipe).starts(recipe)
     return Specification(
         system.model,
         {**starts, **system.parameters},

@@ -7,9 +7,8 @@ from collections.abc import Collection
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.record_rules import KIND, PARTS
-from slide_fmu.recipe.specimens import too_few_specimens
 
 MOST_SAMPLES = 10_000_000
 """Longer motions fit into no memory: this one takes 80 MB for each signal."""
@@ -32,10 +31,7 @@ def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
 
 def require_parameters(recipe: Recipe) -> None:
     """Refuse parameters that make no sense, or that the recipe gives otherwise too."""
-    if recipe.system.is_record:
-        _require_specimens(recipe)
-    else:
-        _require_ranges(recipe)
+    rules_of(recipe).require_parameters(recipe)
     for name, table in recipe.parameters.items():
         table.parameter(name)
         if name == "step":
@@ -53,15 +49,6 @@ def require_parameters(recipe: Recipe) -> None:
         _require_learnable(recipe)
 
 
-def _require_ranges(recipe: Recipe) -> None:
-    for name, table in recipe.parameters.items():
-        if table.values:
-            raise ValueError(
-                f"parameters.{name}.values = {list(table.values)} with system.kind = "
-                f"{recipe.system.kind!r}; expected a range: values are those of measured records"
-            )
-
-
 def _require_learnable(recipe: Recipe) -> None:
     names = list(recipe.parameters)
     if not recipe.network.FOLLOWS_PARAMETERS:
@@ -71,96 +58,9 @@ def _require_learnable(recipe: Recipe) -> None:
         )
 
 
-def _require_specimens(recipe: Recipe) -> None:
-    """Refuse parameters of records without one value for each file, or too few different ones."""
-    files = 1 + len(recipe.system.further)
-    for name, table in recipe.parameters.items():
-        given = list(table.values)
-        if len(given) != files:
-            raise ValueError(
-                f"parameters.{name}.values = {given}; expected {files} of them, one for each file "
-                "of records: system.model first, then those of system.further in their order"
-                + ("" if table.range is None else "; remove the range, which follows from them")
-            )
-        if len(set(given)) == 1:
-            raise ValueError(
-                f"parameters.{name}.values = {given}; expected at least two that differ: records "
-                "of one value alone teach no parameter; remove it, or measure other specimens"
-            )
-    problem = too_few_specimens(recipe, range(files))
-    if problem is not None:
-        raise ValueError(problem)
-
-
 def require_fitting_tables(recipe: Recipe) -> None:
-    """Refuse what is said of models in a recipe of records, and the other way round."""
-    if recipe.system.is_record:
-        _require_no_model(recipe)
-        _require_shares(recipe)
-        _require_weights(recipe)
-        return
-    system, data = recipe.system, recipe.data
-    columns = [s.column for s in (*system.inputs.values(), *system.outputs.values()) if s.column]
-    given: dict[str, object] = {
-        "system.further": list(system.further),
-        "system.noise_record": system.noise_record,
-        "data.shares": dict(data.shares),
-        "data.by": "" if data.by == "block" else data.by,
-        "column": columns,
-    }
-    for key, value in given.items():
-        if value:
-            raise ValueError(
-                f"{key} = {value!r} with system.kind = {system.kind!r}; expected it with "
-                f"system.kind = {KIND!r} only: remove it"
-            )
-    if not data.excitation:
-        raise ValueError(
-            "data.excitation is empty; expected at least one kind of excitation, or none of the "
-            "tables: then a mix follows from the step"
-        )
-
-
-def _require_no_model(recipe: Recipe) -> None:
-    system, data = recipe.system, recipe.data
-    given: dict[str, object] = {
-        "system.reference": dict(system.reference),
-        "system.picture": system.picture,
-        "data.excitation": [kind.kind for kind in data.excitation],
-        "data.beyond": data.beyond,
-        "validation.duration": recipe.validation.duration,
-        "validation.excitation": [kind.kind for kind in recipe.validation.excitation],
-    }
-    for key, value in given.items():
-        if value:
-            raise ValueError(
-                f"{key} = {value!r} with system.kind = {KIND!r}; expected none, since records "
-                "cannot be simulated: remove it"
-            )
-
-
-def _require_weights(recipe: Recipe) -> None:
-    """Refuse a noise record where no network is learnt by its spectrum."""
-    family = recipe.network.family
-    if recipe.system.noise_record is not None and family != "state_space":
-        raise ValueError(
-            f"system.noise_record = {recipe.system.noise_record!r} with network.family = "
-            f"{family!r}; expected network.family = 'state_space', whose residuals alone are "
-            "weighted by the spectrum of noise: choose it, or remove the key"
-        )
-
-
-def _require_shares(recipe: Recipe) -> None:
-    shares = recipe.shares()
-    wanted = [part for part in PARTS if recipe.estimator is not None or "estimator" not in part]
-    lacking = [part for part in wanted if not shares[part]]
-    idle = [part for part in PARTS if part not in wanted and shares[part]]
-    total = sum(shares.values())
-    if lacking or idle or abs(total - 1.0) > 1e-6:
-        raise ValueError(
-            f"data.shares = {dict(recipe.data.shares)}, {total:g} in all; expected positive "
-            f"shares of {wanted}, 1 in all, and of nothing else: correct them, or remove the key"
-        )
+    """Refuse what is meant for systems of another kind."""
+    rules_of(recipe).require_fitting_tables(recipe)
 
 
 def require_bound(recipe: Recipe) -> None:
@@ -174,11 +74,9 @@ def require_bound(recipe: Recipe) -> None:
             )
         return
     remedy = "remove the table [bound] and those below it"
-    if recipe.system.is_record:
-        raise ValueError(
-            "[bound] with system.kind = 'record'; expected a system that can be simulated, since "
-            f"a bound needs hundreds of trajectories of its own: {remedy}"
-        )
+    no_bound = rules_of(recipe).no_bound
+    if no_bound is not None:
+        raise ValueError(f"{no_bound}: {remedy}")
     if recipe.parameters:
         raise ValueError(
             f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from slide_fmu.recipe.checks import faults
 from slide_fmu.recipe.defaults import with_defaults
 from slide_fmu.recipe.mistake_lines import mistake_lines
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 
@@ -99,8 +100,8 @@ def _checked(
 
 def _unfindable(recipe: Recipe, open_keys: tuple[str, ...]) -> list[str]:
     """Return what is wrong where a number of trajectories is open, and no curve can find it."""
-    by_curve = recipe.network.family == "state_space" or recipe.system.is_record
-    if "data.train" not in open_keys or by_curve:
+    drawn = rules_of(recipe).simulated  # else the samples decide
+    if not drawn or "data.train" not in open_keys or recipe.network.family == "state_space":
         return []
     return [
         f'data.train is left out, or "auto"; expected a number for network.family = '

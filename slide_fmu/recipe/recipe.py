@@ -19,7 +19,6 @@ from slide_fmu.recipe.learning import (
     TrainingTable,
 )
 from slide_fmu.recipe.parameters import ParameterRecipe
-from slide_fmu.recipe.record_rules import PARTS, SHARES, SHARES_WITH_ESTIMATOR, Part
 from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.recipe.tables import DataRecipe, StabilityRecipe, ValidationRecipe, WindowRecipe
 
@@ -182,9 +181,3 @@ class Recipe(Table):
         size = {} if own.hidden is None else {"hidden": own.hidden}
         network = self.network.model_copy(update=size)
         return self.model_copy(update={"network": network, "training": training})
-
-    def shares(self) -> dict[Part, float]:
-        """Return what part of all samples of measured records each of ``PARTS`` has."""
-        default = SHARES if self.estimator is None else SHARES_WITH_ESTIMATOR
-        given = self.data.shares or default
-        return {part: given.get(part, 0.0) for part in PARTS}

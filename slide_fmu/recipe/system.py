@@ -9,7 +9,6 @@ from pydantic import Field, field_validator
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
-from slide_fmu.recipe.record_rules import KIND
 from slide_fmu.systems.declared import Parameter, SignalTable
 
 
@@ -50,11 +49,6 @@ class SystemRecipe(Table):
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
-
-    @property
-    def is_record(self) -> bool:
-        """Tell whether there are measured records instead of a model that can be simulated."""
-        return self.kind == KIND
 
     @field_validator("chain", mode="before")
     @classmethod

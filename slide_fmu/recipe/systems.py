@@ -5,7 +5,8 @@ What the recipe's networks see of their inputs is found here too.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import cast
 
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.excitation.mix import Excitation
@@ -15,6 +16,8 @@ from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.user_code import imported
 
 GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 """Parts of a serial chain that are no masses."""
@@ -114,3 +117,25 @@ def require_turned_pairs(pairs: int, order: int | str, n_drive: int, n_outputs: 
             f"network.turned_pairs = {pairs} with {n_drive} drives and {n_outputs} outputs; "
             "expected vectors (x, y, z) of both: set turned_pairs = 0, or choose another drive"
         )
+
+
+def load_picture(name: str) -> Callable[[System], bytes]:
+    """Find the function that draws a system.
+
+    Args:
+        name: ``"package.module:function"``, importable in this environment.
+
+    Returns:
+        The function, which takes the system and gives the bytes of a PNG file.
+
+    Raises:
+        LoadError: the module cannot be imported, or has no such function.
+    """
+    module, function = imported(f"picture {name!r}", name)
+    found = getattr(module, function, None)
+    if not callable(found):
+        raise LoadError(
+            f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
+            "that takes the system and gives the bytes of a PNG file: correct system.picture"
+        )
+    return cast(Callable[[System], bytes], found)

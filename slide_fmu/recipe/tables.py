@@ -11,7 +11,9 @@ from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
-from slide_fmu.recipe.record_rules import Part
+
+Part = Literal["train", "validation", "estimator", "estimator_validation", "test"]
+"""What a part of measured records is used for, in the order of time."""
 
 MOST_SUBSTEPS = 16
 """A sample step has at most so many parts: what bends more between samples is not seen in them."""
@@ -89,7 +91,7 @@ class DataRecipe(Table):
             the place of each. One is always allowed.
         excitation: kinds of excitation with their weights; a mix that follows from the step if
             not given. There are none of records.
-        shares: of records, what part of all samples each part has (``record_rules.PARTS``);
+        shares: of records, what part of all samples each part has (``Part``);
             defaults if not given.
         by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
             of all files end to end or of ``"each"`` by itself (the default with physical

@@ -1,6 +1,5 @@
-"""Measured records are read, examined, cut, and divided into parts, as functions on plain data.
+"""Measured records take the place of a reference system; nothing on the way to an FMU knows them.
 
-``reading`` makes records from files, ``findings`` shows what is wrong with them, ``preparation``
-makes even trajectories of them, ``repeats`` finds inputs that come again, and ``division`` makes
-training, validation and test of them. Learning is not here.
+``model`` makes a source of them, ``rules`` says what their recipes may say, and ``answer_table``
+where they answer otherwise than a system that is simulated. Learning is not here.
 """

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.record import GIVE_STEP, Record, RecordError
+from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 
 GAP = 1.5
 """Two samples that are more steps apart than this have a gap between them."""

@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Trajectory
+from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.preparation import Piece
-from slide_fmu.records.record import RecordError
 from slide_fmu.records.repeats import connected, in_order
 
 SHARES = {"train": 0.7, "validation": 0.15, "test": 0.15}

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.record import GIVE_STEP, Record
 from slide_fmu.records.clock import EVEN, clock_of_record, drift
 from slide_fmu.records.faults import outliers, quantization, saturations
-from slide_fmu.records.record import GIVE_STEP, Record
 
 EMPTY = 0.5
 """A column of which more than this part is empty is refused."""

@@ -10,12 +10,13 @@ import numpy as np
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
+from slide_fmu.record_files.reading import READERS, read_record, read_records
+from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
+from slide_fmu.records.answer_table import ANSWERS
 from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
-from slide_fmu.records.reading import READERS, read_record, read_records
-from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
 from slide_fmu.systems.declared import SignalTable, SignalTables
@@ -41,8 +42,11 @@ class MeasuredRecords(Source):
         identity: SHA-256 of each file as numbers, shape (number of files, 32).
         numbers: numbers of the inputs of all pieces end to end, shape (sum of N,); the same where
             inputs are the same (``slide_fmu.records.repeats``).
-        noise: noise of the outputs, taken while nothing moved; None where it was not recorded.
+        noise_record: what was recorded while nothing moved; None where nothing was.
     """
+
+    sampled = True
+    answers = ANSWERS
 
     def __init__(
         self,
@@ -50,21 +54,20 @@ class MeasuredRecords(Source):
         pieces: tuple[Piece, ...],
         records: tuple[Record, ...],
         remarks: tuple[str, ...],
-        noise: Noise | None = None,
+        noise_record: Noise | None = None,
     ) -> None:
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
-        self.pieces, self.remarks, self.noise = pieces, remarks, noise
+        self.pieces, self.remarks, self.noise_record = pieces, remarks, noise_record
+        self.noise = None if noise_record is None else noise_record.stretches
+        self.lacks_outputs = not all(
+            np.isfinite(piece.trajectory.outputs).all() for piece in pieces
+        )
         self.numbers = same_inputs([piece.trajectory.inputs for piece in pieces])
         self.files = tuple(Path(record.path).name for record in records)
         self.digests = tuple(record.digest for record in records)
         rows = [list(bytes.fromhex(digest)) for digest in self.digests]
         self.identity: FloatArray = np.array(rows, dtype=np.float64)
-
-    @property
-    def lacks_outputs(self) -> bool:
-        """Tell whether an output is missing somewhere."""
-        return not all(np.isfinite(piece.trajectory.outputs).all() for piece in self.pieces)
 
 
 def make(specification: Specification) -> MeasuredRecords:

@@ -13,10 +13,10 @@ import numpy as np
 
 from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.records.clock import Clock, clock_of_record
 from slide_fmu.records.findings import examine_alone
 from slide_fmu.records.preparation import stretches_of
-from slide_fmu.records.record import Record, RecordError
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
 
 LEAST = 500

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.record import Record
 from slide_fmu.records.findings import Finding
 from slide_fmu.records.preparation import Pairing, Preparation, longest_stretch
-from slide_fmu.records.record import Record
 
 LAGS = 12
 """This many outputs and inputs of the past enter the fit."""

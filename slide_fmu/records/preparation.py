@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
+from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 from slide_fmu.records.clock import Clock, clock_of_record, neat_step
-from slide_fmu.records.record import GIVE_STEP, Record, RecordError
 from slide_fmu.records.resampling import LONGER, Resampling, plan_resampling, resampled
 
 Pairing = Literal["same", "later"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
@@ -34,7 +35,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) ->
         recipe: what it was made from.
         measured: the figures of its report; None where it was not measured.
     """
-    kinds = "measured records" if recipe.system.is_record else "excitations"
+    kinds = rules_of(recipe).words.trained_on
     window = surrogate.network.memory_length * surrogate.window.step
     held_out = measured and any(found.held_out for found in measured.validation.values())
     found = [

@@ -12,6 +12,7 @@ from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.decay_figures import seconds
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import about_parameters
 from slide_fmu.report.error_tables import box_table, parameter_table, plain_call_table
@@ -31,9 +32,7 @@ from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.error_figures import ValidationFigures
-from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.plain_call import TEXT
-from slide_fmu.validation.record_noise import ORIGINS, origin_of_noise
 
 
 def model_card(
@@ -52,7 +51,7 @@ def model_card(
         picture: file name of the picture beside the card.
         mechanism: file name of a picture of the system, beside the card; None if there is none.
     """
-    validations = measured.ordered
+    validations, rules = measured.ordered, rules_of(recipe)
     named, call, box = _named(validations), measured.plain_call, measured.box
     parameters = measured.in_range.parameters
     environment = jinja2.Environment(
@@ -75,7 +74,7 @@ def model_card(
         measured=measured,
         validations=validations,
         verdict=verdict(measured, Subject.of(surrogate)),
-        names=[motion.name for motion in motions_of(recipe)],
+        names=[motion.name for motion in rules.motions(recipe)],
         further_names=names_of(recipe.further_kinds()),
         moving=all(validation.moving for validation in validations.values()),
         now_text=meaning_of(surrogate),
@@ -84,7 +83,7 @@ def model_card(
         box_table=None if box is None else box_table(box),
         box_text="" if box is None else box_text(box),
         parameter_table=None if parameters is None else parameter_table(parameters),
-        about_parameters=about_parameters(recipe.system.is_record),
+        about_parameters=about_parameters(recipe),
         estimate_table=estimate_table(named),
         judgements=[
             plain(sentence)
@@ -96,7 +95,7 @@ def model_card(
         harm_table=harm_table(named),
         harm_columns=HARM,
         search="" if measured.adversarial is None else search_sentence(measured.adversarial),
-        noise_origin=ORIGINS[origin_of_noise(recipe)],
+        noise_origin=rules.origin_of_noise(recipe),
         useless=useless_beyond(measured),
         picture=picture,
         mechanism=mechanism,

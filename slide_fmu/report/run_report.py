@@ -10,21 +10,25 @@ from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either, no_answer
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
 from slide_fmu.report.html_report import Report, Section, remark_sections
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
-from slide_fmu.report.record_remarks import remarks_on_records
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import search_section
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.comparison import IN_RANGE, Validation
-from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, SearchFigures
+from slide_fmu.validation.error_figures import (
+    BoxFigures,
+    PlainCallFigures,
+    ResponseFigures,
+    SearchFigures,
+)
 from slide_fmu.validation.response import is_affine
 
 
@@ -68,10 +72,8 @@ def run_figures(
         command: what the user called.
         versions: of the packages that made the surrogate, by name.
     """
-    surrogate, source, response, sections = found.surrogate, case.source, None, list[Section]()
-    if is_affine(surrogate) and isinstance(source, System):  # records have no exact response
-        section, response = response_section(surrogate, source)
-        sections.append(section)
+    surrogate, source = found.surrogate, case.source
+    response, sections = affine_response(source, surrogate)
     useless = (h.remark for name, h in found.histories.items() if name != "surrogate")
     figures = RunFigures(
         name=case.recipe.name,
@@ -89,10 +91,25 @@ def run_figures(
         adversarial=found.search,
     )
     in_range = found.validations[IN_RANGE]
-    remarks = either(source, no_answer, lambda records: remarks_on_records(records, in_range))
-    if remarks is not None:
-        figures = replace(figures, record_remarks=tuple(remarks))
+    figures = replace(figures, record_remarks=remarks_on_data(source, in_range))
     return with_training(figures, surrogate, found.histories, case.recipe, found.remarks), sections
+
+
+@asked_of_sources
+def affine_response(
+    system: System, surrogate: Surrogate
+) -> tuple[ResponseFigures | None, list[Section]]:
+    """Return the figures of the response matrix, and its section, if a surrogate has one."""
+    if not is_affine(surrogate):
+        return None, []
+    section, response = response_section(surrogate, system)
+    return response, [section]
+
+
+@asked_of_sources
+def remarks_on_data(system: System, in_range: Validation) -> tuple[str, ...] | None:
+    """Say what one should know about the data; None where all of them were simulated."""
+    return None
 
 
 def with_training(

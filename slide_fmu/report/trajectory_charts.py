@@ -11,8 +11,8 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.validation.comparison import Comparison, Validation
-from slide_fmu.validation.motions import motions_of
 
 MOST_SAMPLES = 3000
 """No chart has more samples than these; of longer trajectories it has the worst part."""
@@ -148,8 +148,12 @@ def around_worst(chosen: Comparison, output: int, most: int = MOST_SAMPLES) -> s
 
 def true_line(validation: Validation, x: FloatArray, y: FloatArray) -> Line:
     """Draw what the FMU is compared with, (N,) both."""
-    name = "measured" if validation.recipe.system.is_record else "reference"
-    return Line(name, x, y, "truth", dashed=True, width=3.0)
+    return Line(rules_of(validation.recipe).words.truth, x, y, "truth", dashed=True, width=3.0)
+
+
+def name_of_motion(validation: Validation, chosen: Comparison) -> str:
+    """Return the name of the kind of motion that a trajectory is of."""
+    return rules_of(validation.recipe).motions(validation.recipe)[chosen.kind].name
 
 
 def own_line(x: FloatArray, y: FloatArray) -> Line:
@@ -173,7 +177,7 @@ def charts_side_by_side(validation: Validation, output: int) -> list[Chart]:
             outputs_panel(validation, chosen, part, output),
             error_panel(validation, chosen, part, output),
         ]
-        kind = motions_of(validation.recipe)[chosen.kind].name
+        kind = name_of_motion(validation, chosen)
         found.append(Chart(f"{title} ({kind}),", panels, text="around its largest error"))
     return found
 
@@ -182,7 +186,7 @@ def _trajectory_chart(
     validation: Validation, chosen: Comparison, output: int, title: str
 ) -> Chart:
     part = around_worst(chosen, output)
-    signal, kind = validation.surrogate.outputs[output], motions_of(validation.recipe)[chosen.kind]
+    signal, kind = validation.surrogate.outputs[output], name_of_motion(validation, chosen)
     error = validation.relative(chosen.error, chosen.reference)[output]
     panels: Sequence[Panel] = [
         outputs_panel(validation, chosen, part, output),
@@ -192,6 +196,6 @@ def _trajectory_chart(
     return Chart(
         f"{signal.name}: {title}",
         panels,
-        text=f"{kind.name}, relative RMSE {percent(error)}",
+        text=f"{kind}, relative RMSE {percent(error)}",
         parts=outside_parts(chosen, part),
     )

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, colour_of
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.report.trajectory_charts import parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.comparison import Validation
-from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
 
@@ -136,7 +136,7 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
                 colour_of(row),
                 "steps",
             )
-            for row, motion in enumerate(motions_of(validation.recipe))
+            for row, motion in enumerate(rules_of(validation.recipe).motions(validation.recipe))
             if row in shares
         ]
         panel = Panel("trajectories that are covered no better", "%", lines, include=(0.0, 100.0))

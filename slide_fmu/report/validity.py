@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from slide_fmu.core.measures import percent
-from slide_fmu.excitation.mix import names_of
 from slide_fmu.excitation.words import between
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.table import Table
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import Harm, ValidationFigures
-from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust import HARMFUL
 
 MOST_HARMFUL = 0.02
@@ -62,12 +61,14 @@ def judgements(
         validations: figures by name; there may be none.
     """
     found: list[Judgement] = []
-    learnt = _described(surrogate, recipe, held_out=False)
+    rules, signals, step = rules_of(recipe), surrogate.inputs, surrogate.window.step
+    learnt = rules.described(recipe, signals, step, held_out=False)
     for figures in validations.values():
         if figures.amplitude != (1.0, 1.0):
             found.append(_beyond(figures))
         elif figures.held_out:
-            found += _of_kinds(_described(surrogate, recipe, held_out=True), figures, HELD_OUT)
+            held_out = rules.described(recipe, signals, step, held_out=True)
+            found += _of_kinds(held_out, figures, HELD_OUT)
         else:
             found += _of_kinds(learnt, figures, TRAINED)
     named = {judgement.inputs for judgement in found}
@@ -89,18 +90,6 @@ def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
 def is_ruled(found: Sequence[Judgement]) -> bool:
     """Tell whether some verdicts follow from the rule."""
     return any(j.verdict in (VALID, FLAGGED, NOTICED, SILENT) for j in found)
-
-
-def _described(surrogate: Surrogate, recipe: Recipe, held_out: bool) -> dict[str, str]:
-    """Say of each kind of excitation, or file of records, by name, what the inputs do."""
-    if recipe.system.is_record:
-        return {m.name: f"inputs like those of the file {m.name}" for m in motions_of(recipe)}
-    kinds = recipe.validation.excitation if held_out else recipe.data.excitation
-    signals, step = surrogate.inputs, surrogate.window.step
-    return {
-        name: kind.described(signals, step)
-        for name, kind in zip(names_of(kinds), kinds, strict=True)
-    }
 
 
 def _of_kinds(

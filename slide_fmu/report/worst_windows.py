@@ -11,11 +11,11 @@ from slide_fmu.report.html_report import Section
 from slide_fmu.report.trajectory_charts import (
     error_panel,
     inputs_panel,
+    name_of_motion,
     outputs_panel,
     outside_parts,
 )
 from slide_fmu.validation.comparison import Comparison, Validation
-from slide_fmu.validation.motions import motions_of
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
 
@@ -67,7 +67,7 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
     first = max(0, step.sample - before)
     part = slice(first, step.sample + before // 4 + 1)
     signal = validation.surrogate.outputs[step.output]
-    kind = motions_of(validation.recipe)[comparison.kind].name
+    kind = name_of_motion(validation, comparison)
     size = f"{step.ratio:.3g} times its bound" if bounded else f"{percent(step.ratio)} of the RMS"
     return Chart(
         f"{signal.name} errs by {size}",

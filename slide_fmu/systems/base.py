@@ -9,10 +9,10 @@ instead, or left out, and the report says so.
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -85,6 +85,12 @@ class Source(abc.ABC):
             which of them are an angle (``check_inputs``).
         remarks: one sentence each on what had to be assumed so far, for people.
         may_crash: whether it runs a library of somebody else, which may end the process.
+        sampled: whether nothing is known of what is between the samples.
+        lacks_outputs: whether an output is missing somewhere.
+        noise: samples of the outputs' noise alone, (N, n_outputs) each, in their units; None where
+            it is not known.
+        answers: where this kind of source answers otherwise than a system that is simulated
+            (``slide_fmu.systems.answers``).
     """
 
     step: float
@@ -92,6 +98,10 @@ class Source(abc.ABC):
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
     may_crash: bool = False
+    sampled: bool = False
+    lacks_outputs: bool = False
+    noise: tuple[FloatArray, ...] | None = None
+    answers: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,18 +160,6 @@ class System(Source):
         Raises:
             SimulationError: the motion diverged, or the solver did not converge.
         """
-
-    def own_fmu(self, settable: Collection[str] = ()) -> Path | None:
-        """Give the FMU that the system is, where it is one that runs by itself as it does here.
-
-        Args:
-            settable: parameters that an importer sets; all others have their start values.
-
-        Raises:
-            LoadError: it is one, but does not run so: it is of another interface, or it has other
-                parameters here than its start values.
-        """
-        return None
 
 
 class Stepping(System):
@@ -264,16 +262,6 @@ class Chained(System):
     """
 
     chain: SerialChain | None = None
-
-
-OFFERS: dict[str, type] = {
-    "steps": Stepping,
-    "states": Restorable,
-    "random initial states": RandomStates,
-    "linearization": Linearizable,
-    "geometry of a serial chain": Chained,
-}
-"""What a system may offer beside its outputs, by its name for people."""
 
 
 def chain_of(system: Source) -> SerialChain | None:

@@ -16,11 +16,10 @@ from slide_fmu.systems.contract import check_self_description
 from slide_fmu.systems.declared import Declared
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
-from slide_fmu.systems.user_code import imported
 
 KINDS: dict[str, str] = {
-    "class": "slide_fmu.systems.python_class",
     "fmu": "slide_fmu.systems.fmu.model",
+    "class": "slide_fmu.systems.python_class",
     "function": "slide_fmu.systems.function.model",
     "object": "slide_fmu.systems.session_objects",
     "exudyn": "slide_fmu.systems.exudyn.model",
@@ -35,6 +34,9 @@ whether a model is of the kind, without running it where that can be seen from i
 whose models are no files has neither of the last two, and records have no ``describe``: any column
 may be an input or an output.
 """
+UNSIMULATED: dict[str, str] = {"record": "slide_fmu.records"}
+"""Kinds that nobody simulates, with their room: its module ``rules`` has the ``RULES`` of their
+recipes (``slide_fmu.recipe.kind_rules``), and ``proposal`` proposes a first one."""
 NAMED = sorted(set(KINDS) - {"object"})
 """Kinds that a recipe can name: an object is one of a Python session (``slide.learn``)."""
 
@@ -134,25 +136,3 @@ def describe_model(model: str, kind: str | None = None) -> Declared:
         "a class of systems, f or simulate, or build (see the documentation of your own model), "
         "or 'package.module:Class'"
     )
-
-
-def load_picture(name: str) -> Callable[[System], bytes]:
-    """Find the function that draws a system.
-
-    Args:
-        name: ``"package.module:function"``, importable in this environment.
-
-    Returns:
-        The function, which takes the system and gives the bytes of a PNG file.
-
-    Raises:
-        LoadError: the module cannot be imported, or has no such function.
-    """
-    module, function = imported(f"picture {name!r}", name)
-    found = getattr(module, function, None)
-    if not callable(found):
-        raise LoadError(
-            f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
-            "that takes the system and gives the bytes of a PNG file: correct system.picture"
-        )
-    return cast(Callable[[System], bytes], found)

@@ -51,8 +51,6 @@ def recognises(model: str) -> bool:
     Raises:
         LoadError: it cannot be run.
     """
-    if model.endswith(".fmu"):
-        return False
     module, name = imported(f"system {model!r}", model)
     return inspect.isclass(getattr(module, name, None)) if name else bool(_classes_of(model))
 

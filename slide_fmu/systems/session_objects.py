@@ -6,8 +6,6 @@ beside the recipe, in the specification of what is made, and to worker processes
 
 from __future__ import annotations
 
-import pickle
-
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
@@ -43,11 +41,3 @@ def make(specification: Specification) -> System:
             f"{specification.step}: remove it"
         )
     return system
-
-
-def crosses(system: System) -> bool:
-    """Tell whether worker processes can be given a copy: not of what a session itself defines."""
-    try:
-        return b"__main__" not in pickle.dumps(system)
-    except Exception:  # a user's object may refuse in any way
-        return False

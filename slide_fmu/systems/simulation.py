@@ -22,12 +22,18 @@ from slide_fmu.systems.base import (
 from slide_fmu.systems.errors import LoadError, SimulationError
 
 
-def simulate(system: System, inputs: FloatArray, initial: State | None = None) -> Trajectory:
+def simulate(
+    system: System,
+    inputs: FloatArray,
+    initial: State | None = None,
+    states: list[State] | None = None,
+) -> Trajectory:
     """Simulate a system over a whole input record.
 
     Args:
         inputs: shape (N, n_inputs), in the units of ``system.inputs``.
         initial: the state at sample 0, of a system whose states can be set; its own start if None.
+        states: gets the N + 1 states, from each of which it can go on, if it begins at one.
 
     Returns:
         The trajectory: N inputs and N + 1 outputs.
@@ -43,7 +49,8 @@ def simulate(system: System, inputs: FloatArray, initial: State | None = None) -
             return Trajectory(system.step, inputs, _whole(system, inputs))
         assert isinstance(system, Restorable)
         system.set_state(initial)
-        outputs = go_on(system, read_only(inputs))
+        keep = None if states is None else lambda: states.append(system.get_state())
+        outputs = go_on(system, read_only(inputs), keep)
         return Trajectory(system.step, inputs, _checked(system, inputs, outputs))
 
 
@@ -79,29 +86,6 @@ def simulate_between(
         system.set_state(system.rest_state(between[0]) if initial is None else initial)
         points = read_only(between).reshape(len(inputs), parts, -1)
         return _checked(system, inputs, go_on(system, points))
-
-
-def simulate_states(
-    system: Restorable, inputs: FloatArray, initial: State
-) -> tuple[FloatArray, list[State]]:
-    """Simulate a system from a state, and keep all states: it can go on from each of them.
-
-    Args:
-        inputs: shape (N, n_inputs), in the units of ``system.inputs``.
-        initial: the state at sample 0.
-
-    Returns:
-        N + 1 outputs, shape (N + 1, n_outputs), and the N + 1 states that gave them.
-
-    Raises:
-        SimulationError, ValueError: as of ``simulate``.
-    """
-    _check_inputs(system, inputs)
-    states: list[State] = []
-    with _range_named(system, inputs):
-        system.set_state(initial)
-        outputs = go_on(system, read_only(inputs), lambda: states.append(system.get_state()))
-        return _checked(system, inputs, outputs), states
 
 
 @contextmanager

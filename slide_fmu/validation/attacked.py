@@ -19,7 +19,7 @@ from slide_fmu.data.draws import Draw
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Restorable, State, System
-from slide_fmu.systems.simulation import simulate, simulate_states
+from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,8 @@ class Target:
         initial = self.drawn.initial
         if not self.goes_on or initial is None or not isinstance(self.system, Restorable):
             return Run(inputs, simulate(self.system, inputs, initial).outputs, ())
-        outputs, states = simulate_states(self.system, inputs, initial)
+        states: list[State] = []
+        outputs = simulate(self.system, inputs, initial, states).outputs
         return Run(inputs, outputs, tuple(states))
 
     def run_changed(self, parent: Run, inputs: FloatArray, changed: slice) -> Run:
@@ -73,7 +74,9 @@ class Target:
             return self.run(inputs)
         assert isinstance(self.system, Restorable)
         first, end = changed.start, changed.stop + self.forgotten_after
-        outputs, states = simulate_states(self.system, inputs[first:end], parent.states[first])
+        states: list[State] = []
+        part = inputs[first:end]
+        outputs = simulate(self.system, part, parent.states[first], states).outputs
         return Run(
             inputs,
             np.concatenate([parent.outputs[:first], outputs]),

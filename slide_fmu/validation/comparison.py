@@ -12,8 +12,8 @@ import numpy as np
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import (
@@ -30,8 +30,6 @@ from slide_fmu.validation.error_figures import (
     Timing,
     ValidationFigures,
 )
-from slide_fmu.validation.motions import motions_of
-from slide_fmu.validation.record_noise import measured_noise
 from slide_fmu.validation.trust import (
     Told,
     deviation_of,
@@ -185,7 +183,8 @@ class Validation:
             figures do not count; none without parameters.
         usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
         left_out: errors of the system on trajectories beyond the range, which are left out.
-        records: what it was measured on; None of a reference that was simulated.
+        noise: RMS of the noise of what was measured, (n_outputs,); None where there is none, or
+            it is not known.
     """
 
     task: Task
@@ -195,7 +194,7 @@ class Validation:
     corners: tuple[Comparison, ...] = ()
     usual: FloatArray | None = None
     left_out: tuple[str, ...] = ()
-    records: MeasuredRecords | None = None
+    noise: FloatArray | None = None
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
@@ -304,10 +303,7 @@ class Validation:
 
     def _noise_floor(self, index: int) -> float | None:
         """Return the RMS of the noise of records over that of the output, where it is known."""
-        if self.records is None:
-            return None
-        noise = measured_noise(self.records.noise, [c.error for c in self.comparisons])
-        return None if noise is None else float(noise[index]) / self._size(index)
+        return None if self.noise is None else float(self.noise[index]) / self._size(index)
 
     def _free_error(self, index: int) -> float | None:
         """Return the relative error of free runs along records, where there are some."""
@@ -320,7 +316,7 @@ class Validation:
         return max(float(rms(reference - self.mean)[index]), sys.float_info.min)
 
     def _excitations(self) -> Iterator[KindFigures]:
-        for index, motion in enumerate(motions_of(self.recipe)):
+        for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
             chosen = [c for c in self.comparisons if c.kind == index]
             if chosen:
                 yield KindFigures(
@@ -387,7 +383,7 @@ class Validation:
         return harm_of([np.abs(c.error) for c in chosen], told, self.usual)
 
     def _bounds_by_kind(self) -> Iterator[KindBound]:
-        for index, motion in enumerate(motions_of(self.recipe)):
+        for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
             chosen = [c for c in self.trusted if c.kind == index]
             shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
             if shares:

@@ -19,8 +19,8 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either, no_answer
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -61,7 +61,7 @@ class _Smooth(NamedTuple):
 
 
 def plain_call_figures(fmu: Path, validation: Validation, case: Case) -> PlainCallFigures | None:
-    """Measure the plain call of an FMU; None of records, whose samples are the truth.
+    """Measure the plain call of an FMU; None where nothing is known between the samples.
 
     Args:
         fmu: the FMU, whose library is run.
@@ -76,10 +76,14 @@ def plain_call_figures(fmu: Path, validation: Validation, case: Case) -> PlainCa
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    return either(case.source, lambda _: _plain_call(fmu, validation, case), no_answer)
+    return plain_call_beside(case.source, fmu, validation, case)
 
 
-def _plain_call(fmu: Path, validation: Validation, case: Case) -> PlainCallFigures:
+@asked_of_sources
+def plain_call_beside(
+    system: System, fmu: Path, validation: Validation, case: Case
+) -> PlainCallFigures | None:
+    """Measure the plain call of an FMU beside the reference of the system that made its data."""
     surrogate = validation.surrogate
     late = surrogate.hold == "zero_order" and case.finer_steps > 1
     turning = any(signal.angle is not None for signal in surrogate.inputs)

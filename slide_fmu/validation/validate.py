@@ -19,13 +19,12 @@ from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.recipe.case import Case
-from slide_fmu.records.either import either
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
-from slide_fmu.validation.on_records import validate_records
 
 WORTH_PROCESSES = 20.0
 """Work in s from which on worker processes, which take seconds to start, do the rest."""
@@ -53,8 +52,6 @@ def validate(
 
     Where the task is about kinds that are held out, the trajectories are of these.
 
-    Of records, the FMU runs on the blocks of the part "test", next to what was measured there.
-
     Trajectories beyond the range on which the reference fails are left out.
 
     Where the recipe has physical parameters, every trajectory has unseen values of them, from a
@@ -73,14 +70,12 @@ def validate(
             nor on other draws; beyond the range on no trajectory at all.
         ValueError: the trajectories are too short to score anything.
     """
-    return either(
-        case.source,
-        lambda _: _validate_systems(fmu, surrogate, case, task, progress, workers),
-        lambda records: validate_records(fmu, surrogate, case.recipe, records, task, progress),
-    )
+    return validate_beside(case.source, fmu, surrogate, case, task, progress, workers)
 
 
-def _validate_systems(
+@asked_of_sources
+def validate_beside(
+    system: System,
     fmu: Path,
     surrogate: Surrogate,
     case: Case,
@@ -88,7 +83,7 @@ def _validate_systems(
     progress: Progress,
     workers: int | None,
 ) -> Validation:
-    """Run an FMU beside the reference system of a case, as ``validate`` does."""
+    """Run an FMU beside the reference of the system that made its data, as ``validate`` does."""
     if task.held_out:
         case = case.with_recipe(case.recipe.with_held_out_kinds())
     recipe = case.recipe

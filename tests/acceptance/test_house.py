@@ -19,8 +19,6 @@ ALL_APPS = len(list((ROOT / "tests" / "apps").glob("*/__init__.py")))
 
 MOST_LINES = 5000
 """A room or an app of more lines than this holds two of them."""
-LARGER = {"systems": 5400}
-"""These rooms are larger still; they may not grow."""
 SMALL = 60
 """A file of fewer lines, which one other file alone imports, belongs into that file."""
 SMALL_FILES = {
@@ -29,7 +27,6 @@ SMALL_FILES = {
     "slide_fmu.apps.credentials.agreement": "it compares with the provenance, and reads nothing",
     "slide_fmu.fmu.description.build_description": "each document of a standard has a file",
     "slide_fmu.fmu.description.twincat": "each document of a standard has a file",
-    "slide_fmu.memory.rest": "it simulates, which its user in another room does not",
     "slide_fmu.network.state_space.parameter_slopes": "it belongs to the family, not to its user",
     "slide_fmu.cli.completion": "the console script imports it before all others",
     "slide_fmu.propose.surrogate_model": "the one case of a model that is a surrogate",
@@ -56,7 +53,7 @@ def lines_of(folder: Path) -> int:
     "room", [r for r in ROOMS if r.name != "apps"] + APPS, ids=lambda path: path.name
 )
 def test_room_is_small_enough_to_be_known(room: Path) -> None:
-    assert lines_of(room) <= LARGER.get(room.name, MOST_LINES)
+    assert lines_of(room) <= MOST_LINES
 
 
 @pytest.mark.skipif(len(APPS) < ALL_APPS, reason="an app was removed, which used some files")

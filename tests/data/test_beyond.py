@@ -182,7 +182,7 @@ def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> No
     assert failed
     source = case_of(within).system
     with pytest.raises(StoreError, match=r"beyond_factor = .*which keeps the trajectories"):
-        require_origin(path, within, identity(within, source))
+        require_origin(path, within, identity(source, within))
     assert (
         generate(case_of(within), path, None, silent) == 4 + 3 < total
     )  # others are as they were

@@ -113,7 +113,7 @@ def order_of(folder: Path, probe_factor: float) -> Order:
     recipe, store = SMALL, folder / "data.zarr"
     case = case_of(recipe)
     shapes = {"inputs": (128, 1), "outputs": (129, 1)}
-    open_store(store, recipe, shapes, probe_factor * identity(recipe, case.source))
+    open_store(store, recipe, shapes, probe_factor * identity(case.source, recipe))
     return Order(pickle.dumps(case), str(store), str(folder))
 
 

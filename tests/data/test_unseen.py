@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.data import draws
 from slide_fmu.data.draws import ATTEMPTS, TEST, Stream, draw
-from slide_fmu.data.unseen import measured_motions, unseen_motions
+from slide_fmu.data.unseen import known_or_simulated, unseen_motions
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.records.model import MeasuredRecords
@@ -96,7 +96,7 @@ def test_motions_of_a_record_are_its_blocks_that_nothing_learnt_from(tmp_path: P
     recipe = parse_open_recipe(text, "bench.toml").with_found(lengths, "bench.toml").guess
     source = case_of(recipe).source
     assert isinstance(source, MeasuredRecords)
-    (motion,) = measured_motions(recipe, source)
+    (motion,) = known_or_simulated(source, recipe, list)
     measured = np.loadtxt(path, delimiter=",", skiprows=1)
     np.testing.assert_allclose(motion.outputs[-1, 0], measured[-1, 2], rtol=1e-6)
     assert (motion.burn_in, motion.kind) == (recipe.window.n_in, 0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, chirp, sosfilt
 
+from slide_fmu.record_files.record import Record, Text
 from slide_fmu.records.findings import Finding
-from slide_fmu.records.record import Record, Text
 
 STEP = 1e-3
 

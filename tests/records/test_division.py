@@ -10,9 +10,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from slide_fmu.core.signals import Trajectory
+from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.preparation import Piece
-from slide_fmu.records.record import RecordError
 
 PARTS = ("train", "validation", "test")
 

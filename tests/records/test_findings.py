@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slide_fmu.record_files.record import RecordError, Text
 from slide_fmu.records.faults import outliers, quantization, saturations
 from slide_fmu.records.findings import examine
-from slide_fmu.records.record import RecordError, Text
 from tests.records.samples import clean_signals, multisine, record, the_one
 
 RNG = np.random.default_rng(1)

@@ -39,10 +39,10 @@ def source_with(folder: Path, at_rest: Path, **changes: object) -> MeasuredRecor
 def test_noise_record_needs_the_outputs_only_and_gives_its_noise(tmp_path: Path) -> None:
     values = drift(3000)
     source = source_with(tmp_path, write_noise(tmp_path / "rest.csv", values))
-    assert source.noise is not None
-    [stretch] = source.noise.stretches
+    assert source.noise_record is not None
+    [stretch] = source.noise_record.stretches
     assert stretch[:, 0] == pytest.approx(values, abs=1e-9)
-    assert (source.noise.file, len(source.noise.digest)) == ("rest.csv", 64)
+    assert (source.noise_record.file, len(source.noise_record.digest)) == ("rest.csv", 64)
     # the moving records are the same with it and without
     without = source_of(tmp_path / "a.csv")
     assert without.noise is None
@@ -65,8 +65,8 @@ def test_remark_tells_how_large_and_how_coloured_the_noise_is(tmp_path: Path) ->
 def test_noise_is_brought_to_the_step_as_the_records_are(tmp_path: Path) -> None:
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000))
     source = source_with(tmp_path, at_rest, step=2 * STEP)
-    assert source.noise is not None
-    [stretch] = source.noise.stretches
+    assert source.noise_record is not None
+    [stretch] = source.noise_record.stretches
     expected = scipy.signal.resample_poly(drift(3000), 1, 2)
     assert len(expected) == len(stretch) + 20  # the filter's ends are left out
     assert stretch[:, 0] == pytest.approx(expected[10:-10], abs=1e-6)
@@ -76,8 +76,8 @@ def test_noise_is_cut_where_samples_are_missing(tmp_path: Path) -> None:
     values = drift(3000)
     values[1000:1010] = np.nan
     source = source_with(tmp_path, write_noise(tmp_path / "rest.csv", values))
-    assert source.noise is not None
-    assert [len(stretch) for stretch in source.noise.stretches] == [1000, 1990]
+    assert source.noise_record is not None
+    assert [len(stretch) for stretch in source.noise_record.stretches] == [1000, 1990]
 
 
 @pytest.mark.parametrize("every", [2, 7])
@@ -110,16 +110,16 @@ def test_what_is_remarkable_in_a_noise_record_is_remarked(tmp_path: Path) -> Non
 def test_noise_record_without_a_unit_is_taken_to_have_that_of_the_others(tmp_path: Path) -> None:
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000), header="time [s],travel")
     source = source_with(tmp_path, at_rest)
-    assert source.noise is not None
+    assert source.noise_record is not None
     [remark] = [remark for remark in source.remarks if "tells no unit" in remark]
     assert "'travel' tells no unit; it is taken to be 'm', that of" in remark
 
 
 def test_changed_noise_record_is_read_again(tmp_path: Path) -> None:
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000))
-    before = source_with(tmp_path, at_rest).noise
+    before = source_with(tmp_path, at_rest).noise_record
     write_noise(at_rest, drift(3000, 6))
-    after = source_with(tmp_path, at_rest).noise
+    after = source_with(tmp_path, at_rest).noise_record
     assert before is not None
     assert after is not None
     assert before.digest != after.digest
@@ -177,5 +177,5 @@ def test_noise_record_without_times_has_the_step_of_the_others(tmp_path: Path) -
         noise_record=str(tmp_path / "rest.csv"),
         parameters={"sample_step": STEP},
     )
-    assert source.noise is not None
-    assert [len(stretch) for stretch in source.noise.stretches] == [3000]
+    assert source.noise_record is not None
+    assert [len(stretch) for stretch in source.noise_record.stretches] == [3000]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import butter, cont2discrete, dlsim, lfilter, sosfilt
 
+from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.pairing import Answer, answer_of, check_pairing, is_moved
 from slide_fmu.records.preparation import Preparation
-from slide_fmu.records.record import RecordError
 from tests.records.samples import record
 
 N = 5000

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.preparation import Preparation, prepared
-from slide_fmu.records.record import RecordError
 from slide_fmu.records.resampling import EDGE
 from tests.records.samples import STEP, record
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slide_fmu.record_files.reading import read_record
+from slide_fmu.record_files.record import Record, RecordError, Text
 from slide_fmu.records.clock import clock_of, drift, neat_step
 from slide_fmu.records.findings import examine
-from slide_fmu.records.reading import read_record
-from slide_fmu.records.record import Record, RecordError, Text
 from tests.records.samples import STEP, record, the_one
 
 RNG = np.random.default_rng(1)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.record_files.reading import read_records
 from slide_fmu.records.division import Splitting, split_pieces
 from slide_fmu.records.findings import examine
 from slide_fmu.records.preparation import Preparation, prepared
-from slide_fmu.records.reading import read_records
 
 
 def write(path: Path, length: int, seed: int, gap: int, empty: int) -> np.ndarray:

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearizable, Linearization, RandomStates, Restorable
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.exudyn.model import describe, integration_error
+from slide_fmu.systems.exudyn.model import describe
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from tests.systems.exudyn_models import (
@@ -325,16 +325,6 @@ def test_data_coordinates_are_a_part_of_the_state(tmp_path: Path) -> None:
     again = [system.advance(row)[0] for row in inputs[40:]]
     assert np.ptp(once) > 0.01
     assert np.array(again) == pytest.approx(np.array(once), abs=1e-4)
-
-
-def test_twice_as_many_substeps_tell_the_integration_error(tmp_path: Path) -> None:
-    path = model(tmp_path, OSCILLATOR)
-    errors = [
-        integration_error(specification(path, integrator="trapezoidal", substeps=n), noise(100))
-        for n in (5, 10)
-    ]
-    assert errors[0].shape == (2,)
-    assert 3.5 < errors[0][0] / errors[1][0] < 4.5
 
 
 def test_describe_says_what_the_file_declares(tmp_path: Path) -> None:

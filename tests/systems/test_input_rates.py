@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.systems.contract import check_system
+from slide_fmu.data.contract import check_system
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system

@@ -8,9 +8,9 @@ from types import ModuleType
 
 import pytest
 
+from slide_fmu.data.apart import crosses
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.recipe.case import Case
-from slide_fmu.systems import session_objects
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
@@ -86,5 +86,5 @@ def test_system_of_functions_in_a_session_does_not_cross(monkeypatch: pytest.Mon
     anonymous = FunctionSystem(
         lambda x, u, p: x, lambda x, u, p: x, start=[1.0, 1.0, 1.0], step=0.1, **signals
     )
-    assert [session_objects.crosses(one) for one in (own, anonymous)] == [False, False]
-    assert session_objects.crosses(Lag(step=0.02))
+    assert [crosses(one) for one in (own, anonymous)] == [False, False]
+    assert crosses(Lag(step=0.02))

@@ -8,11 +8,11 @@ import pytest
 from mbs_models.oscillators import DuffingOscillator
 from mbs_models.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import RandomStates
+from slide_fmu.systems.base import RandomStates, State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.simulation import simulate, simulate_states
+from slide_fmu.systems.simulation import simulate
 from tests.systems.function_models import specifications as models
 
 STEPS, AT = 40, 17
@@ -44,10 +44,12 @@ def test_states_of_a_motion_are_those_from_which_it_goes_on(
 ) -> None:
     initial = system.random_state(np.random.default_rng(1), inputs[0])
     whole = simulate(system, inputs, initial).outputs
-    outputs, states = simulate_states(system, inputs, initial)
+    states: list[State] = []
+    outputs = simulate(system, inputs, initial, states).outputs
     assert np.array_equal(outputs, whole)
     assert len(states) == STEPS + 1
-    rest, others = simulate_states(system, inputs[AT:], states[AT])
+    others: list[State] = []
+    rest = simulate(system, inputs[AT:], states[AT], others).outputs
     np.testing.assert_allclose(rest, whole[AT:], rtol=0, atol=tolerance * np.ptp(whole))
     assert np.array_equal(rest[0], whole[AT])
     assert np.array_equal(others[0].velocities, states[AT].velocities)
@@ -56,7 +58,8 @@ def test_states_of_a_motion_are_those_from_which_it_goes_on(
 def test_states_are_kept_apart_from_the_system() -> None:
     system = pushed_mass()
     inputs = np.full((5, 1), 10.0)
-    _, states = simulate_states(system, inputs, system.rest_state(np.zeros(1)))
+    states: list[State] = []
+    simulate(system, inputs, system.rest_state(np.zeros(1)), states)
     assert np.ptp([state.coordinates[0] for state in states]) > 0
 
 
@@ -64,11 +67,11 @@ def test_inputs_that_are_not_finite_are_refused_before_anything_runs() -> None:
     system = pushed_mass()
     inputs = np.array([[0.0], [np.nan]])
     with pytest.raises(ValueError, match="inputs in sample 1"):
-        simulate_states(system, inputs, system.rest_state(np.zeros(1)))
+        simulate(system, inputs, system.rest_state(np.zeros(1)))
 
 
 def test_motion_that_is_no_number_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     system = pushed_mass()
     monkeypatch.setattr(system, "output", lambda: np.array([np.nan]))
     with pytest.raises(SimulationError, match="expected finite numbers"):
-        simulate_states(system, np.zeros((2, 1)), system.rest_state(np.zeros(1)))
+        simulate(system, np.zeros((2, 1)), system.rest_state(np.zeros(1)))

@@ -14,13 +14,13 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray, Signal, on_circles
 from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.record_files.reading import read_records
+from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.clock import clock_of_record
 from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Preparation, prepared
-from slide_fmu.records.reading import read_records
-from slide_fmu.records.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.resampling import LONGER
 from slide_fmu.surrogate.surrogate import Surrogate
 

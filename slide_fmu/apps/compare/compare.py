@@ -22,7 +22,7 @@ from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.fingerprint import data_fingerprint, identity
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.trajectories import Split, read_split
-from slide_fmu.data.unseen import UnseenMotion, measured_motions, unseen_motions
+from slide_fmu.data.unseen import UnseenMotion, known_or_simulated, unseen_motions
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of
 from slide_fmu.fitting.errors import TrainingError
@@ -34,7 +34,6 @@ from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.either import either
 
 FOLDER = "compare"
 
@@ -78,7 +77,7 @@ def require_comparable(case: Case) -> None:
             "expected none: models of other kinds follow no parameters. Compare with a recipe "
             "that has fixed values (system.parameters)"
         )
-    if either(case.source, lambda _: False, lambda records: records.lacks_outputs):
+    if case.source.lacks_outputs:
         raise RecipeError(
             f"recipe {recipe.name!r}: a comparison with records in which outputs are missing; "
             "expected all of them, since models of other kinds look back at outputs: cut the "
@@ -120,7 +119,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     torch.set_num_threads(1)
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
-    require_origin(job.folder.store, recipe, identity(recipe, job.case.source))
+    require_origin(job.folder.store, recipe, identity(job.case.source, recipe))
     training, validation = (
         read_split(job.folder.store, name, recipe.count(name)) for name in ("train", "validation")
     )
@@ -167,11 +166,9 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
 
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
     """Return the unseen motions, the same as those of ``validate``."""
-    return either(
-        job.case.source,
-        lambda _: _simulated(job, terms, kept),
-        lambda records: measured_motions(job.recipe, records)[: terms.trajectories],
-    )
+    simulate = partial(_simulated, job, terms, kept)
+    found = known_or_simulated(job.case.source, job.recipe, simulate)
+    return found[: terms.trajectories]
 
 
 def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:

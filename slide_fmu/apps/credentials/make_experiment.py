@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from slide_fmu.apps.credentials.experiment import Experiment
 from slide_fmu.apps.credentials.tables import rounded
-from slide_fmu.core.signals import FloatArray, within_ranges
+from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
-from slide_fmu.data.recorded import unseen_stretches
+from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
     IN_DOMAIN,
@@ -23,27 +23,11 @@ from slide_fmu.fmu.description.variables import (
     WINDOW_FILLED,
 )
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.records.either import either
-from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 COMPARED = 300
 """So many samples of the reference stand beside those of the FMU: files stay small."""
-
-
-class _Truth(NamedTuple):
-    """This says what is known of a trajectory.
-
-    Its inputs (N, n_inputs), of which a burn-in does not count, the outputs (N + 1, n_outputs) of
-    the reference, and the values of physical parameters.
-    """
-
-    inputs: FloatArray
-    burn_in: int
-    outputs: FloatArray
-    parameters: Mapping[str, float]
 
 
 def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> Experiment:
@@ -63,15 +47,13 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
         LoadError, RecipeError: the reference, or the records, cannot be used.
         SimulationError: the reference could not be simulated on any draw.
     """
-    truth = either(
-        case.source,
-        lambda _: _simulated(surrogate, case.recipe, case.reference, seed),
-        lambda records: _measured(surrogate, case.recipe, records),
-    )
+    simulate = partial(_simulated, surrogate, case, seed)
+    truth = known_or_simulated(case.source, case.recipe, simulate)[0]
     first = _first(surrogate, truth.burn_in)
-    set_before = truth.inputs
+    rows = _as_written(surrogate.inputs, truth.inputs[: first + COMPARED])
+    set_before = rows
     if forecasts(surrogate):  # inputs[k] is reached at t_k+1: so it is set before the step from it
-        set_before = np.concatenate([truth.inputs[:1], truth.inputs[:-1]])
+        set_before = np.concatenate([rows[:1], rows[:-1]])
     inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
     outputs = [signal.name for signal in surrogate.outputs]
     names = [*outputs, WINDOW_FILLED]
@@ -83,7 +65,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
         surrogate.window.step,
         inputs,
         dict(zip(names, run.values.T, strict=True)),
-        dict(zip(outputs, truth.outputs[first:].T, strict=True)),
+        dict(zip(outputs, truth.outputs[first : len(rows) + 1].T, strict=True)),
         truth.parameters,
     )
 
@@ -98,20 +80,28 @@ def _first(surrogate: Surrogate, burn_in: int) -> int:
     return max(burn_in + 1, surrogate.network.memory_length)
 
 
-def _simulated(surrogate: Surrogate, recipe: Recipe, system: System, seed: int) -> _Truth:
+def _simulated(surrogate: Surrogate, case: Case, seed: int) -> list[UnseenMotion]:
     """Simulate the reference system on the first draw that it does not fail on.
 
     Its parameters have their start values too.
     """
+    recipe, system = case.recipe, case.reference
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
 
-    def run(drawn: Draw) -> _Truth:
+    def run(drawn: Draw) -> UnseenMotion:
         kept = _beginning(system, drawn, _first(surrogate, drawn.burn_in) + COMPARED)
-        return _Truth(kept.inputs, kept.burn_in, drawn_outputs(system, kept), starts)
+        outputs = drawn_outputs(system, kept)
+        return UnseenMotion(kept.inputs, outputs, kept.burn_in, kept.kind, starts)
 
-    return first_that_runs(recipe, system, stream, 0, run)
+    return [first_that_runs(recipe, system, stream, 0, run)]
+
+
+def _as_written(signals: Sequence[Signal], inputs: FloatArray) -> FloatArray:
+    """Return inputs, (N, n_inputs), with the digits of a file; ends of ranges may have more."""
+    low, high = (np.array([getattr(signal, end) for signal in signals]) for end in ("low", "high"))
+    return np.where((inputs == low) | (inputs == high), inputs, rounded(inputs))
 
 
 def _beginning(system: System, drawn: Draw, count: int) -> Draw:
@@ -127,12 +117,3 @@ def _beginning(system: System, drawn: Draw, count: int) -> Draw:
         between = between[: parts * len(inputs)].copy()
         between[parts - 1 :: parts] = inputs
     return replace(drawn, inputs=inputs, between=between)
-
-
-def _measured(surrogate: Surrogate, recipe: Recipe, source: MeasuredRecords) -> _Truth:
-    """Take the beginning of the first block of the records that nothing was learnt from."""
-    stretch = unseen_stretches(recipe, source)[0]
-    steps = _first(surrogate, stretch.lead) + COMPARED
-    inputs = rounded(stretch.trajectory.inputs[:steps])
-    outputs = stretch.trajectory.outputs[: len(inputs) + 1]
-    return _Truth(inputs, stretch.lead, outputs, stretch.parameters or {})

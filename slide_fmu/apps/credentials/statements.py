@@ -9,13 +9,13 @@ from slide_fmu.apps.credentials.trust_entries import trust_entries
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.fmu.export import Provenance
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.limits import limits
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.validity import judgement_sentences, judgements
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import ValidationFigures
-from slide_fmu.validation.motions import motions_of
 
 OF_OUTPUTS = (
     *("name", "unit", "rms_reference_about_mean", "rmse", "relative_rmse", "max_error"),
@@ -45,7 +45,7 @@ def statements(surrogate: Surrogate, recipe: Recipe, provenance: Provenance) -> 
 
 
 def _purpose(recipe: Recipe) -> str:
-    stands_for = "what was measured" if recipe.system.is_record else "its reference model"
+    stands_for = rules_of(recipe).words.stands_for
     return (
         f"{recipe.description.rstrip('.')}. This FMU stands in for {stands_for} where outputs are "
         "wanted fast, under inputs like those that it was trained on."
@@ -83,9 +83,9 @@ def _signal_row(signal: Signal) -> Row:
 
 
 def _excitation_rows(recipe: Recipe) -> list[Row]:
-    if recipe.system.is_record:
-        return [{"name": motion.name, "kind": motion.kind} for motion in motions_of(recipe)]
-    return _kind_rows(recipe.data.excitation)
+    drawn = {row["name"]: row for row in _kind_rows(recipe.data.excitation)}
+    motions = rules_of(recipe).motions(recipe)
+    return [drawn.get(m.name, {"name": m.name, "kind": m.kind}) for m in motions]
 
 
 def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
@@ -102,9 +102,9 @@ def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
 
 def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
     """Say what the errors are relative to, and what that errs itself, as far as it is known."""
-    system = recipe.system
-    if system.is_record:
-        return [Entry("reference.model", ["The reference is what was measured."])]
+    system, reference = recipe.system, rules_of(recipe).words.reference
+    if reference:
+        return [Entry("reference.model", [reference])]
     own = {**system.parameters, **system.reference}
     rows = [{"name": name, "value": value} for name, value in own.items()]
     model = table("reference.model", "Setting", rows, kind=system.kind, model=system.model)
@@ -130,7 +130,7 @@ def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
     """Say what was learnt from, and with which programs."""
     data = recipe.data
     found = []
-    if recipe.system.is_record:
+    if not rules_of(recipe).simulated:
         found.append(table("data.records", "Record", _rows(provenance.get("records", []))))
         if "noise_record" in provenance:
             found.append(table("data.noise_record", "Record", _rows([provenance["noise_record"]])))

@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 from slide_fmu.apps.motion.coordinates import Coordinate
 from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.records.reading import read_record
-from slide_fmu.records.record import Record, RecordError
+from slide_fmu.record_files.reading import read_record
+from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.surrogate.surrogate import Surrogate
 
 LEAST_SAMPLES = 4

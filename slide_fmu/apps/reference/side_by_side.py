@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,9 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.fmu.model import FmuSystem
 from slide_fmu.validation.comparison import Task
 
 FMI_3 = (
@@ -47,7 +50,7 @@ def write_reference(case: Case, path: Path) -> Path:
         RecipeError: it does not fit the system that makes the data.
         ValueError: the path does not end in ``.fmu``.
     """
-    own = case.reference.own_fmu(case.recipe.parameters)
+    own = own_fmu(case.reference, case.recipe.parameters)
     if own is None:
         made = case.systems.reference_specification
         return write_reference_fmu(made, path, case.recipe.physical())
@@ -105,9 +108,35 @@ def write_side_by_side(
         components = {"inputs": source, "reference": reference, "surrogate": alike}
         given = {"reference": values, "surrogate": values} if values else {}
         write_ssp(path, surrogate.name, components, connections, given)
-    own = bool(values) and case.reference.own_fmu(values) is not None
+    own = bool(values) and own_fmu(case.reference, values) is not None
     said = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
     return path, "; ".join(said) or None
+
+
+def own_fmu(system: System, settable: Collection[str] = ()) -> Path | None:
+    """Return the FMU that a system is, where it is one that runs by itself as it does here.
+
+    SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone.
+
+    Args:
+        system: the reference system.
+        settable: parameters that an importer sets; all others have their start values.
+
+    Raises:
+        LoadError: it is one, but does not run so: it is of another interface, or it has other
+            parameters here than its start values.
+    """
+    if not isinstance(system, FmuSystem):
+        return None
+    file, parameters = system.plan.file, sorted(set(system.plan.parameters) - set(settable))
+    if file.interface == "co_simulation" and not file.fmi_3 and not parameters:
+        return file.path
+    raise LoadError(
+        f"FMU {file.path.name!r} of FMI {file.description.fmiVersion}, used for "
+        f"{file.interface}, with parameters {parameters}; expected a co-simulation FMU of FMI "
+        "2.0 without parameters, to run as reference beside a surrogate: export the model so, "
+        "with its parameters as start values"
+    )
 
 
 def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import replace
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.plant import raised_in_exudyn
@@ -18,7 +16,6 @@ from slide_fmu.systems.exudyn.system import (
     LinearizableExudynSystem,
     read_model,
 )
-from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import imported
 
@@ -60,8 +57,6 @@ def recognises(model: str) -> bool:
     Raises:
         LoadError: it cannot be run.
     """
-    if model.endswith(".fmu"):
-        return False
     module, function = imported(f"system {model!r}", model)
     return inspect.isfunction(vars(module).get(function or BUILD))
 
@@ -86,26 +81,6 @@ def describe(model: str) -> Declared:
     return Declared(
         "exudyn", model, parameters, file.inputs, file.outputs, file.step, remarks=tuple(remarks)
     )
-
-
-def integration_error(specification: Specification, inputs: FloatArray) -> FloatArray:
-    """Compare a system with the same of twice as many substeps on a record.
-
-    Args:
-        specification: what the system is made from.
-        inputs: shape (N, n_inputs), in the units of the inputs.
-
-    Returns:
-        RMS of the difference over the standard deviation of every output, shape (n_outputs,).
-
-    Raises:
-        LoadError, SimulationError: as of ``make`` and ``simulate``.
-    """
-    system = make(specification)
-    twice = {**specification.parameters, "substeps": 2 * system.plant.substeps}
-    finer = make(replace(specification, parameters=twice))
-    one, other = (simulate(model, inputs).outputs for model in (system, finer))
-    return np.asarray(np.sqrt(np.mean((one - other) ** 2, axis=0)) / np.std(other, axis=0))
 
 
 def _with_ranges(tables: SignalTables) -> dict[str, SignalTable]:

@@ -81,7 +81,7 @@ class FmuFile:
     @property
     def type(self) -> CoSimulation | ModelExchange:
         """Give what the model description says about the interface that is used."""
-        found = _interfaces(self.description)[self.interface]
+        found = offered_interfaces(self.description)[self.interface]
         return cast("CoSimulation | ModelExchange", found)
 
     @property
@@ -188,21 +188,18 @@ def _unpacked(path: Path, modified: int, size: int) -> tempfile.TemporaryDirecto
     return folder
 
 
-def _interfaces(description: ModelDescription) -> dict[Interface, object]:
-    return {
+def offered_interfaces(description: ModelDescription) -> dict[Interface, object]:
+    """Give what an FMU says of its interfaces; the one comes first that nobody need choose."""
+    found: dict[Interface, object] = {
         "co_simulation": description.coSimulation,
         "model_exchange": description.modelExchange,
     }
-
-
-def offered_interfaces(description: ModelDescription) -> list[Interface]:
-    """Give the interfaces that an FMU has, the one first that is used if nobody chooses."""
-    return [name for name, type_ in _interfaces(description).items() if type_ is not None]
+    return {name: type_ for name, type_ in found.items() if type_ is not None}
 
 
 def _choose(label: str, description: ModelDescription, wanted: Interface | None) -> Interface:
     """Choose the interface: the one that is asked for, else co-simulation before the other."""
-    offered = offered_interfaces(description)
+    offered = list(offered_interfaces(description))
     if not offered:
         raise LoadError(
             f"{label} is for scheduled execution; expected co-simulation or model exchange"

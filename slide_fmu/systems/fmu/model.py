@@ -7,8 +7,7 @@ units, ranges and parameters are those of the model description.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Container
-from pathlib import Path
+from collections.abc import Container
 
 import numpy as np
 
@@ -118,6 +117,9 @@ class FmuSystem(Stepping):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
     Interface: never instantiated.
+
+    Attributes:
+        plan: how the FMU is simulated.
     """
 
     may_crash = True
@@ -128,27 +130,12 @@ class FmuSystem(Stepping):
         self.remarks = (*_remarks_on(plan.file), self.input_remark)
         self.own_step = plan.file.held_step
         self.climbs = plan.file.interface == "co_simulation" and not plan.file.interpolates
-        self._plan = plan
+        self.plan = plan
         self._runs = Runs(self._make_steps)
 
     def _make_steps(self) -> Steps:
-        exchanged = self._plan.file.interface == "model_exchange"
-        return SolverSteps(self._plan) if exchanged else CoSimulationSteps(self._plan)
-
-    def own_fmu(self, settable: Collection[str] = ()) -> Path:
-        """Give the file of the FMU, as ``System.own_fmu`` does.
-
-        SSP 1.0 knows co-simulation FMUs of FMI 2.0 alone.
-        """
-        file, parameters = self._plan.file, sorted(set(self._plan.parameters) - set(settable))
-        if file.interface == "co_simulation" and not file.fmi_3 and not parameters:
-            return file.path
-        raise LoadError(
-            f"FMU {file.path.name!r} of FMI {file.description.fmiVersion}, used for "
-            f"{file.interface}, with parameters {parameters}; expected a co-simulation FMU of FMI "
-            "2.0 without parameters, to run as reference beside a surrogate: export the model so, "
-            "with its parameters as start values"
-        )
+        exchanged = self.plan.file.interface == "model_exchange"
+        return SolverSteps(self.plan) if exchanged else CoSimulationSteps(self.plan)
 
     def begin(self, held_input: FloatArray) -> None:
         """Go to the FMU's own start, initialized under an input that has always acted."""
@@ -173,9 +160,6 @@ class RestorableFmu(FmuSystem, Linearizable):
         steps = self._runs.steps
         assert isinstance(steps, SolverSteps)
         return steps
-
-    def begin(self, held_input: FloatArray) -> None:
-        FmuSystem.begin(self, held_input)
 
     def rest_state(self, held_input: FloatArray) -> State:
         """Give the FMU's own start under an input that has always acted."""
@@ -208,7 +192,7 @@ class RestorableFmu(FmuSystem, Linearizable):
             matrix = self._steps.state_matrix(state.coordinates, state.last_input)
         except FAILURES as error:
             raise SimulationError(
-                f"FMU {self._plan.file.path.name!r} cannot be linearized: {error}; expected "
+                f"FMU {self.plan.file.path.name!r} cannot be linearized: {error}; expected "
                 "derivatives as its description says: ask who made it, or take its co-simulation "
                 "interface if it has one (fmu-interface)"
             ) from error

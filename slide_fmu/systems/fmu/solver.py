@@ -12,7 +12,6 @@ from fmpy.simulation import ForwardEuler
 from fmpy.sundials import CVodeSolver
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.fmu.file import FmuFile
 from slide_fmu.systems.fmu.steps import Plan, Steps, StoppedError
 from slide_fmu.systems.function.equilibrium import state_matrix
 
@@ -192,7 +191,8 @@ class SolverSteps(Steps):
         before = self.states()
         self.instance.set_inputs(inputs)
         self.start_at(states)
-        if tells_derivatives(self.plan.file):
+        file = self.plan.file
+        if not file.fmi_3 and file.type.providesDirectionalDerivative:  # fmpy hides it in FMI 3.0
             matrix = self._given_matrix(len(states))
         else:
             nominals = self._got(self.instance.calls.getNominalsOfContinuousStates)
@@ -220,8 +220,3 @@ class SolverSteps(Steps):
         values = (c_double * count)()
         function(values, count)
         return np.array(values, dtype=np.float64)
-
-
-def tells_derivatives(file: FmuFile) -> bool:
-    """Tell whether a model exchange FMU has directional derivatives; fmpy hides it in FMI 3.0."""
-    return not file.fmi_3 and bool(file.type.providesDirectionalDerivative)

@@ -65,7 +65,7 @@ def recognises(model: str) -> bool:
     Raises:
         LoadError: it cannot be run.
     """
-    if model.endswith(".fmu") or ":" in model:
+    if ":" in model:
         return False
     values = vars(imported(f"system {model!r}", model)[0])
     return "f" in values or "simulate" in values

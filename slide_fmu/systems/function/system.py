@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.bend import Bend
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import (
     Bending,
@@ -19,7 +20,7 @@ from slide_fmu.systems.base import (
 )
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.function.equations import Bend, Equations
+from slide_fmu.systems.function.equations import Equations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
 from slide_fmu.systems.function.user_function import (

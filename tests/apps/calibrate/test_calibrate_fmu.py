@@ -15,7 +15,7 @@ from slide_fmu.apps.calibrate.calibrate_fmu import Measured, calibrate_fmu, writ
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.ssv import SET
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.records.record import RecordError
+from slide_fmu.record_files.record import RecordError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.calibrate.records import measured, surrogate_with
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate

@@ -52,6 +52,13 @@ def test_an_fmu_with_parameters_is_no_reference_by_itself(car: Path, tmp_path: P
         write_reference(case_of(recipe), tmp_path / "reference.fmu")
 
 
+def test_a_model_exchange_fmu_is_no_reference_by_itself(tmp_path: Path) -> None:
+    exchanged = build_in_c(tmp_path / "car.fmu", co_simulation=False)
+    recipe = parse_open_recipe(text_of(exchanged), "recipe").guess
+    with pytest.raises(LoadError, match=r"used for model_exchange"):
+        write_reference(case_of(recipe), tmp_path / "reference.fmu")
+
+
 def test_an_ssp_holds_the_fmu_of_the_user_beside_the_surrogate(car: Path, tmp_path: Path) -> None:
     text = text_of(car)
     system = case_of(parse_open_recipe(text, "recipe").guess).system

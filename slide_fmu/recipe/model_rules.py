@@ -1,0 +1,132 @@
+"""Recipes of models that are simulated: what they may say, and what they fill in."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from typing import Any, Final, cast
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.excitation.mix import names_of
+from slide_fmu.recipe.automatic import Tables
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.system import SystemRecipe
+from slide_fmu.systems.loading import UNSIMULATED
+
+
+class ModelRules(KindRules):
+    """ModelRules are those of recipes whose system is simulated. Final."""
+
+    words = Words(
+        trained_on="excitations",
+        stands_for="its reference model",
+        truth="reference",
+        reference="",
+        by_kind="By kind of excitation",
+        get_inputs="Both FMUs are",
+        parameters="Every trajectory has values of the physical parameters that no training saw; "
+        "one more is at each corner of their ranges, which the figures above do not count.",
+    )
+
+    def begun(self, tables: Tables) -> Tables:
+        """Fill in the excitation that the step and the inputs ask for, where there is none."""
+        data, window = tables.get("data", {}), tables.get("window", {})
+        step = window.get("step") if isinstance(window, dict) else None
+        if not isinstance(data, dict) or "excitation" in data:
+            return tables
+        if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
+            return tables  # the mistake in the step is told by its own check
+        mix = default_excitation(float(step), _inputs_of(tables.get("system")))
+        return {**tables, "data": {**data, "excitation": mix}}
+
+    def require_fitting_tables(self, recipe: Recipe) -> None:
+        system, data = recipe.system, recipe.data
+        columns = [
+            s.column for s in (*system.inputs.values(), *system.outputs.values()) if s.column
+        ]
+        given: dict[str, object] = {
+            "system.further": list(system.further),
+            "system.noise_record": system.noise_record,
+            "data.shares": dict(data.shares),
+            "data.by": "" if data.by == "block" else data.by,
+            "column": columns,
+        }
+        for key, value in given.items():
+            if value:
+                raise ValueError(
+                    f"{key} = {value!r} with system.kind = {system.kind!r}; expected it with "
+                    f"system.kind = {' or '.join(map(repr, UNSIMULATED))} only: remove it"
+                )
+        if not data.excitation:
+            raise ValueError(
+                "data.excitation is empty; expected at least one kind of excitation, or none of "
+                "the tables: then a mix follows from the step"
+            )
+
+    def require_parameters(self, recipe: Recipe) -> None:
+        for name, table in recipe.parameters.items():
+            if table.values:
+                raise ValueError(
+                    f"parameters.{name}.values = {list(table.values)} with system.kind = "
+                    f"{recipe.system.kind!r}; expected a range: values are those of measured "
+                    "records"
+                )
+
+    def motions(self, recipe: Recipe) -> list[Motion]:
+        kinds = recipe.data.excitation
+        pairs = zip(names_of(kinds), (kind.kind for kind in kinds), strict=True)
+        return [Motion(*pair) for pair in pairs]
+
+    def described(
+        self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool
+    ) -> dict[str, str]:
+        kinds = recipe.validation.excitation if held_out else recipe.data.excitation
+        return {
+            name: kind.described(signals, step)
+            for name, kind in zip(names_of(kinds), kinds, strict=True)
+        }
+
+    def compared(self, recipe: Recipe, count: int, seed: int) -> str:
+        return (
+            f"{count} trajectories that no training saw (seed {seed}): the FMU, run by an "
+            "importer, next to the reference system, simulated on the same inputs."
+        )
+
+    def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
+        return (
+            f"{system.model!r} does not give the motions any more that are stored here; the model "
+            "has changed since: generate again (slide-fmu generate RECIPE --overwrite)"
+        )
+
+
+SIMULATED: Final = ModelRules()
+
+
+def rules_of(recipe: Recipe) -> KindRules:
+    """Return the rules of the kind of a recipe's system."""
+    return _rules(recipe.system.kind)
+
+
+def rules_of_tables(tables: Tables) -> KindRules:
+    """Return the rules of the kind that the tables of a recipe, not checked yet, are about."""
+    system = tables.get("system")
+    return _rules(system.get("kind") if isinstance(system, dict) else None)
+
+
+def _rules(kind: Any) -> KindRules:
+    room = UNSIMULATED.get(kind) if isinstance(kind, str) else None
+    return SIMULATED if room is None else cast(KindRules, import_module(f"{room}.rules").RULES)
+
+
+def _inputs_of(system: Any) -> InputKind:
+    """Return what the inputs are by the table ``system``, which is not checked yet."""
+    if isinstance(system, dict) and system.get("chain") is not None:
+        return "set_points"
+    inputs = system.get("inputs") if isinstance(system, dict) else None
+    tables = inputs.values() if isinstance(inputs, dict) else ()
+    known = [table for table in tables if isinstance(table, dict)]
+    if [table.get("angle") for table in known] == ["cosine", "sine"]:
+        return "angle"
+    return "moving" if any(t.get("hold") == "first_order" for t in known) else "held"

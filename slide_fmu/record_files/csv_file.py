@@ -1,0 +1,312 @@
+"""Records in text files: how they are written is found out, and pandas reads them in chunks."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.record import RecordError, Text
+from slide_fmu.record_files.table import (
+    DATE,
+    INDEX,
+    UNIT,
+    Choice,
+    Table,
+    library,
+    may_be_time,
+    named,
+    numbers_or_dates,
+    seconds,
+    text_among,
+)
+
+CHUNK = 1_000_000
+"""This many numbers are read at a time."""
+
+HEAD = 1024 * 1024
+"""This many bytes of the file are looked at to find out how it is written."""
+
+LOOKED_AT = 50
+"""This many lines, at most, show how values are separated, and which columns have dates."""
+
+BLANKS = r"\s+"
+"""Blanks that separate, as pandas calls them."""
+
+SEPARATORS = (";", "\t", ",", "|", BLANKS)
+"""Separators that are tried, in this order."""
+
+VALUES = {
+    sign: re.compile(
+        rf"[-+]?(\d+({re.escape(sign)}\d*)?|{re.escape(sign)}\d+)([eE][-+]?\d+)?"
+        r"|(nan|na|n/a|null|none|[-+]?inf)?",
+        re.IGNORECASE,
+    )
+    for sign in ".,"
+}
+"""Values by their decimal sign: numbers, and what stands in place of one that is missing."""
+
+MISSING = ("na", "none")
+"""Words for a missing number besides those that pandas knows."""
+
+ROW = 1 / 3
+"""More than this part of the fields of a row of samples are numbers or dates."""
+
+
+@dataclass(frozen=True)
+class CsvFormat:
+    """A CsvFormat is how a text file is written.
+
+    Attributes:
+        encoding: of the characters.
+        separator: between values, as pandas knows it.
+        decimal: sign before the decimals, ``"."`` or ``","``.
+        units: units by the names of the columns, in the order of the file; empty if not given.
+        dates: names of the columns in which the first samples have dates.
+        first_line: line of the first sample; lines are counted from 1.
+    """
+
+    encoding: str
+    separator: str
+    decimal: str
+    units: dict[str, str]
+    dates: tuple[str, ...]
+    first_line: int
+
+
+def read_csv(path: Path, choice: Choice) -> Table:
+    """Read the wanted columns of a text file, whose lines are samples, in chunks.
+
+    Empty lines at its end are left out; an empty line elsewhere is a sample without values. Times
+    may be dates as of ISO 8601, which become seconds since the first of them.
+
+    Raises:
+        RecordError: no header, wrong columns, lines with too many or too few values, or too many
+            samples.
+    """
+    form = find_format(path, choice.path)
+    pandas = library("pandas", choice.path)
+    kept = choice.kept(form.units)
+    dates = [name for name in form.dates if _may_be_dates(name, form, choice)]
+    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in kept}
+    texts: dict[str, Text] = {}
+    try:
+        for samples, chunk in _chunks(pandas, path, form, choice):
+            choice.require_room(samples + len(chunk), len(kept), at_least=True)
+            for name in kept:
+                raw = chunk[list(form.units).index(name)]
+                values = numbers_or_dates(raw, form.decimal, name in dates)
+                parts[name].append(values)
+                found = text_among(name, raw, values, samples)
+                if found is not None:
+                    first = texts.get(name, replace(found, count=0))
+                    texts[name] = replace(first, count=first.count + found.count)
+    except pandas.errors.EmptyDataError as error:
+        raise RecordError(
+            f"{choice.path} has nothing from line {form.first_line} on; expected a line for each "
+            "sample there: is the file whole?"
+        ) from error
+    except (pandas.errors.ParserError, UnicodeError) as error:
+        raise RecordError(
+            f"{choice.path}: {str(error).strip()}; expected {len(form.units)} values in each "
+            "line, as many as there are names: correct the file"
+        ) from error
+    columns = {name: seconds(np.concatenate(parts[name])) for name in kept}
+    units = {name: "s" if name in dates else form.units[name] for name in kept}
+    return Table(_trimmed(columns, texts), units, tuple(texts.values()), form.first_line)
+
+
+def _may_be_dates(name: str, form: CsvFormat, choice: Choice) -> bool:
+    """Tell whether a column of dates may be one of times, and is not wanted as a signal."""
+    is_signal = name in (choice.names or ())
+    return name == choice.time or (not is_signal and may_be_time(name, form.units[name]))
+
+
+def find_format(path: Path, name: str) -> CsvFormat:
+    """Find out how a text file is written, from its first lines.
+
+    The names stand above the first row of samples, perhaps with a line of units between them;
+    what stands above is a title. The line of names may begin with ``#`` or ``%``. A first column
+    without a name is the index of a table of pandas.
+
+    Raises:
+        RecordError: there is no header, or no number below it; the message says what was found.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    encoding = _encoding(head)
+    lines = head.decode(encoding, errors="replace").splitlines()
+    if len(head) == HEAD:
+        lines = lines[:-1]  # the last one may be cut
+    if len(lines) < 2:
+        raise RecordError(
+            f"{name} has {len(lines)} lines within its first {len(head)} bytes; expected a header "
+            "with the names of the columns, and a line for each sample: is it a text file?"
+        )
+    separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
+    rows = [_fields(line.lstrip("#% "), separator) for line in lines]
+    first = _first_row(rows, decimal)
+    above = [k for k in range(first) if any(rows[k])]
+    if not above:
+        raise RecordError(
+            f"{name}, line 1 has {lines[0][:60]!r}; expected the names of the columns: a header "
+            "is required"
+        )
+    header, units = rows[above[-1]], []
+    width = len(rows[first]) if first < len(rows) else len(header)
+    if len(above) > 1 and len(rows[above[-2]]) == len(header) == width > 1:
+        header, units = rows[above[-2]], header
+    own_units = named(_completed(header), name)
+    for column, unit in zip(own_units, units, strict=False):
+        own_units[column] = own_units[column] or _bare(unit)
+    looked_at = rows[first : first + LOOKED_AT]
+    dates = [
+        column
+        for index, column in enumerate(own_units)
+        if any(DATE.match(row[index]) for row in looked_at if index < len(row))
+    ]
+    return CsvFormat(encoding, separator, decimal, own_units, tuple(dates), above[-1] + 2)
+
+
+def _encoding(head: bytes) -> str:
+    """Return the encoding of a file; what is no UTF-8 is taken as the code page of Windows."""
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    try:
+        head[: max(0, len(head) - 3)].decode("utf-8")  # the last character may be cut
+    except UnicodeDecodeError as error:
+        if error.reason != "unexpected end of data":
+            return "cp1252"
+    return "utf-8-sig"
+
+
+def _signs(lines: Sequence[str]) -> tuple[str, str]:
+    """Find separator and decimal sign: with them most fields are values, as many in each line."""
+    best, found = (False, -1.0, 0), (",", ".")
+    for separator in SEPARATORS:
+        rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
+        width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
+        total = max(1, sum(max(width, len(row)) for row in rows))
+        for decimal in ".,".replace(separator, ""):
+            fields = [field for row in rows if len(row) == width for field in row]
+            read = sum(
+                VALUES[decimal].fullmatch(f) is not None or bool(DATE.match(f)) for f in fields
+            )
+            score = (width > 1 and read / total > ROW, round(read / total, 3), width)
+            if score > best:
+                best, found = score, (separator, decimal)
+    return found
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    """Split a line; a unit in brackets stays with its name where blanks separate."""
+    if separator == BLANKS:
+        return re.sub(r"\s+(?=[\[(])", "", line).split()
+    return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
+
+
+def _is_row(fields: list[str], decimal: str) -> bool:
+    """Tell whether a line is a sample, by how many of its fields are numbers or dates."""
+    filled = [field for field in fields if field]
+    values = [f for f in filled if VALUES[decimal].fullmatch(f) or DATE.match(f)]
+    return len(values) > ROW * len(filled)
+
+
+def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
+    """Return the index of the first row of samples; the number of rows if there is none.
+
+    A line with numbers is a title if the next line that is not empty has other fields than it.
+    """
+    filled = [k for k, row in enumerate(rows) if any(row)]
+    for k, following in zip(filled, [*filled[1:], *filled[-1:]], strict=True):
+        is_like = len(rows[following]) == len(rows[k]) or _is_row(rows[following], decimal)
+        if _is_row(rows[k], decimal) and is_like:
+            return k
+    return len(rows)
+
+
+def _completed(header: list[str]) -> list[str]:
+    """Leave out what is behind a last separator, and give the index of a table its name."""
+    if len(header) > 1 and not header[-1]:
+        header = header[:-1]  # every line ends with a separator
+    if len(header) > 1 and not header[0]:
+        header = [INDEX[0], *header[1:]]
+    return header
+
+
+def _bare(unit: str) -> str:
+    """Give a unit without the brackets around it."""
+    match = UNIT.fullmatch(f"x{unit}")
+    return ((match[2] or match[3] or "") if match else unit).strip()
+
+
+def _chunks(pandas: Any, path: Path, form: CsvFormat, choice: Choice) -> Iterator[tuple[int, Any]]:
+    """Read tables of some lines, each with the number of samples before it.
+
+    All columns are read, since pandas does not notice surplus values where some are left out.
+
+    Raises:
+        RecordError: a line has another number of values than there are names; a last separator
+            does not count.
+    """
+    width, samples, is_short = len(form.units), 0, False
+    with pandas.read_csv(
+        path,
+        sep=form.separator,
+        decimal=form.decimal,
+        encoding=form.encoding,
+        encoding_errors="replace",
+        header=None,
+        skiprows=form.first_line - 1,
+        skip_blank_lines=False,
+        skipinitialspace=True,
+        na_values=list(MISSING),
+        chunksize=max(1, CHUNK // width),
+        low_memory=False,
+    ) as chunks:
+        for chunk in chunks:
+            surplus = np.flatnonzero(chunk.iloc[:, width:].notna().any(axis=1).to_numpy())
+            if chunk.shape[1] < width or len(surplus):
+                line = form.first_line + samples + (int(surplus[0]) if len(surplus) else 0)
+                raise _wrong_width(choice.path, line, chunk.shape[1], width)
+            filled = chunk.iloc[:, : width - 1].notna().any(axis=1)
+            is_short = is_short or bool((filled & chunk.iloc[:, width - 1].isna()).any())
+            yield samples, chunk
+            samples += len(chunk)
+    if is_short:  # pandas gives NaN for values that are not there, as for empty ones
+        with path.open(encoding=form.encoding, errors="replace", newline="") as file:
+            for line, found in enumerate(_counts(file, form), form.first_line):
+                if 0 < found < width:
+                    raise _wrong_width(choice.path, line, found, width)
+
+
+def _counts(file: Iterable[str], form: CsvFormat) -> Iterator[int]:
+    """Count the values in each line of samples."""
+    lines = islice(file, form.first_line - 1, None)
+    if form.separator == BLANKS:
+        return (len(line.split()) for line in lines)
+    return (len(row) for row in csv.reader(lines, delimiter=form.separator))
+
+
+def _wrong_width(path: str, line: int, found: int, width: int) -> RecordError:
+    return RecordError(
+        f"{path}, line {line} has {found} values; expected {width} values in each line, as many "
+        "as there are names: correct the file"
+    )
+
+
+def _trimmed(columns: dict[str, FloatArray], texts: dict[str, Text]) -> dict[str, FloatArray]:
+    """Leave out samples without any value at the end."""
+    filled = [np.flatnonzero(~np.isnan(values)) for values in columns.values()]
+    ends = [int(found[-1]) + 1 for found in filled if len(found)]
+    end = max([*ends, *(text.sample + 1 for text in texts.values())], default=0)
+    return {name: values[:end] for name, values in columns.items()}

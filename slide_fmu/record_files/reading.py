@@ -1,0 +1,223 @@
+"""From files to records."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.search_path import find_file
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.csv_file import read_csv
+from slide_fmu.record_files.hdf5_file import read_hdf5
+from slide_fmu.record_files.mat_file import read_mat
+from slide_fmu.record_files.parquet_file import read_parquet
+from slide_fmu.record_files.record import NoTimesError, Record, RecordError, shortened
+from slide_fmu.record_files.table import (
+    MOST_NUMBERS,
+    SECONDS,
+    Choice,
+    Table,
+    counts_samples,
+    in_seconds,
+    is_time,
+    rises,
+    unit_of_times,
+)
+
+READERS: dict[str, Callable[[Path, Choice], Table]] = {
+    ".csv": read_csv,
+    ".txt": read_csv,
+    ".tsv": read_csv,
+    ".parquet": read_parquet,
+    ".h5": read_hdf5,
+    ".hdf5": read_hdf5,
+    ".hdf": read_hdf5,
+    ".mat": read_mat,
+}
+"""Readers by the end of the file's name, in small letters."""
+
+
+def read_record(
+    path: str,
+    names: Sequence[str] | None = None,
+    *,
+    others: bool = False,
+    time: str | None = None,
+    step: float | None = None,
+    most: int = MOST_NUMBERS,
+) -> Record:
+    """Read one record, as ``read_records`` reads several.
+
+    Raises:
+        RecordError: as of ``read_records``.
+    """
+    return read_records([path], names, others=others, time=time, step=step, most=most)[0]
+
+
+def read_records(
+    paths: Sequence[str],
+    names: Sequence[str] | None = None,
+    *,
+    others: bool = False,
+    time: str | None = None,
+    step: float | None = None,
+    most: int = MOST_NUMBERS,
+) -> tuple[Record, ...]:
+    """Read records of the same columns, which may differ in length, each from a file.
+
+    Args:
+        paths: CSV, Parquet, HDF5 or MAT files, from here or from a folder in which modules are
+            looked for.
+        names: columns that are wanted, which are no times whatever they are called; None for all.
+            No others are kept in memory.
+        others: whether all other columns are wanted too.
+        time: column of times; None where it is to be found by its name and unit. A column that
+            falls as often as signals do is none if there is another one.
+        step: sample step in s, where the files have no times, or where they shall not count.
+        most: number of samples times columns that are read at most, of all files together.
+
+    Raises:
+        RecordError: a file is missing, of an unknown format, malformed or too large, lacks a
+            column, has no times while no step is given, has other columns or units than the first,
+            or holds the same as another one.
+    """
+    records: list[Record] = []
+    wanted = None if names is None else tuple(names)
+    for path in paths:
+        if step is not None and not (time is None and 0 < step < math.inf):
+            raise RecordError(
+                f"{path}: step = {step} s with the time column {time!r}; expected a positive, "
+                "finite step without a time column, or a time column alone"
+            )
+        record = _read(Choice(path, wanted, others, time, step is not None, most), step)
+        most = max(0, most - len(record.time) * (1 + len(record.columns)))
+        for other in records:
+            _require_another(other, record)
+        if records:
+            _require_alike(records[0], record)
+        records.append(record)
+    if not records:
+        raise RecordError("no file is named; expected at least one")
+    return tuple(records)
+
+
+def _read(choice: Choice, step: float | None) -> Record:
+    """Read one record with the reader of its format."""
+    path = choice.path
+    try:
+        found = find_file(path)
+    except OSError as error:
+        raise RecordError(str(error)) from error
+    reader = READERS.get(found.suffix.lower())
+    if reader is None:
+        raise RecordError(
+            f"{path} ends with {found.suffix!r}; expected one of {list(READERS)}: convert it"
+        )
+    try:
+        with found.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        table = reader(found, choice)
+    except OSError as error:
+        raise RecordError(f"{path}: {error}; expected a file that can be read") from error
+    return _with_time(table, choice, step, digest)
+
+
+def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
+    """Tell the times from the other columns, in s."""
+    clocks = _clocks(table, choice)
+    columns = {name: table.columns[name] for name in _signals(table, choice, clocks)}
+    if step is not None:
+        length = len(next(iter(table.columns.values()), ()))
+        clock, clocks = None, {}
+        times = step * np.arange(length, dtype=np.float64)
+    else:
+        clock = choice.time or next(iter(clocks))
+        times = clocks.pop(clock)
+    texts = tuple(text for text in table.texts if text.column in (*columns, clock))
+    _require_samples(times, clock, columns, choice.path)
+    return Record(
+        times,
+        columns,
+        {name: table.units[name] for name in columns},
+        choice.path,
+        digest,
+        clock,
+        clocks,
+        clock_is_chosen=choice.time is not None,
+        texts=texts,
+        first_line=table.first_line,
+        clock_unit="s" if clock is None else unit_of_times(clock, table.units[clock]),
+    )
+
+
+def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
+    """Give the columns that are times, in s, by name; one at least, unless the step is given."""
+    found: dict[str, FloatArray] = {}
+    for name, values in table.columns.items():
+        unit = table.units[name]
+        if name == choice.time or (is_time(name, unit) and name not in (choice.names or ())):
+            found[name] = in_seconds(name, _unit(unit, name, choice), values)
+    rising = {name: times for name, times in found.items() if name == choice.time or rises(times)}
+    if rising or choice.step:
+        return rising
+    if not found:
+        raise NoTimesError(
+            f"{choice.path} has no column of times among {shortened(table.columns)}; expected one "
+            "named time, t or the like: name it with time, or give the step"
+        )
+    return found
+
+
+def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
+    """Give the columns that are wanted and are no times."""
+    others = {
+        name
+        for name, values in table.columns.items()
+        if choice.all and name not in clocks and not counts_samples(name, values)
+    }
+    return [name for name in table.columns if name in others or name in (choice.names or ())]
+
+
+def _unit(unit: str, name: str, choice: Choice) -> str:
+    """Give the unit of times, if it is one."""
+    if unit.lower() not in SECONDS:
+        raise RecordError(
+            f"{choice.path}: time {name!r} has the unit {unit!r}; expected one of "
+            f"{[known for known in SECONDS if known]}: name another column"
+        )
+    return unit
+
+
+def _require_samples(
+    times: FloatArray, clock: str | None, columns: dict[str, FloatArray], path: str
+) -> None:
+    """Refuse a record of fewer than two samples, or without any column beside the time."""
+    if len(times) < 2 or not columns:
+        raise RecordError(
+            f"{path} has {len(times)} samples of {list(columns)}, time {clock!r}; expected at "
+            "least two samples of at least one column beside the time"
+        )
+
+
+def _require_another(one: Record, other: Record) -> None:
+    """Refuse the same record a second time: it would be tested what was learnt from."""
+    if other.digest == one.digest:
+        raise RecordError(
+            f"{other.path} holds the same bytes as {one.path}; expected each record once: leave "
+            "one of them out"
+        )
+
+
+def _require_alike(first: Record, other: Record) -> None:
+    """Refuse a record with other columns or units than the first."""
+    if other.units != first.units:
+        differ = set(first.units.items()) ^ set(other.units.items())
+        raise RecordError(
+            f"{other.path} and {first.path} differ in the columns {sorted(differ)}; expected the "
+            "same names and units in all records: name the columns that both have as inputs and "
+            "outputs, or correct the headers"
+        )

@@ -1,0 +1,172 @@
+"""What records answer where a system would be simulated (``slide_fmu.records.answer_table``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.unseen import UnseenMotion
+from slide_fmu.memory.stability import RECORDS
+from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
+from slide_fmu.recipe.systems import require_features
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.part_remarks import remarks_on_division
+from slide_fmu.records.specimens import specimens
+from slide_fmu.records.stretches import inputs_beyond, stretches, unseen_stretches
+from slide_fmu.surrogate.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from slide_fmu.pipeline.run_folder import RunFolder
+    from slide_fmu.propose.trial import Tried
+    from slide_fmu.report.html_report import Section
+    from slide_fmu.validation.comparison import Validation
+    from slide_fmu.validation.error_figures import PlainCallFigures, ResponseFigures
+
+
+def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
+    """Return the SHA-256 of each file as numbers."""
+    return source.identity
+
+
+def fill_store(
+    source: MeasuredRecords,
+    case: Case,
+    path: Path,
+    executor: Executor | None,
+    progress: Progress,
+    beside: Path | None,
+) -> int:
+    """Cut the stretches of all parts that the store does not hold yet; return their number."""
+    from slide_fmu.data.parameter_draws import as_row
+    from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
+
+    recipe = case.recipe
+    missing = {split: missing_trajectories(path, split, recipe.count(split)) for split in SPLITS}
+    total = sum(recipe.count(split) for split in SPLITS)
+    done = total - sum(map(len, missing.values()))
+    made = 0
+    progress(done, total)
+    for split, indices in missing.items():
+        found = stretches(recipe, source, split) if indices else []
+        for index in indices:
+            stretch = found[index]
+            values = as_row(stretch.parameters) if stretch.parameters else None
+            write_trajectory(path, split, index, stretch.trajectory, stretch.file, values)
+            made += 1
+            progress(done + made, total)
+    return made
+
+
+def require_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: str) -> None:
+    """Refuse a cluster: records are cut here.
+
+    Raises:
+        RecipeError: always.
+    """
+    raise RecipeError(
+        f"recipe {recipe.name!r} is of records, which are cut and not simulated; expected no "
+        f"--executor {executor}: leave it out"
+    )
+
+
+def unseen_motions(
+    source: MeasuredRecords, recipe: Recipe, simulate: Callable[[], list[UnseenMotion]]
+) -> list[UnseenMotion]:
+    """Return the blocks of records that nothing was learnt from.
+
+    Raises:
+        RecipeError: there is too little of them.
+    """
+    return [
+        UnseenMotion(
+            found.trajectory.inputs,
+            found.trajectory.outputs,
+            found.lead,
+            found.file,
+            found.parameters,
+        )
+        for found in unseen_stretches(recipe, source)
+    ]
+
+
+def excited_inputs(
+    source: MeasuredRecords, recipe: Recipe, count: int, factor: float
+) -> FloatArray:
+    """Cut inputs out of the records, with larger deviations from their mean."""
+    return inputs_beyond(recipe, source, count, RECORDS, factor)
+
+
+def tested_corners(
+    source: MeasuredRecords, surrogate: Surrogate, recipe: Recipe
+) -> list[dict[str, float]]:
+    """Return the specimens: the box of the parameters is tested where records reach."""
+    return specimens(recipe)
+
+
+def check_records(source: MeasuredRecords, case: Case) -> None:
+    """Refuse networks that see what the records have not."""
+    require_features(case.recipe, source)
+
+
+def found_numbers(
+    source: MeasuredRecords, case: Case, open_keys: Collection[str], folder: RunFolder
+) -> FoundValues:
+    """Return the numbers of stretches that a recipe leaves open: the samples decide.
+
+    Raises:
+        RecipeError: a part has no stretch.
+    """
+    return _numbers(case.recipe, open_keys, source)
+
+
+def least_numbers(source: MeasuredRecords, open_recipe: OpenRecipe, cost: float) -> FoundValues:
+    """Return the same numbers: there is nothing to try.
+
+    Raises:
+        RecipeError: a part has no stretch.
+    """
+    return _numbers(open_recipe.guess, open_recipe.open_keys, source)
+
+
+def _numbers(recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords) -> FoundValues:
+    wanted = [key for key in NUMBERS if key in open_keys]
+    counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
+    empty = [key for key, count in counts.items() if not count]
+    if empty:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: no block of the part {empty[0]!r} has data.duration = "
+            f"{recipe.data.duration:g} s; expected at least one: shorten it, or leave it out"
+        )
+    return nested(counts)
+
+
+def no_remark_on_step(source: MeasuredRecords, case: Case) -> None:
+    """Say nothing: nobody knows what is between the samples."""
+
+
+def no_plain_call(
+    source: MeasuredRecords, fmu: Path, validation: Validation, case: Case
+) -> PlainCallFigures | None:
+    """Measure nothing: the samples are the truth, and nothing is known between them."""
+    return None
+
+
+def no_response(
+    source: MeasuredRecords, surrogate: Surrogate
+) -> tuple[ResponseFigures | None, list[Section]]:
+    """Return nothing: there is no exact response matrix to compare with."""
+    return None, []
+
+
+def tried_records(source: MeasuredRecords, case: Case) -> Tried:
+    """Say what is lost of the records, and what was found in them: nothing is simulated."""
+    from slide_fmu.propose.trial import Tried
+
+    return Tried((*remarks_on_division(case.recipe, source), *source.remarks))

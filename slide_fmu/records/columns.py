@@ -1,0 +1,105 @@
+"""The columns of records that a user wishes for are read: inputs and outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from slide_fmu.propose.draft_signals import Ranges
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.record_files.reading import read_records
+from slide_fmu.record_files.record import (
+    MissingColumnsError,
+    NoTimesError,
+    Record,
+    RecordError,
+)
+
+NO_TIMES = "none"
+"""The column of times with this name says that times in the files do not count."""
+
+
+@dataclass(frozen=True)
+class RecordWish:
+    """A RecordWish is what the user said about the recipe to be.
+
+    Attributes:
+        paths: the files, at least one.
+        inputs: ranges of inputs by the names of their columns, None for what was measured.
+        outputs: columns that are outputs; all others if empty.
+        step: sample step in s: that of files without times, else what they are resampled to.
+        time: column of times; found if None; where it is ``NO_TIMES``, the step counts alone.
+        name: name of the recipe; that of the first file if None.
+        folder: folder of the recipe to be, from which the files are found.
+    """
+
+    paths: tuple[str, ...]
+    inputs: Ranges = field(default_factory=dict)
+    outputs: tuple[str, ...] = ()
+    step: float | None = None
+    time: str | None = None
+    name: str | None = None
+    folder: Path = Path()
+
+
+def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
+    """Read the files, and return what the recipe must say to read them again.
+
+    Other columns than those that are named are read only where no output is named.
+
+    Raises:
+        RecipeError: times shall not count, and no step is given.
+        RecordError: a file cannot be read, or lacks a column.
+    """
+    try:
+        return _read(wish)
+    except MissingColumnsError as error:
+        options = {"--input": wish.inputs, "--output": wish.outputs, "--time": (wish.time,)}
+        wrong = [
+            f"{option} COLUMN in place of {option} {name}"
+            for option, names in options.items()
+            for name in names
+            if name in error.missing
+        ]
+        raise RecordError(f"{error}; {', '.join(wrong)}") from error
+
+
+def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
+    named = (*wish.inputs, *wish.outputs)
+    read = partial(read_records, wish.paths, named, others=not wish.outputs)
+    if wish.time == NO_TIMES:
+        if wish.step is None:
+            raise RecipeError(
+                f"--time {NO_TIMES} without --step; expected the sample step in s of a record "
+                "whose times shall not count: add --step SECONDS"
+            )
+        return read(step=wish.step), {"sample_step": wish.step}
+    try:
+        return read(time=wish.time), {} if wish.time is None else {"time": wish.time}
+    except NoTimesError as error:
+        if wish.step is None:
+            raise RecordError(
+                f"{error}; with slide-fmu init: --time NAME, or --step SECONDS"
+            ) from error
+        return read(step=wish.step), {"sample_step": wish.step}
+
+
+def wished_columns(wish: RecordWish, record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the columns that are inputs, and those that are outputs.
+
+    Raises:
+        RecipeError: a column is both, or there are none of either.
+    """
+    inputs, found = tuple(wish.inputs), list(record.columns)
+    outputs = wish.outputs or tuple(name for name in found if name not in inputs)
+    both = [name for name in inputs if name in outputs]
+    if both:
+        raise RecipeError(f"--input {both[0]} is an output too; expected one of both: remove one")
+    if not inputs or not outputs:
+        raise RecipeError(
+            f"{record.path} has the columns {found}; expected which of them are inputs, and at "
+            "least one that is an output: give --input NAME, and --output NAME for those that the "
+            "surrogate shall have"
+        )
+    return inputs, outputs

@@ -1,0 +1,157 @@
+"""Samples of measured records are divided into those to learn from, to choose by and to test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.record_files.record import RecordError
+from slide_fmu.records.division import Block, Split, Splitting, split_pieces
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.rules import shares_of
+from slide_fmu.records.specimens import too_few_specimens
+
+FEWEST = 8
+"""Each part has somewhere this many samples in a row with all outputs."""
+MOST = 0.9
+"""Stretches are so short that this part of the samples is used, at least."""
+
+
+def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide the records of a recipe into its parts; the window's truncated part leads in.
+
+    Samples of the same inputs are in one part, unless ``has_known_inputs``.
+
+    Raises:
+        RecipeError: a part has too few samples, or the part to learn from has too few specimens
+            for the parameters.
+    """
+    apart = _apart(recipe, source) if comes_again(source) else None
+    return apart or _split(recipe, source, _lead(recipe))
+
+
+def in_order_of_time(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide the records of a recipe into its parts without leads, whatever inputs come again.
+
+    This is meant for a window, which is needed to divide them as ``divided`` does.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    return _split(recipe, source, 0)
+
+
+def has_known_inputs(recipe: Recipe, source: MeasuredRecords) -> bool:
+    """Tell whether what is tested, or chosen by, has inputs that are learnt from.
+
+    That is so if inputs come again, and fewer of them are different in such a part than the window
+    truncates: then every window that is scored there has inputs of other parts, and cutting the
+    records into short blocks would only cost samples.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    return comes_again(source) and _apart(recipe, source) is None
+
+
+def comes_again(source: MeasuredRecords) -> bool:
+    """Tell whether some inputs of the records come again."""
+    return int(source.numbers.max()) + 1 < len(source.numbers)
+
+
+def _lead(recipe: Recipe) -> int:
+    return recipe.window.n_in - recipe.window.n_out
+
+
+def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
+    """Divide records so that inputs which come again are in one part; None if this is no use."""
+    try:
+        found = _split(recipe, source, _lead(recipe), source.numbers)
+    except RecipeError:
+        return None
+    begins = np.cumsum([0, *(len(piece.trajectory.inputs) for piece in source.pieces)])
+    for part, blocks in found.items():
+        own = [source.numbers[begins[b.piece] :][b.scored : b.stop] for b in blocks]
+        if part != "train" and len(np.unique(np.concatenate(own))) < _lead(recipe):
+            return None
+    return found
+
+
+def _split(
+    recipe: Recipe, source: MeasuredRecords, lead: int, numbers: NDArray[np.intp] | None = None
+) -> Split:
+    shares = {str(part): share for part, share in shares_of(recipe).items() if share}
+    by = recipe.data.by
+    try:
+        found = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)
+    except RecordError as error:
+        raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
+    problem = too_few_specimens(recipe, files_of(source, found["train"]))
+    if problem is not None:
+        raise RecipeError(f"recipe {recipe.name!r}: data.by = {by!r}: {problem}")
+    return found
+
+
+def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
+    """Divide records as ``divided`` does, and cut what is scored where outputs are missing.
+
+    What leads in is not cut: it needs no outputs.
+
+    Raises:
+        RecipeError: as of ``divided``, or outputs are missing nearly everywhere.
+    """
+    parts = {}
+    for part, blocks in divided(recipe, source).items():
+        found = [own for block in blocks for own in _runs(source, block)]
+        longest = max((block.stop - block.scored for block in found), default=0)
+        wanted = max(FEWEST, recipe.window.n_out)
+        if longest < min(wanted, max(block.stop - block.scored for block in blocks)):
+            raise RecipeError(
+                f"recipe {recipe.name!r}: outputs are missing so often that at most {longest} "
+                f"samples in a row have all of them in the part {part!r}; expected {wanted} in a "
+                "row: leave out the lines of the file without outputs, if that makes even times "
+                "of a longer step, learn fewer outputs, or give a smaller window.n_out"
+            )
+        parts[part] = tuple(found)
+    return parts
+
+
+def longest_scored(recipe: Recipe, source: MeasuredRecords) -> int:
+    """Return how many samples a stretch can score so that all parts to learn from have most.
+
+    That is ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths; those
+    that are shorter than the window's output do not count.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    parts = scored_parts(recipe, source)
+    found = []
+    for part in parts:
+        if part != "test":
+            scored = [block.stop - block.scored for block in parts[part]]
+            shortest = min(recipe.window.n_out, max(scored))
+            lengths = np.sort([length for length in scored if length >= shortest])[::-1]
+            share = np.cumsum(lengths) / lengths.sum()
+            found.append(int(lengths[np.searchsorted(share, MOST)]))
+    return min(found)
+
+
+def files_of(source: MeasuredRecords, blocks: Sequence[Block]) -> list[int]:
+    """Return the numbers of the files that blocks are cut from."""
+    return [source.pieces[block.piece].record for block in blocks]
+
+
+def _runs(source: MeasuredRecords, block: Block) -> list[Block]:
+    """Cut a block to those that score whole outputs only; all have its lead."""
+    outputs = source.pieces[block.piece].trajectory.outputs
+    known = np.isfinite(outputs[block.scored + 1 : block.stop + 1]).all(axis=1)
+    edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0)) + block.scored
+    lead = block.scored - block.start
+    return [
+        Block(block.piece, begin - lead, begin, end)
+        for begin, end in edges.reshape(-1, 2).tolist()
+    ]

@@ -1,0 +1,233 @@
+"""A first recipe is proposed for measured records: what they show is found, the rest assumed."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import Hold
+from slide_fmu.core.units import require_unit
+from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
+from slide_fmu.propose.proposal import Wish
+from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.writing import DraftSignal
+from slide_fmu.record_files.record import Record, RecordError
+from slide_fmu.records.clock import clock_of_record, neat_step
+from slide_fmu.records.columns import RecordWish, read_wished, wished_columns
+from slide_fmu.records.division import By
+from slide_fmu.records.findings import examine
+from slide_fmu.records.model import PAIRINGS, recognises
+from slide_fmu.records.pairing import answer_of
+from slide_fmu.records.preparation import Pairing, longest_stretch
+from slide_fmu.records.proposed_window import held_against
+from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
+from slide_fmu.records.repeats import same_inputs
+from slide_fmu.records.rules import KIND
+from slide_fmu.systems.declared import SignalTable
+
+HELD = 0.5
+"""Inputs of which more than this part of the samples equals the one before are held."""
+ENOUGH = 20_000
+"""Records of at least this many samples of different inputs have some for an error estimator."""
+MANY = 10
+"""This many records and more are divided as whole ones."""
+
+
+@dataclass(frozen=True)
+class RecordProposal:
+    """A RecordProposal is a first recipe, and what was found on the way.
+
+    Attributes:
+        text: the recipe as TOML.
+        draft: what it says.
+        remarks: one sentence each on what was found and assumed.
+    """
+
+    text: str
+    draft: RecordDraft
+    remarks: tuple[str, ...]
+
+
+def propose_wish(wish: Wish) -> RecordProposal | None:
+    """Propose a recipe for the records that a wish names; None where it names none.
+
+    Models are records by the kind that the user names, or else by their names.
+
+    Raises:
+        LoadError, RecipeError: as of ``propose_record``.
+        ValueError: the wish says how a model acts.
+    """
+    models = wish.model, *wish.further
+    if wish.kind != KIND and (wish.kind is not None or not all(map(recognises, models))):
+        return None
+    given = {"hold": wish.hold, "fmu-step": wish.fmu_step, "chain": wish.chain}
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(
+                f"--{name} {value} for records; expected none: a record has its inputs as they "
+                "were measured"
+            )
+    return propose_record(
+        RecordWish(models, wish.inputs, wish.outputs, wish.step, wish.time, wish.name, wish.folder)
+    )
+
+
+def propose_record(wish: RecordWish) -> RecordProposal:
+    """Propose a recipe for records, which are read and examined.
+
+    Raises:
+        LoadError: the records cannot be used as the recipe says.
+        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, a
+            recipe cannot have the name that is wished, or the records are too short for what the
+            machine remembers.
+    """
+    require_name(wish.name)
+    try:
+        return _proposed(wish)
+    except RecordError as error:
+        raise RecipeError(str(error)) from error
+
+
+def _proposed(wish: RecordWish) -> RecordProposal:
+    records, parameters = read_wished(wish)
+    names = wished_columns(wish, records[0])
+    findings = examine(records, *names)
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(refused))
+    step, step_origin = _step(wish, records[0])
+    acts = _acts(records, names)
+    if acts.pairing != PAIRINGS[acts.hold]:
+        parameters["pairing"] = acts.pairing
+    remarks = [finding.message for finding in findings]
+    inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
+    outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
+    numbers = same_inputs([record.chosen(names[0]) for record in records])
+    different = int(numbers.max()) + 1
+    by, by_origin = _division(len(records), different < len(numbers))
+    whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
+    name = proposed_name(wish.paths[0], wish.name)
+    draft = RecordDraft(
+        name,
+        f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",
+        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
+        inputs,
+        outputs,
+        step,
+        step_origin,
+        by,
+        by_origin,
+        whole and different >= ENOUGH,
+        parameters,
+    )
+    draft, more = held_against(draft, wish.paths)
+    return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
+
+
+def _division(records: int, comes_again: bool) -> tuple[By, str]:
+    """Return how records are divided, and why."""
+    if records >= MANY and not comes_again:
+        return "record", "There are many records: each of them is in one part as a whole."
+    origin = "The records are cut in the order of time: training first, test last."
+    if comes_again:
+        origin += " Inputs that come again are in the part in which they came first."
+    return "block", origin
+
+
+def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
+    if wish.step is not None:
+        return wish.step, "The sample step in s that was given."
+    clock = clock_of_record(record)
+    return neat_step(
+        clock, clock.longest(len(record.time))
+    ), "The sample step in s of the first file."
+
+
+class _Acts(NamedTuple):
+    """This says how inputs act: between samples, on which output, and how that is known."""
+
+    hold: Hold
+    pairing: Pairing
+    origin: str
+
+
+def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
+    """Find out how inputs act, by a linear fit of the first record's longest stretch."""
+    inputs, outputs = longest_stretch(records[0], *names)
+    answer = answer_of(inputs, outputs)
+    pairing = None if answer is None else answer.pairing
+    still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
+    if pairing == "later" or (pairing is None and still):
+        return _Acts(
+            "zero_order",
+            "later",
+            "The input is held between samples, since outputs answer one sample later."
+            if pairing
+            else "The input is held between samples, since most of them equal the one before.",
+        )
+    return _Acts(
+        "first_order",
+        "same",
+        "The input moves between samples, as measured ones do"
+        + (", and outputs answer it at once." if pairing else "."),
+    )
+
+
+def _signal(
+    records: Sequence[Record],
+    column: str,
+    given: tuple[float, float] | None,
+    acts: _Acts | None,
+    remarks: list[str],
+) -> DraftSignal:
+    """Return a signal with its range: given, or what was measured, a little wider of outputs."""
+    low, high = _measured(records, column)
+    origin = "What was measured."
+    if given is not None:
+        (low, high), origin = given, "The range was given."
+    elif acts is None:
+        low, high = widened(low, high)
+        origin = "What was measured, and a little more at both ends."
+    name = re.sub(r"[^\w.\[\]]+", "_", column).strip("_") or "signal"
+    unit = records[0].units[column] or None
+    try:
+        require_unit(name, unit or "1")
+    except ValueError:
+        remarks.append(
+            f"column {column!r} has the unit {unit!r}, which FMI does not know: the recipe says "
+            '"1"; give another one there, such as "mm" or "kN"'
+        )
+        unit = "1"
+    start = min(max(_start(records[0], column), low), high)
+    table = SignalTable(
+        unit=unit,
+        range=(low, high),
+        start=start,
+        hold=None if acts is None else acts.hold,
+        column=None if name == column else column,
+    )
+    return DraftSignal(name, table, origin if acts is None else f"{origin} {acts.origin}")
+
+
+def _start(record: Record, column: str) -> float:
+    """Return the value before anybody sets one: the middle one of all that were measured."""
+    return float(f"{np.nanmedian(record.columns[column]):.3g}")
+
+
+def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
+    """Return the least and largest value of a column, rounded outwards to three digits."""
+    values = [record.columns[column] for record in records]
+    low, high = min(map(np.nanmin, values)), max(map(np.nanmax, values))
+    unit = 10.0 ** (math.floor(math.log10(high - low)) - 2)
+    return _neat(math.floor(low / unit) * unit), _neat(math.ceil(high / unit) * unit)
+
+
+def _neat(value: float) -> float:
+    return float(f"{value:.12g}")

@@ -1,0 +1,229 @@
+"""Recipes of measured records: what they may say, and what they fill in.
+
+They have parts and shares of samples in place of numbers of trajectories, and each file may be of
+another specimen, whose parameters are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import comb
+from pathlib import Path
+from typing import Any, Final, get_args
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.recipe.automatic import Tables
+from slide_fmu.recipe.estimator import EstimatorRecipe
+from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
+from slide_fmu.recipe.learning import StateSpaceRecipe
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.system import SystemRecipe
+from slide_fmu.recipe.tables import Part
+from slide_fmu.records.specimens import SPECIMENS_PER_TERM, too_few_specimens
+
+KIND = "record"
+"""The kind of system whose trajectories are measured."""
+
+PARTS: tuple[Part, ...] = get_args(Part)
+"""The parts of records in the order of time; the last one is what the FMU is measured on."""
+
+SHARES: dict[Part, float] = {"train": 0.7, "validation": 0.15, "test": 0.15}
+"""Parts of all samples where a recipe says nothing and has no error estimator."""
+
+SHARES_WITH_ESTIMATOR: dict[Part, float] = {
+    "train": 0.55,
+    "validation": 0.12,
+    "estimator": 0.15,
+    "estimator_validation": 0.06,
+    "test": 0.12,
+}
+"""Those where it has one, which learns from samples that the surrogate has not learnt from."""
+
+DEGREES = 2, 1
+"""Of these degrees the first that the specimens suffice for is taken, or else the last."""
+
+OF_RECORD = "by the noise record"
+OF_RESIDUALS = "by the flat bottom of the residuals' spectrum"
+"""From these the noise of the outputs is known."""
+
+
+class RecordRules(KindRules):
+    """RecordRules are those of recipes of measured records. Final."""
+
+    words = Words(
+        trained_on="measured records",
+        stands_for="what was measured",
+        truth="measured",
+        reference="The reference is what was measured.",
+        by_kind="By file",
+        get_inputs="The FMU is",
+        parameters="Every stretch has the values of its specimen.",
+        # nobody can simulate how such a system comes to rest
+        lasting_memory=" (a system with hysteresis, or with a drift, never forgets what happened "
+        "to it: no network that has learnt its records passes)",
+    )
+    simulated = False
+    lacks_outputs = True
+    no_bound = (
+        "[bound] with system.kind = 'record'; expected a system that can be simulated, since a "
+        "bound needs hundreds of trajectories of its own"
+    )
+
+    def begun(self, tables: Tables) -> Tables:
+        """Refuse numbers of trajectories: the samples decide about them."""
+        data = tables.get("data", {})
+        given = [key for key in PARTS[:-1] if isinstance(data, Mapping) and key in data]
+        if given:
+            raise ValueError(
+                f"data.{given[0]} = {data[given[0]]!r} with system.kind = {KIND!r}; expected "
+                "none: the samples of the records decide; give data.shares, or remove it"
+            )
+        return {"data": {}, **tables}
+
+    def ended(self, tables: Tables) -> Tables:
+        """Fill in the division and the degree of specimens, if not given.
+
+        Each file is divided by itself, so that every part has every specimen. The degree of the
+        polynomials is one that the specimens suffice for.
+        """
+        data, network = tables.get("data", {}), tables.get("network", {})
+        parameters = tables.get("parameters")
+        known = all(isinstance(table, Mapping) for table in (parameters, data, network))
+        if not (known and parameters):
+            return tables
+        follows = network.get("family", StateSpaceRecipe().family) == StateSpaceRecipe().family
+        degree = {"parameter_degree": _degree(parameters)} if follows else {}
+        return {**tables, "data": {"by": "each", **data}, "network": {**degree, **network}}
+
+    def require_fitting_tables(self, recipe: Recipe) -> None:
+        _require_no_model(recipe)
+        _require_shares(recipe)
+        _require_weights(recipe)
+
+    def require_parameters(self, recipe: Recipe) -> None:
+        """Refuse parameters without one value for each file, or too few different ones."""
+        files = 1 + len(recipe.system.further)
+        for name, table in recipe.parameters.items():
+            given = list(table.values)
+            if len(given) != files:
+                raise ValueError(
+                    f"parameters.{name}.values = {given}; expected {files} of them, one for each "
+                    "file of records: system.model first, then those of system.further in their "
+                    "order"
+                    + ("" if table.range is None else "; remove the range: it follows from them")
+                )
+            if len(set(given)) == 1:
+                raise ValueError(
+                    f"parameters.{name}.values = {given}; expected at least two that differ: "
+                    "records of one value alone teach no parameter; remove it, or measure other "
+                    "specimens"
+                )
+        problem = too_few_specimens(recipe, range(files))
+        if problem is not None:
+            raise ValueError(problem)
+
+    def starts(self, recipe: Recipe) -> dict[str, float]:
+        """Return nothing: nobody sets the parameters of records."""
+        return {}
+
+    def draws_beyond(self, estimator: EstimatorRecipe, index: int) -> bool:
+        return False
+
+    def motions(self, recipe: Recipe) -> list[Motion]:
+        """Return the files."""
+        paths = [Path(path) for path in (recipe.system.model, *recipe.system.further)]
+        names = [path.name for path in paths]
+        alike = len(set(names)) < len(names)
+        return [Motion(str(path) if alike else path.name, "measured") for path in paths]
+
+    def described(
+        self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool
+    ) -> dict[str, str]:
+        return {m.name: f"inputs like those of the file {m.name}" for m in self.motions(recipe)}
+
+    def compared(self, recipe: Recipe, count: int, seed: int) -> str:
+        return (
+            f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
+            "run on their inputs. What was measured has noise of its own, which no surrogate can "
+            f"predict: its RMS is known {self.origin_of_noise(recipe)}. Run freely, never handed "
+            "over from window to window, the network begins with the state that the lead of a "
+            "block shows."
+        )
+
+    def origin_of_noise(self, recipe: Recipe) -> str:
+        return OF_RESIDUALS if recipe.system.noise_record is None else OF_RECORD
+
+    def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
+        """Name the files of records, one row of numbers for each, that have changed."""
+        files = (system.model, *system.further)
+        others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
+        return (
+            f"{', '.join(others)} has changed since its samples were stored here; expected the "
+            "same content: restore it, or generate again (slide-fmu generate RECIPE --overwrite)"
+        )
+
+
+RULES: Final = RecordRules()
+
+
+def shares_of(recipe: Recipe) -> dict[Part, float]:
+    """Return what part of all samples of measured records each of ``PARTS`` has."""
+    default = SHARES if recipe.estimator is None else SHARES_WITH_ESTIMATOR
+    given = recipe.data.shares or default
+    return {part: given.get(part, 0.0) for part in PARTS}
+
+
+def _degree(parameters: Mapping[str, Any]) -> int:
+    """Return the degree that the values in tables, which are not checked yet, suffice for."""
+    columns = [
+        table.get("values", ()) for table in parameters.values() if isinstance(table, Mapping)
+    ]
+    different = len(set(zip(*columns, strict=False)))
+    for degree in DEGREES:
+        if different >= SPECIMENS_PER_TERM * comb(len(columns) + degree, degree):
+            break
+    return degree
+
+
+def _require_no_model(recipe: Recipe) -> None:
+    system, data = recipe.system, recipe.data
+    given: dict[str, object] = {
+        "system.reference": dict(system.reference),
+        "system.picture": system.picture,
+        "data.excitation": [kind.kind for kind in data.excitation],
+        "data.beyond": data.beyond,
+        "validation.duration": recipe.validation.duration,
+        "validation.excitation": [kind.kind for kind in recipe.validation.excitation],
+    }
+    for key, value in given.items():
+        if value:
+            raise ValueError(
+                f"{key} = {value!r} with system.kind = {KIND!r}; expected none, since records "
+                "cannot be simulated: remove it"
+            )
+
+
+def _require_weights(recipe: Recipe) -> None:
+    """Refuse a noise record where no network is learnt by its spectrum."""
+    family = recipe.network.family
+    if recipe.system.noise_record is not None and family != "state_space":
+        raise ValueError(
+            f"system.noise_record = {recipe.system.noise_record!r} with network.family = "
+            f"{family!r}; expected network.family = 'state_space', whose residuals alone are "
+            "weighted by the spectrum of noise: choose it, or remove the key"
+        )
+
+
+def _require_shares(recipe: Recipe) -> None:
+    shares = shares_of(recipe)
+    wanted = [part for part in PARTS if recipe.estimator is not None or "estimator" not in part]
+    lacking = [part for part in wanted if not shares[part]]
+    idle = [part for part in PARTS if part not in wanted and shares[part]]
+    total = sum(shares.values())
+    if lacking or idle or abs(total - 1.0) > 1e-6:
+        raise ValueError(
+            f"data.shares = {dict(recipe.data.shares)}, {total:g} in all; expected positive "
+            f"shares of {wanted}, 1 in all, and of nothing else: correct them, or remove the key"
+        )

@@ -1,0 +1,153 @@
+"""The window of a recipe of records is sized by the poles of a linear fit, and held against them.
+
+How long the fitted network itself remembers, ``stability`` tests afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from slide_fmu.core.window import Window
+from slide_fmu.memory.decay import recommend_window, too_short
+from slide_fmu.memory.decay_figures import (
+    FittedTime,
+    LinearModel,
+    RecordSizingFigures,
+    SlowestPole,
+    WindowSize,
+    finite,
+)
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.records.decay import RecordDecay, decay_of_records
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.stretches import learnt_pieces
+
+FEW_WINDOWS = 20
+"""Records to learn from that have fewer windows than these are remarked as short."""
+LONGEST = 2.0
+"""The window holds the upper end of the decay time's interval up to so many times the time."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSizing:
+    """A RecordSizing says what the window of a recipe must hold, by a linear fit of its records.
+
+    Attributes:
+        window: the recipe's window.
+        decay: what the linear fit says.
+        samples: samples of the part to learn from.
+    """
+
+    window: Window
+    decay: RecordDecay
+    samples: int
+
+    @property
+    def left_out(self) -> None:
+        """Nothing is left out."""
+        return None
+
+    @property
+    def remaining_amplitude(self) -> float:
+        """The fraction A_rel to which initial effects shall decay."""
+        return self.decay.remaining_amplitude
+
+    @property
+    def forgets(self) -> bool:
+        """Tell whether there is a window that can hold the system."""
+        return not self.decay.lasts
+
+    @property
+    def needed(self) -> float:
+        """The window must truncate this time in s: the decay time of the slowest pole."""
+        return self.decay.time
+
+    @property
+    def wanted(self) -> float:
+        """The time in s that a window is proposed for: the interval's upper end, in reason."""
+        return min(self.decay.interval[1], LONGEST * self.decay.time)
+
+    @property
+    def problem(self) -> str | None:
+        """The text says why the window is too short, or none is long enough; None if it is."""
+        if not self.forgets:
+            return self._lasting()
+        return too_short(self.window, self.needed)
+
+    @property
+    def remark(self) -> str | None:
+        """The text says what one should know about the window; None if there is nothing."""
+        windows = self.samples / self.window.n_in
+        if windows >= FEW_WINDOWS:
+            return None
+        return (
+            f"the part to learn from has {self.samples} samples, {windows:.3g} windows of "
+            f"{self.window.n_in}; expected at least {FEW_WINDOWS}: record more, or take a larger "
+            "step or remaining amplitude"
+        )
+
+    def figures(self) -> RecordSizingFigures:
+        """Return the figures, as JSON files hold them."""
+        value, low, high = map(finite, (self.decay.time, *self.decay.interval))
+        known = self.forgets
+        return RecordSizingFigures(
+            remaining_amplitude=self.remaining_amplitude,
+            fitted_decay_time_s=FittedTime(value=value, low=low, high=high),
+            slowest_pole=SlowestPole(
+                rate_1_s=self.decay.rate,
+                rate_deviation_1_s=self.decay.deviation,
+                angular_frequency_rad_s=self.decay.frequency,
+            ),
+            linear_model=LinearModel(order=self.decay.order, states=self.decay.states),
+            window=WindowSize.of(self.window),
+            recommended_n_in=self._recommended() if known else None,
+            sufficient=self.problem is None,
+            refusal=self._lasting() if not known else None,
+            remark=self.remark,
+        )
+
+    def _recommended(self) -> int:
+        return recommend_window(self.needed, self.window.step, self.window.n_out).n_in
+
+    def _lasting(self) -> str:
+        decay = self.decay
+        found = (
+            f"the slowest pole of a linear fit of the records has the rate {decay.rate:.3g} 1/s, "
+            f"with a standard deviation of {decay.deviation:.2g} 1/s, and the longest piece of "
+            f"the records is {decay.longest:.4g} s long"
+        )
+        if decay.frequency == 0.0:
+            return (
+                f"an integral, a drift, or a free direction: {found}: nothing says that what "
+                "happened once is ever forgotten, so no window can hold it. Learn the rate of the "
+                "output instead (its derivative, as the velocity of a position), remove the drift "
+                "of the sensor, or record for longer if the system is merely slow"
+            )
+        return (
+            f"an oscillation that does not decay: {found}. Give the system damping, leave out "
+            "what drives the oscillation, or record for longer"
+        )
+
+
+def size_records(recipe: Recipe, source: MeasuredRecords) -> RecordSizing:
+    """Fit the records that a recipe learns from, and hold its window against the decay.
+
+    With physical parameters, those of each specimen are fitted by themselves: the longest counts.
+
+    Raises:
+        RecipeError: there are too few samples.
+    """
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    groups = learnt_pieces(recipe, source)
+    try:
+        decays = [decay_of_records(own, recipe.window.remaining_amplitude) for own in groups]
+    except ValueError as error:
+        raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
+    slowest = max(decays, key=lambda decay: (decay.lasts, decay.time))
+    return RecordSizing(window, slowest, sum(len(p.inputs) for own in groups for p in own))
+
+
+def wanted_samples(sizing: RecordSizing) -> int:
+    """Return how many samples a window is proposed to truncate."""
+    return max(1, math.ceil(sizing.wanted / sizing.window.step * (1.0 - 1e-12)))

@@ -1,0 +1,135 @@
+"""Trajectories of measured records: blocks of their parts, cut to one length.
+
+Samples of one part never stand in another, but as lead: those that fill the window, or burn in,
+may lie in the part before, and are not scored there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.records.division import Block
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.parts import divided, files_of, in_order_of_time, scored_parts
+from slide_fmu.records.specimens import values_in_file
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A Stretch is a trajectory that was measured at one go.
+
+    Attributes:
+        trajectory: N inputs and N + 1 outputs in their units, the lead included.
+        file: number of the file that it comes from.
+        lead: number of its first inputs whose outputs are not scored.
+        parameters: physical parameters of the specimen in the file, by name.
+    """
+
+    trajectory: Trajectory
+    file: int
+    lead: int
+    parameters: dict[str, float]
+
+
+def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajectory]]:
+    """Return the whole blocks that a window is sized by, of one specimen after another.
+
+    They are the first in the order of time, without leads. Without physical parameters there is
+    one specimen.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    blocks = in_order_of_time(recipe, source)["train"]
+    found: dict[tuple[float, ...], list[Trajectory]] = {}
+    for block, file in zip(blocks, files_of(source, blocks), strict=True):
+        specimen = tuple(values_in_file(recipe, file).values())
+        found.setdefault(specimen, []).append(block.cut(source.pieces))
+    return list(found.values())
+
+
+def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretch]:
+    """Cut all blocks of a part into stretches of the recipe's duration, which all overlap.
+
+    They overlap by the truncated part of the window, in which outputs may be missing, as NaN, but
+    not in what is scored. The last stretch of a block ends where the
+    block ends, so that none of its samples is lost, and a few are scored twice. A block that is
+    shorter than a stretch is left out.
+
+    Raises:
+        RecipeError: as of ``divided``, or outputs are missing that an estimator needs.
+    """
+    lead = recipe.window.n_in - recipe.window.n_out
+    scored = round(recipe.data.duration / recipe.window.step) - lead
+    found = []
+    for block in scored_parts(recipe, source).get(part, ()):
+        for first in _firsts(block, scored):
+            whole = Block(block.piece, first - lead, first, first + scored)
+            found.append(_stretch(recipe, source, whole))
+    lacking = part.startswith("estimator") and not all(
+        np.isfinite(one.trajectory.outputs).all() for one in found
+    )
+    if lacking:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: outputs are missing in the part {part!r}; expected all of "
+            "them for an error estimator: remove the table [estimator]"
+        )
+    return found
+
+
+def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
+    """Return the whole blocks on which an FMU is measured, led in by one window at most.
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    found = []
+    for block in scored_parts(recipe, source)["test"]:
+        start = max(0, block.scored - recipe.window.n_in)
+        whole = Block(block.piece, start, block.scored, block.stop)
+        found.append(_stretch(recipe, source, whole))
+    return found
+
+
+def inputs_beyond(
+    recipe: Recipe, source: MeasuredRecords, count: int, number: int, factor: float
+) -> FloatArray:
+    """Return ``number`` stretches of the inputs that are learnt from, all with a larger amplitude.
+
+    Their deviations from the mean are multiplied by the factor. They begin evenly spread over the
+    training part, which runs to and fro where it is shorter than a stretch of ``count`` samples.
+    The shape is (number, count, n_inputs).
+
+    Raises:
+        RecipeError: as of ``divided``.
+    """
+    blocks = [block.cut(source.pieces).inputs for block in divided(recipe, source)["train"]]
+    mean = np.concatenate(blocks).mean(axis=0)
+    found = []
+    for index in range(number):
+        inputs = blocks[index % len(blocks)]
+        if len(inputs) < count:
+            inputs = np.pad(inputs, ((0, count - len(inputs)), (0, 0)), mode="symmetric")
+        first = (len(inputs) - count) * index // max(1, number - 1)
+        larger = mean + factor * (inputs[first : first + count] - mean)
+        found.append(on_circles(source.inputs, larger))
+    return np.stack(found)
+
+
+def _stretch(recipe: Recipe, source: MeasuredRecords, block: Block) -> Stretch:
+    (file,) = files_of(source, [block])
+    lead = block.scored - block.start
+    return Stretch(block.cut(source.pieces), file, lead, values_in_file(recipe, file))
+
+
+def _firsts(block: Block, scored: int) -> list[int]:
+    """Return where stretches of a block begin to be scored."""
+    rest = block.stop - block.scored
+    if rest < scored:
+        return []
+    firsts = list(range(block.scored, block.stop - scored + 1, scored))
+    return firsts if firsts[-1] + scored == block.stop else [*firsts, block.stop - scored]

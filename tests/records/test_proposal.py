@@ -1,0 +1,225 @@
+"""A first recipe is proposed for records of the user, and is tried."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from typer.testing import CliRunner, Result
+
+from slide_fmu.cli.app import app
+from slide_fmu.recipe.reading import parse_open_recipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.records.columns import RecordWish
+from slide_fmu.records.proposal import propose_record
+from tests.own_records import STEP, force_and_travel, write_record
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def recipe_for(path: Path, **wish: object) -> Recipe:
+    wished = RecordWish((str(path),), inputs={"force": None}, **wish)  # type: ignore[arg-type]
+    return parse_open_recipe(propose_record(wished).text, "proposed").guess
+
+
+def write_columns(path: Path, **columns: np.ndarray) -> Path:
+    table = np.stack(list(columns.values()), axis=1)
+    np.savetxt(path, table, "%.9g", ",", header=",".join(columns), comments="")
+    return path
+
+
+def test_proposed_recipe_has_columns_units_ranges_and_the_step(tmp_path: Path) -> None:
+    recipe = recipe_for(write_record(tmp_path / "bench test.csv", noise=0.01))
+    force, travel = recipe.system.inputs["force"], recipe.system.outputs["travel"]
+    assert (recipe.name, recipe.system.kind, recipe.window.step) == ("bench_test", "record", STEP)
+    assert (force.unit, travel.unit, force.hold) == ("N", "m", "first_order")
+    measured = force_and_travel(4000)[0]
+    assert force.range is not None
+    assert force.range[0] <= measured.min() < measured.max() <= force.range[1]
+    assert np.ptp(force.range) < 1.05 * np.ptp(measured)
+    assert recipe.estimator is None  # there are few samples
+
+
+def test_long_record_gets_an_error_estimator(tmp_path: Path) -> None:
+    assert recipe_for(write_record(tmp_path / "a.csv", 20_000)).estimator is not None
+
+
+def test_names_that_no_signal_can_have_are_replaced_and_keep_their_column(tmp_path: Path) -> None:
+    header = "time [s],force,Travel of rod (left) [m]"
+    recipe = recipe_for(write_record(tmp_path / "a.csv", header=header))
+    [(name, signal)] = recipe.system.outputs.items()
+    assert (name, signal.column) == ("Travel_of_rod_left", "Travel of rod (left)")
+
+
+def test_held_inputs_are_found_by_when_outputs_answer(tmp_path: Path) -> None:
+    force, travel = force_and_travel(4000, bend=0.0)
+    noisy = travel[:-1] + 0.001 * np.random.default_rng(0).normal(size=3999)
+    time = STEP * np.arange(3999)
+    recipe = recipe_for(
+        write_columns(tmp_path / "a.csv", time=time, force=force[1:], travel=noisy)
+    )
+    assert recipe.system.inputs["force"].hold == "zero_order"
+
+
+def test_file_without_times_needs_the_step_and_keeps_it(tmp_path: Path) -> None:
+    force, travel = force_and_travel(4000)
+    path = write_columns(tmp_path / "a.csv", force=force, travel=travel)
+    with pytest.raises(RecipeError, match="--time NAME, or --step SECONDS"):
+        recipe_for(path)
+    recipe = recipe_for(path, step=0.02)
+    assert recipe.system.parameters == {"sample_step": 0.02}
+    assert recipe.window.step == 0.02
+
+
+def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv", 500)
+    with pytest.raises(RecipeError, match=r"the records have 499 samples.* at least \d+ samples"):
+        recipe_for(path)
+
+
+def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecipeError, match="record more"):
+        recipe_for(write_record(tmp_path / "a.csv", 2))
+
+
+def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv", 1000)
+    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    assert parse_open_recipe(proposal.text, "proposed").guess.window.remaining_amplitude == 0.01
+    assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
+
+
+def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate(
+    tmp_path: Path,
+) -> None:
+    force, travel = force_and_travel(4000)
+    columns = {"time": STEP * np.arange(4000), "force": force, "way": np.cumsum(travel)}
+    with pytest.raises(RecipeError, match="Learn the rate of the output instead"):
+        recipe_for(write_columns(tmp_path / "a.csv", **columns))
+
+
+def repeated(folder: Path, waves: int, period: int) -> RecordWish:
+    """Wish for a recipe of a record of 24 000 samples, in which each wave comes several times."""
+    rng, times = np.random.default_rng(0), 24_000 // period // waves
+    force = np.concatenate([np.tile(rng.normal(size=period), times) for _ in range(waves)])
+    columns = {
+        "time": STEP * np.arange(len(force)),
+        "force": force,
+        "travel": lfilter([1], [1, -0.9], force),
+    }
+    return RecordWish((str(write_columns(folder / "a.csv", **columns)),), {"force": None})
+
+
+@pytest.mark.parametrize(
+    ("waves", "period", "meaning"),
+    [
+        (1, 250, "the error says nothing about other inputs"),
+        (1, 4000, "each part has inputs of its own"),
+        (4, 1000, "each part has inputs of its own"),
+    ],
+)
+def test_inputs_that_come_again_are_remarked_and_leave_no_estimator(
+    tmp_path: Path, waves: int, period: int, meaning: str
+) -> None:
+    proposal = propose_record(repeated(tmp_path, waves, period))
+    recipe = parse_open_recipe(proposal.text, "proposed").guess
+    assert (recipe.data.by, recipe.estimator) == ("block", None)
+    assert "in the part in which they came first" in proposal.draft.by_origin
+    [remark] = [remark for remark in proposal.remarks if "come again" in remark]
+    assert f"mostly {STEP * period:g} s ({period} samples) later" in remark
+    assert meaning in remark
+
+
+@pytest.mark.parametrize("drives", [(0, 0), (0, 0, 1, 2), (0,) * 10])
+def test_records_of_one_drive_signal_are_remarked_by_their_names(
+    tmp_path: Path, drives: tuple[int, ...]
+) -> None:
+    rng = np.random.default_rng(0)
+    signals = rng.normal(size=(3, 1500))
+    paths = []
+    for number, drive in enumerate(drives):
+        travel = lfilter([1], [1, -0.9], signals[drive]) + 0.01 * rng.normal(size=1500)
+        columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
+        paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
+    proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
+    assert parse_open_recipe(proposal.text, "proposed").guess.data.by == "block"
+    [remark] = [remark for remark in proposal.remarks if "come again" in remark]
+    alike = [f"{number}.csv" for number, drive in enumerate(drives) if drive == 0]
+    assert f"{', '.join(alike)} have them in common" in remark
+
+
+def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
+    paths = tuple(str(write_record(tmp_path / f"{n}.csv", 400, seed=n)) for n in range(12))
+    proposal = propose_record(RecordWish(paths, {"force": None}, folder=tmp_path))
+    recipe = parse_open_recipe(proposal.text, "proposed").guess
+    assert (recipe.data.by, len(recipe.system.further)) == ("record", 11)
+    assert recipe.system.model == "0.csv"
+
+
+def test_unit_that_fmi_does_not_know_is_remarked_and_left_out(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv", header="time [s],force [pond],travel [m]")
+    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    assert parse_open_recipe(proposal.text, "proposed").guess.system.inputs["force"].unit == "1"
+    assert any("'pond', which FMI does not know" in remark for remark in proposal.remarks)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "expected which of them are inputs"),
+        (["--input", "speed"], "no columns ['speed']; it has"),
+        (["--input", "forc"], "did you mean 'force'?; --input COLUMN in place of --input forc"),
+        (["--input", "force", "--output", "speed"], "no columns ['speed']; it has"),
+        (["--input", "force", "--output", "force"], "is an output too"),
+        (["--input", "force", "--name", "1st"], "--name '1st'; expected a letter"),
+        (["--input", "force", "--time", "clock"], "clock"),
+    ],
+)
+def test_wish_that_does_not_fit_the_columns_is_refused_in_one_line(
+    tmp_path: Path, arguments: list[str], message: str
+) -> None:
+    path = write_record(tmp_path / "a.csv")
+    result = invoke("init", path, "-o", tmp_path / "a.toml", *arguments)
+    assert result.exit_code == 1
+    assert message in " ".join(result.output.split())
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "a.toml").exists()
+
+
+def test_records_and_models_together_are_refused(tmp_path: Path) -> None:
+    result = invoke("init", write_record(tmp_path / "a.csv"), "pump.fmu", "--input", "force")
+    assert result.exit_code == 1
+    assert "expected one model without --time" in " ".join(result.output.split())
+
+
+@pytest.mark.parametrize(("option", "value"), [("--hold", "zero_order"), ("--fmu-step", "0.01")])
+def test_option_of_a_model_is_refused_for_records(tmp_path: Path, option: str, value: str) -> None:
+    record = tmp_path / "bench.csv"
+    record.write_text("t,u,y\n0,0,0\n1,1,1\n", encoding="utf-8")
+    place = str(tmp_path / "bench.toml")
+    result = invoke("init", str(record), "-o", place, "--input", "u", option, value)
+    assert result.exit_code != 0
+    assert f"{option} {value} for records; expected none" in " ".join(result.output.split())
+
+
+def test_init_and_try_lead_from_a_record_to_its_window(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_record(tmp_path / "bench.csv", 6000, noise=0.01)
+    begun = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
+    assert begun.exit_code == 0, begun.output
+    tried = invoke("try", "bench.toml", "--json", "bench.json")
+    assert tried.exit_code == 0, tried.output
+    figures = json.loads((tmp_path / "bench.json").read_text())
+    assert figures["window"]["sufficient"]
+    assert figures["data"]["trajectories"]["train"] >= 1
+    assert figures["data"]["wall_time_per_simulated_second_s"] is None
+    assert "slowest pole" in tried.output

@@ -1,0 +1,52 @@
+"""Networks that come to rest elsewhere after each motion are told from those that forget."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.records.remarks import apart_at_rest
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.memory.small_cells import scalar_cell
+from tests.own_records import write_record
+from tests.records.test_stretches import recipe_of, source_of
+
+FORGOTTEN = 1e-5
+
+
+def apart(folder: Path, pole: float, effect: float) -> FloatArray | None:
+    """What is found of x -> pole x + 5 u + effect tanh(x), under the force of a record."""
+    recipe = recipe_of(write_record(folder / "bench.csv"))
+    source = source_of(recipe)
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    cell = scalar_cell(pole, gain=5.0, effect=effect)
+    network = StateSpace(cell, window.n_in, window.n_out, FeatureMap(Differences(1)))
+    scalings = range_scaling(source.inputs), range_scaling(source.outputs)
+    surrogate = Surrogate("bench", window, source.inputs, source.outputs, *scalings, network)
+    return apart_at_rest(surrogate, recipe, source)
+
+
+def test_network_that_forgets_comes_to_rest_at_one_place(tmp_path: Path) -> None:
+    assert apart(tmp_path, 0.9, 0.05) == pytest.approx([0.0], abs=FORGOTTEN)
+
+
+def test_network_with_two_places_of_rest_stays_apart(tmp_path: Path) -> None:
+    """With 0.2 x = 0.4 tanh(x) there are two; motion goes to and fro between them."""
+    found = apart(tmp_path, 0.8, 0.4)
+    assert found is not None
+    assert found > 0.05
+
+
+def test_network_with_a_memory_longer_than_the_window_stays_apart(tmp_path: Path) -> None:
+    """After 240 samples 0.995 to this power is left, 0.3, of what differed before."""
+    found = apart(tmp_path, 0.995, 0.0)
+    assert found is not None
+    assert np.all((found > 0.1) & (found < 1.0))

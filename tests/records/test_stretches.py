@@ -1,0 +1,247 @@
+"""Trajectories of records: no sample is tested that was learnt from, and none is lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import Trajectory
+from slide_fmu.data.errors import StoreError
+from slide_fmu.data.generation import generate
+from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import read_split, write_trajectory
+from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.reading import parse_open_recipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.part_remarks import left_out, remarks_on_division
+from slide_fmu.records.parts import divided, longest_scored
+from slide_fmu.records.stretches import inputs_beyond, learnt_pieces, stretches, unseen_stretches
+from tests.marks import needs_app
+from tests.own_records import RECIPE, write_record
+from tests.progress import silent
+from tests.recipes import tiny_recipe
+
+LEAD = 160
+ROUNDING = 1e-12
+"""A value from which the mean was taken, and to which it was added again, differs by less."""
+
+
+def recipe_of(path: Path, **values: object) -> Recipe:
+    text = RECIPE.replace('"bench.csv"', f'"{path}"')
+    for key, value in values.items():
+        text += f"\n[data]\n{key} = {value}\n"
+    read = parse_open_recipe(text, "bench.toml")
+    lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
+    given = {key for key in ("duration",) if key in values}
+    lengths["data"] = {k: v for k, v in lengths["data"].items() if k not in given}
+    return read.with_found(lengths, "bench.toml").guess
+
+
+def with_numbers(recipe: Recipe, train: int, validation: int) -> Recipe:
+    read = OpenRecipe(recipe, ("data.train", "data.validation"))
+    values = {"data": {"train": train, "validation": validation}}
+    return read.with_found(values, "bench.toml").resolved()
+
+
+def source_of(recipe: Recipe) -> MeasuredRecords:
+    source = case_of(recipe).source
+    assert isinstance(source, MeasuredRecords)
+    return source
+
+
+def starts(recipe: Recipe, part: str) -> list[int]:
+    """Numbers of the first inputs of all stretches of a part; inputs of the record are unlike."""
+    source = source_of(recipe)
+    inputs = source.pieces[0].trajectory.inputs[:, 0]
+    found = stretches(recipe, source, part)
+    return [int(np.flatnonzero(inputs == one.trajectory.inputs[0, 0])[0]) for one in found]
+
+
+def test_stretches_score_every_sample_of_their_part_behind_the_first_lead(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    scored = 400 - LEAD
+    for part, begin, end in (("train", 0, 2799), ("validation", 2799, 3399)):
+        firsts = starts(recipe, part)
+        covered = set().union(*(range(s + LEAD, s + LEAD + scored) for s in firsts))
+        assert covered == set(range(max(begin, LEAD), end))
+
+
+def test_stretches_have_one_length_and_outputs_that_belong_to_their_inputs(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    whole = source.pieces[0].trajectory
+    for stretch, first in zip(
+        stretches(recipe, source, "train"), starts(recipe, "train"), strict=True
+    ):
+        assert stretch.lead == LEAD
+        np.testing.assert_array_equal(stretch.trajectory.inputs, whole.inputs[first : first + 400])
+        np.testing.assert_array_equal(
+            stretch.trajectory.outputs, whole.outputs[first : first + 401]
+        )
+
+
+def test_tested_block_is_led_in_by_a_window_and_was_not_learnt_from(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    [block] = unseen_stretches(recipe, source)
+    assert block.lead == recipe.window.n_in
+    scored = set(block.trajectory.outputs[block.lead + 1 :, 0].tolist())
+    for part in ("train", "validation"):
+        for stretch in stretches(recipe, source, part):
+            assert scored.isdisjoint(stretch.trajectory.outputs[:, 0].tolist())
+
+
+def test_blocks_that_are_shorter_than_a_stretch_are_left_out(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"), duration=30.0)
+    assert stretches(recipe, source_of(recipe), "validation") == []
+
+
+def test_blocks_that_are_left_out_are_remarked_with_their_samples(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv")
+    assert left_out(recipe_of(path), source_of(recipe_of(path))) is None
+    recipe = recipe_of(path, duration=10.0)
+    remark = left_out(recipe, source_of(recipe))
+    assert remark is not None
+    assert "1 of 2 blocks of the records, with 600 samples to learn from" in remark
+
+
+def test_part_that_is_too_short_is_refused_with_the_recipe(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv", 500))
+    with pytest.raises(RecipeError, match="recipe 'bench': validation has 75 samples to score"):
+        divided(recipe, source_of(recipe))
+
+
+def test_inputs_beyond_are_those_of_the_training_with_a_larger_amplitude(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    source = source_of(recipe)
+    one, two = (inputs_beyond(recipe, source, 300, 5, factor) for factor in (1.0, 2.0))
+    learnt = learnt_pieces(recipe, source)[0][0].inputs
+    mean = learnt.mean(axis=0)
+    np.testing.assert_allclose(two - mean, 2 * (one - mean))
+    assert one.shape == (5, 300, 1)
+    apart = np.abs(one.ravel()[:, None] - learnt.ravel()).min(axis=1)
+    assert apart.max() < ROUNDING
+    assert len({row[0, 0] for row in one}) == 5
+
+
+def test_inputs_run_to_and_fro_where_the_record_is_shorter_than_asked(tmp_path: Path) -> None:
+    recipe = recipe_of(write_record(tmp_path / "a.csv"))
+    found = inputs_beyond(recipe, source_of(recipe), 9000, 2, 1.0)
+    jumps = np.abs(np.diff(found[0, :, 0])).max()
+    assert found.shape == (2, 9000, 1)
+    assert jumps <= np.abs(np.diff(found[0, :2700, 0])).max()
+
+
+def test_files_beyond_the_hundred_keep_their_numbers(tmp_path: Path) -> None:
+    recipe, store = tiny_recipe(), tmp_path / "data"
+    shapes = {"inputs": (3, 1), "outputs": (4, 1)}
+    open_store(store, recipe, shapes, np.zeros((2, 1)))
+    for index in range(recipe.count("train")):
+        found = Trajectory(0.1, np.ones((3, 1)), np.ones((4, 1)))
+        write_trajectory(store, "train", index, found, 300 + index)
+    assert read_split(store, "train").kinds.tolist() == [300, 301, 302, 303]
+
+
+def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:
+    return generate(case_of(recipe), store, None, progress)
+
+
+def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
+    tmp_path: Path,
+) -> None:
+    path, store = write_record(tmp_path / "a.csv"), tmp_path / "data"
+    recipe = with_numbers(recipe_of(path), 11, 3)
+    assert made(recipe, store) == 14
+    assert made(recipe, store) == 0
+    split = read_split(store, "train")
+    source = source_of(recipe)
+    expected = np.stack([s.trajectory.outputs for s in stretches(recipe, source, "train")])
+    np.testing.assert_array_equal(split.outputs, expected)
+    write_record(path, seed=3)
+    with pytest.raises(StoreError, match="has changed since"):
+        made(recipe, store)
+
+
+def without_outputs(path: Path, rows: slice, count: int = 4000) -> Path:
+    """Write a record in which the outputs of some rows are empty."""
+    write_record(path, count, noise=0.01)
+    header, *lines = path.read_text().splitlines()
+    for index in range(count)[rows]:
+        lines[index] = lines[index].rpartition(",")[0] + ","
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+def test_outputs_that_are_missing_cut_what_is_scored_but_not_what_leads_in(tmp_path: Path) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
+    source = source_of(recipe)
+    assert len(source.pieces) == 1
+    assert longest_scored(recipe, source) == 99  # three in ten of the validation part are so few
+    whole, parts = divided(recipe, source), ("train", "validation")
+    for part in parts:
+        found = stretches(recipe, source, part)
+        assert all(np.isfinite(one.trajectory.outputs[LEAD + 1 :]).all() for one in found)
+        assert any(np.isnan(one.trajectory.outputs).any() for one in found)
+        assert len(found) >= sum(b.stop - b.scored for b in whole[part]) // 200 - 1 > 0
+    tested = unseen_stretches(recipe, source)
+    assert all(np.isfinite(one.trajectory.outputs[one.lead + 1 :]).all() for one in tested)
+    count = sum(len(one.trajectory.inputs) - one.lead for one in tested)
+    assert count == whole["test"][0].stop - whole["test"][0].scored - 3
+
+
+def test_outputs_that_are_missing_nearly_everywhere_are_refused_with_a_remedy(
+    tmp_path: Path,
+) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(None, None, 2)))
+    with pytest.raises(RecipeError, match=r"at most 1 samples in a row .* leave out the lines"):
+        longest_scored(recipe, source_of(recipe))
+
+
+def test_pieces_that_are_no_longer_than_the_lead_are_counted_in_the_remarks(
+    tmp_path: Path,
+) -> None:
+    path = write_record(tmp_path / "a.csv")
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([header, *lines[:101], *lines[151:201], *lines[211:]]) + "\n")
+    recipe = recipe_of(path)
+    [remark] = remarks_on_division(recipe, source_of(recipe))[:1]
+    assert "2 of 3 pieces of the records, with 149 of 3937 samples" in remark
+    assert f"no longer than the {LEAD} samples" in remark
+
+
+@needs_app("compare")
+def test_outputs_that_are_missing_are_refused_where_other_models_need_them(tmp_path: Path) -> None:
+    from slide_fmu.apps.compare.compare import require_comparable
+
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 400)), duration=3.5)
+    with pytest.raises(RecipeError, match="models of other kinds look back at outputs"):
+        require_comparable(case_of(recipe))
+    require_comparable(case_of(recipe_of(write_record(tmp_path / "b.csv"))))
+
+
+def test_missing_outputs_are_refused_where_an_estimator_needs_them(
+    tmp_path: Path,
+) -> None:
+    path = without_outputs(tmp_path / "c.csv", slice(100, None, 400), 12_000)
+    text = RECIPE.replace('"bench.csv"', f'"{path}"') + "\n[estimator]\n"
+    begun = parse_open_recipe(text, "bench.toml")
+    lengths = {"data": {"duration": 3.5, "burn_in": 2.4}}
+    estimated = begun.with_found(lengths, "bench.toml").guess
+    with pytest.raises(RecipeError, match="expected all of them for an error estimator"):
+        stretches(estimated, source_of(estimated), "estimator")
+
+
+def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:
+    recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
+    recipe = with_numbers(recipe, 2, 1)
+    made(recipe, tmp_path / "data.zarr")
+    outputs = read_split(tmp_path / "data.zarr", "train").outputs
+    assert 0 < np.isnan(outputs).sum() < 5
+    (tmp_path / "data.zarr" / "train" / "outputs" / "c" / "0" / "0" / "0").unlink()
+    with pytest.raises(StoreError, match="trajectory 0 is not whole"):
+        read_split(tmp_path / "data.zarr", "train")

@@ -194,7 +194,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
     own = standard_deviation_scaling(source.outputs, splits[0])
     outputs = outputs or (own if work.known is None else work.known.output_scaling)
     eigenvalues = eigenvalues_at_rest(source) if work.linearized else None
-    noise = source.noise and tuple(part / outputs.scale for part in source.noise)
+    noise = source.noise_at_rest and tuple(part / outputs.scale for part in source.noise_at_rest)
     key = checkpoint_key(
         *(content_of(split) for split in splits),
         str(eigenvalues),

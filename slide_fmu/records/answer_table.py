@@ -23,13 +23,13 @@ _OWN: dict[str, dict[str, str]] = {
         "found_numbers": "answers:found_numbers",
         "least_numbers": "answers:least_numbers",
     },
-    "pipeline.resolved": {"lengths_of_case": "lengths:lengths_of_case"},
+    "pipeline.resolved": {"lengths_of_case": "sizing:lengths_of_case"},
     "report.run_report": {
         "affine_response": "answers:no_response",
         "remarks_on_data": "remarks:remarks_on_records",
     },
     "pipeline.stages": {
-        "size_case": "lengths:size_case",
+        "size_case": "sizing:size_case",
         "step_of_case": "answers:no_remark_on_step",
     },
     "propose.trial": {"tried_motions": "answers:tried_records"},

@@ -45,8 +45,8 @@ class MeasuredRecords(Source):
         noise_record: what was recorded while nothing moved; None where nothing was.
     """
 
-    sampled = True
-    answers = ANSWERS
+    sampled_only = True
+    answers_elsewhere = ANSWERS
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class MeasuredRecords(Source):
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
         self.pieces, self.remarks, self.noise_record = pieces, remarks, noise_record
-        self.noise = None if noise_record is None else noise_record.stretches
+        self.noise_at_rest = None if noise_record is None else noise_record.stretches
         self.lacks_outputs = not all(
             np.isfinite(piece.trajectory.outputs).all() for piece in pieces
         )

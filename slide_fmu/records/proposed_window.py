@@ -15,12 +15,11 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.lengths import lengths_of_records
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import about_repeats
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
 from slide_fmu.records.rules import shares_of
-from slide_fmu.records.sizing import size_records, wanted_samples
+from slide_fmu.records.sizing import lengths_of_records, size_records, wanted_samples
 
 COARSER = 1e-2
 """Short records get a window that leaves this part of what happened before it."""

@@ -57,7 +57,7 @@ def validate_records(
             free = None if free is None else free[-scored:]
             comparisons.append(replace(comparison, free=free))
             progress(len(comparisons), len(found))
-    noise = rms_of_noise(source.noise, [comparison.error for comparison in comparisons])
+    noise = rms_of_noise(source.noise_at_rest, [comparison.error for comparison in comparisons])
     return Validation(task, surrogate, recipe, tuple(comparisons), noise=noise)
 
 

@@ -2,8 +2,8 @@
 
 A room asks such a question by a function about a system, marked ``asked_of_sources``. Whoever
 calls it may have any ``Source``. A source that is no system names its own answers in the table
-``answers``, and an answer is imported when it is first asked for, so that who simulates models
-need know nothing of it.
+``answers_elsewhere``, and an answer is imported when it is first asked for, so that who simulates
+models need know nothing of it.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def asked_of_sources(
 ) -> Callable[Concatenate[Source, Arguments], Answer]:
     """Make a question that any source can be asked of a function that answers it for systems.
 
-    Another source gives the answer that ``source.answers`` names for this function, as
+    Another source gives the answer that ``source.answers_elsewhere`` names for this function, as
     ``"package.module:function"``; it has the same parameters.
     """
     question = f"{of_systems.__module__}:{of_systems.__name__}"
 
     @wraps(of_systems)
     def asked(source: Source, /, *args: Arguments.args, **named: Arguments.kwargs) -> Answer:
-        place = source.answers.get(question)
+        place = source.answers_elsewhere.get(question)
         if place is None:
             return of_systems(cast(System, source), *args, **named)
         module, _, function = place.partition(":")

@@ -85,11 +85,11 @@ class Source(abc.ABC):
             which of them are an angle (``check_inputs``).
         remarks: one sentence each on what had to be assumed so far, for people.
         may_crash: whether it runs a library of somebody else, which may end the process.
-        sampled: whether nothing is known of what is between the samples.
+        sampled_only: whether nothing is known of what is between the samples.
         lacks_outputs: whether an output is missing somewhere.
-        noise: samples of the outputs' noise alone, (N, n_outputs) each, in their units; None where
-            it is not known.
-        answers: where this kind of source answers otherwise than a system that is simulated
+        noise_at_rest: samples of the outputs' noise alone, (N, n_outputs) each, in their units;
+            None where it is not known.
+        answers_elsewhere: where such a source answers otherwise than a system that is simulated
             (``slide_fmu.systems.answers``).
     """
 
@@ -98,10 +98,10 @@ class Source(abc.ABC):
     outputs: tuple[Signal, ...]
     remarks: tuple[str, ...] = ()
     may_crash: bool = False
-    sampled: bool = False
+    sampled_only: bool = False
     lacks_outputs: bool = False
-    noise: tuple[FloatArray, ...] | None = None
-    answers: Mapping[str, str] = MappingProxyType({})
+    noise_at_rest: tuple[FloatArray, ...] | None = None
+    answers_elsewhere: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ MOST_LINES = 5000
 SMALL = 60
 """A file of fewer lines, which one other file alone imports, belongs into that file."""
 SMALL_FILES = {
+    "slide_fmu.records.answer_table": "the one list of what records answer otherwise",
     "slide_fmu.apps.compare.baselines.candidates": "the one list of candidates",
     "slide_fmu.apps.compare.baselines.linear": "each kind of baseline has a file",
     "slide_fmu.apps.credentials.agreement": "it compares with the provenance, and reads nothing",

@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.recipe.case import case_of
-from slide_fmu.recipe.defaults import ITERATIONS
+from slide_fmu.recipe.open_recipe import ITERATIONS
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import LoadError

@@ -62,7 +62,7 @@ def of_others(source: Source, more: str) -> str:
 
 
 class Other(Source):
-    answers = MappingProxyType({f"{__name__}:whose": f"{__name__}:of_others"})
+    answers_elsewhere = MappingProxyType({f"{__name__}:whose": f"{__name__}:of_others"})
 
 
 def test_system_answers_where_it_is_asked() -> None:

@@ -45,7 +45,7 @@ def test_noise_record_needs_the_outputs_only_and_gives_its_noise(tmp_path: Path)
     assert (source.noise_record.file, len(source.noise_record.digest)) == ("rest.csv", 64)
     # the moving records are the same with it and without
     without = source_of(tmp_path / "a.csv")
-    assert without.noise is None
+    assert without.noise_record is None
     assert np.array_equal(without.identity, source.identity)
     assert source.files == ("a.csv",)
 

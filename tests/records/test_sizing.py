@@ -12,9 +12,8 @@ from slide_fmu.memory.sizing import NotForgettingError, ShortWindowError, requir
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.lengths import lengths_of_records
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.sizing import RecordSizing, size_records
+from slide_fmu.records.sizing import RecordSizing, lengths_of_records, size_records
 from tests.own_records import RATE, RECIPE, STEP, force_and_travel, write_record
 
 OPEN = RECIPE.replace("n_in = 240\nn_out = 80\n", "remaining_amplitude = 0.01\n")

@@ -17,6 +17,7 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.fmu.export import read_fmu
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
@@ -61,7 +62,7 @@ def test_no_public_name_is_that_of_a_room() -> None:
 
 
 def test_unknown_name_is_refused_as_python_does() -> None:
-    with pytest.raises(AttributeError, match="module 'slide_fmu' has no attribute 'sureogate'"):
+    with refused(AttributeError, "'slide_fmu' has no", "attribute 'sureogate'"):
         slide.sureogate  # noqa: B018
     assert set(slide.__all__) <= set(dir(slide))
 
@@ -103,12 +104,12 @@ def test_load_of_a_surrogate_file_gives_the_same_surrogate(tmp_path: Path) -> No
 def test_load_of_another_file_says_what_was_expected(tmp_path: Path) -> None:
     other = tmp_path / "notes.fmu"
     other.write_text("no archive at all", encoding="utf-8")
-    with pytest.raises(slide.FmuError, match="begins with b'no archi' and is neither an FMU nor"):
+    with refused(slide.FmuError, "'no archi' and is", "b'no archi'"):
         slide.load(other)
 
 
 def test_load_of_a_missing_file_names_it(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"missing\.fmu"):
+    with refused(FileNotFoundError, "missing.fmu"):
         slide.load(tmp_path / "missing.fmu")
 
 
@@ -136,20 +137,20 @@ def test_python_m_does_what_the_console_script_does() -> None:
 
 @pytest.mark.parametrize("path", ["nope.fmu", "", "."])
 def test_load_names_a_path_that_is_no_file(path: str) -> None:
-    with pytest.raises(FileNotFoundError, match=r"expected an FMU .* correct the path"):
+    with refused(FileNotFoundError, "expected an FMU", "correct the path"):
         slide.load(path)
 
 
 @pytest.mark.parametrize("path", [None, 3])
 def test_load_refuses_what_is_no_path(path: object) -> None:
-    with pytest.raises(slide.FmuError, match="expected the path of an FMU"):
+    with refused(slide.FmuError, "expected the path of", "an FMU"):
         slide.load(path)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("inputs", [[[1j]], [["force"]], [[None]]])
 def test_predict_refuses_what_are_no_real_numbers(inputs: object) -> None:
     surrogate = slide.load(ROOT / "fmus" / "linear" / "linear.fmu")
-    with pytest.raises(ValueError, match=r"inputs of type .*; expected real numbers"):
+    with refused(ValueError, "inputs of type", "expected real numbers"):
         surrogate.predict(inputs)  # type: ignore[arg-type]
 
 

@@ -20,6 +20,7 @@ from slide_fmu.report.model_card import variable_table
 from slide_fmu.report.table import markdown
 from tests.marks import needs_app
 from tests.progress import no_stages
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
@@ -98,7 +99,7 @@ def test_rebuild_of_an_fmu_without_experiment_simulates_one(folder: Path) -> Non
 
 def test_rebuild_of_an_fmu_that_was_not_measured_is_refused(tmp_path: Path) -> None:
     path = export_fmu(read_fmu(LINEAR)[0], tmp_path / "linear.fmu", provenance={"recipe": ""})
-    with pytest.raises(StageError, match="carries no measured figures; expected an FMU"):
+    with refused(StageError, "expected an FMU", "measured figures"):
         rebuild(path)
 
 
@@ -134,7 +135,7 @@ def test_rebuild_refuses_an_fmu_of_another_recipe(folder: Path) -> None:
     other = {**PROVENANCE, "recipe": RECIPE.replace("n_out = 32", "n_out = 33")}
     export_fmu(read_fmu(fmu)[0], fmu, provenance=other, documentation=PAGES, extra=EXPERIMENT)
     before = fmu.read_bytes()
-    with pytest.raises(StageError, match=r"toml says something else than the released"):
+    with refused(StageError, "something else"):
         rebuild(fmu)
     assert fmu.read_bytes() == before
 

@@ -37,6 +37,7 @@ from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
+from tests.refusals import refused
 
 RECIPE = tiny_state_space_recipe(
     system={
@@ -285,7 +286,7 @@ def test_companion_learns_from_the_trajectories_of_the_surrogate_or_from_others(
         assert bound.confidences == (0.9, 0.95)
         high = {v.name: v.high for v in fmu_variables(other.surrogate)}["confidence"]
         assert high == 0.95
-        with pytest.raises(ValueError, match=r"confidence 0.99; expected 0.9 to 0.95"):
+        with refused(ValueError, "expected 0.9 to", "0.9 to 0"):
             other.surrogate.error_bounds(unseen.inputs[0], 0.99)
         bounds = bounds_of(other.surrogate, unseen, 0.95)
         assert 0.9 < np.mean(unseen.errors <= bounds) < 0.995

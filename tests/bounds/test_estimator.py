@@ -32,6 +32,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fitting.plants import Still
 from tests.fmu.samples import Shape, random_surrogate
 from tests.progress import no_stages
+from tests.refusals import refused
 
 RESOLUTION = 1e-3
 
@@ -218,7 +219,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
 def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> None:
     surrogate = random_surrogate(Shape(block=False))
     split = split_of(surrogate, lambda given, rng: 1e-9 * given, 2, 30, 0)
-    with pytest.raises(ValueError, match=r"below estimator.expert.resolution = 0.001; lower"):
+    with refused(ValueError, "below estimator.expert.resolution = 0.001; lower"):
         fit_estimator(
             surrogate,
             Still(1).offered(surrogate.input_scaling),
@@ -281,7 +282,7 @@ FLIPPED = {"steps": 2, "batch": 4, "learning_rate": 0.01, "expert": {"flip_signs
 @pytest.mark.parametrize("changes", [{"training": FLIPPED}, {"expert": {"pretraining": FLIPPED}}])
 def test_signs_of_angles_are_not_flipped(tmp_path: Path, changes: dict[str, Any]) -> None:
     short_fit(tmp_path, {"features": ["changes"]}, **changes)
-    with pytest.raises(ValueError, match=r"^flip_signs = true in a training .* 'turn'"):
+    with refused(ValueError, "flip_signs = true", "a training", "'turn'"):
         short_fit(tmp_path, {"features": ["turn"]}, **changes)
 
 

@@ -31,6 +31,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, with_expert
+from tests.refusals import refused
 
 SMALL_ERROR = 1e-3
 """Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""
@@ -140,14 +141,14 @@ def test_scalings_are_those_of_ranges_and_standard_deviations() -> None:
     assert scaling.offset.tolist() == [2.0, 0.5]
     assert scaling.scale == pytest.approx([3.0, 0.5], rel=0.05)
     outputs[:, :, 1] = 0.25
-    with pytest.raises(ValueError, match=r"^'b' is constant in the training data; expected"):
+    with refused(ValueError, "'b' is constant", "training data"):
         standard_deviation_scaling(signals, split)
 
 
 def test_signs_are_flipped_of_symmetric_signals_only() -> None:
     signals = (Signal("force", "N", -2.0, 2.0), Signal("position", "m", -1.5, 3.5))
     require_symmetry(signals[:1])
-    with pytest.raises(ValueError, match=r"in a training, but the range of 'position' is -1.5"):
+    with refused(ValueError, "'position' is -1", "of 'position'"):
         require_symmetry(signals)
 
 

@@ -21,6 +21,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
+from tests.refusals import refused
 from tests.systems.function_models import specifications as models
 
 SMALL = {
@@ -91,7 +92,7 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
 
 
 def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: Learnt) -> None:
-    with pytest.raises(LoadError, match=r"Python session .* system="):
+    with refused(LoadError, "Python session", "system="):
         validate(learnt.fmu, trajectories=1, workers=0)
     found = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
     assert found["outputs"][0]["relative_rmse"] == learnt.errors["position"]
@@ -113,7 +114,7 @@ def test_what_was_learnt_is_not_learnt_again(
 def test_changed_function_is_noticed_and_learnt_anew_when_asked(
     learnt: Learnt, runs: Path
 ) -> None:
-    with pytest.raises(StoreError, match="model"):
+    with refused(StoreError, "model"):
         learn(oscillator(120.0), "oscillator", runs=runs, **SMALL)
     anew = learn(oscillator(120.0), "oscillator", runs=runs, overwrite=True, **SMALL)
     (position,) = anew.surrogate.predict(np.full((120, 1), 5.0))[-1]
@@ -149,9 +150,9 @@ def test_excitation_of_an_object_follows_from_its_inputs() -> None:
 
 
 def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:
-    with pytest.raises(RecipeError, match=r"slide.learn of 'car': windows is not a known key"):
+    with refused(RecipeError, "slide.learn of"):
         learn(oscillator(), "car", runs=tmp_path, windows={"n_in": 3})
-    with pytest.raises(RecipeError, match=r"data: .* expected numbers, texts, lists"):
+    with refused(RecipeError, "data", "expected numbers, texts, lists"):
         learn(oscillator(), "car", runs=tmp_path, data={"train": {1, 2}})
 
 
@@ -167,7 +168,7 @@ def test_what_is_no_system_is_refused_with_how_to_make_one(given: object, found:
 
 def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
     system = {"kind": "function", "model": str(models.HERE / "absent.py")}
-    with pytest.raises(LoadError, match=r"absent\.py"):
+    with refused(LoadError, "absent.py"):
         learn(system, "lag", runs=tmp_path, **{**SMALL, "window": {"step": 0.02}})
 
 

@@ -9,6 +9,7 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.fmu.export import read_fmu
 from tests.recipes import TINY
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
@@ -31,7 +32,7 @@ def test_run_of_a_recipe_gives_surrogate_fmu_report_and_errors(folder: Path) -> 
 
 
 def test_run_of_a_missing_recipe_names_it(folder: Path) -> None:
-    with pytest.raises(slide.RecipeError, match=r"nothere\.toml' cannot be read"):
+    with refused(slide.RecipeError, "nothere.toml' cannot be read"):
         slide.run(folder / "nothere.toml", runs=folder / "runs")
 
 
@@ -40,7 +41,7 @@ def test_validate_measures_on_the_trajectories_that_it_is_told() -> None:
     assert figures["trajectories"] == 1
     (output,) = figures["outputs"]
     assert output["relative_rmse"] < 1e-3
-    with pytest.raises(ValueError, match="expected a positive, finite time"):
+    with refused(ValueError, "expected a positive, finite time"):
         slide.validate(LINEAR, duration=float("nan"))
 
 
@@ -56,5 +57,5 @@ def test_export_takes_a_surrogate_or_the_path_of_one(kind: str, tmp_path: Path) 
 
 
 def test_export_of_something_else_is_refused() -> None:
-    with pytest.raises(slide.FmuError, match="3; expected a surrogate, or the path of an FMU"):
+    with refused(slide.FmuError, "expected a surrogate", "the path"):
         slide.export(3, "x.fmu")  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ import scipy.signal
 
 from slide_fmu.core.autoregression import MOST_ORDER, autocovariances, fit_autoregression
 from slide_fmu.core.signals import FloatArray
+from tests.refusals import refused
 
 POLES = 0.98 * np.exp(0.4j), 0.98 * np.exp(-0.4j)
 COEFFICIENTS = -np.poly(POLES).real[1:]
@@ -74,5 +75,5 @@ def test_floor_adds_white_noise() -> None:
 
 @pytest.mark.parametrize("stretches", [[], [np.zeros(0)], [np.ones(100)]])
 def test_what_has_no_noise_is_refused(stretches: list[FloatArray]) -> None:
-    with pytest.raises(ValueError, match="with a deviation of 0; expected some noise"):
+    with refused(ValueError, "expected some noise", "deviation of"):
         fit_autoregression(stretches)

@@ -16,6 +16,7 @@ import pytest
 from slide_fmu.core.files import FullDiskError, write_whole, write_zip
 from slide_fmu.core.search_path import AmbiguousFileError, find_file, make_importable
 from tests.limits import HANGS, largest_file
+from tests.refusals import refused
 
 
 def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
@@ -144,7 +145,7 @@ def test_file_of_the_recipe_that_is_used_is_found(folders: dict[str, Path]) -> N
 
 def test_file_here_that_is_another_than_the_recipes_is_refused(folders: dict[str, Path]) -> None:
     make_importable(folders["first"])
-    with pytest.raises(AmbiguousFileError, match=r"^two files 'bench\.csv' that differ: .*first"):
+    with refused(AmbiguousFileError, "two files 'bench.csv' that differ", "first"):
         find_file("bench.csv")
     (folders["here"] / "bench.csv").write_text("first")
     assert find_file("bench.csv").read_text() == "first"

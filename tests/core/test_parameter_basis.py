@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.core.parameter_basis import MOST_TERMS, ParameterBasis
 from slide_fmu.core.parameters import Parameter
+from tests.refusals import refused
 
 MASS = Parameter("mass", "kg", 1.0, 3.0, transform="log")
 STIFFNESS = Parameter("stiffness", "N/m", 100.0, 300.0)
@@ -62,11 +63,11 @@ def test_imaginary_parts_are_derivatives() -> None:
 def test_terms_that_are_none_of_the_parameters_are_refused(
     degrees: tuple[tuple[int, ...], ...],
 ) -> None:
-    with pytest.raises(ValueError, match="the constant one first"):
+    with refused(ValueError, "the constant one first"):
         ParameterBasis((MASS,), degrees)
 
 
 @pytest.mark.parametrize("parameters", [(), (MASS, MASS)])
 def test_parameters_need_names_of_their_own(parameters: tuple[Parameter, ...]) -> None:
-    with pytest.raises(ValueError, match="at least one, of different names"):
+    with refused(ValueError, "different names"):
         ParameterBasis.of_degree(parameters, 1)

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.parameters import Parameter, Transform, checked_values, starts_of
+from tests.refusals import refused
 
 MASS = Parameter("mass", "kg", 1.0, 4.0, transform="log")
 STIFFNESS = Parameter("stiffness", "N/m", 100.0, 300.0, start=150.0, description="of the spring")
@@ -66,14 +67,14 @@ def test_value_outside_by_rounding_is_the_end_of_the_range() -> None:
 
 @pytest.mark.parametrize("value", [0.99, 4.01, math.nan, math.inf, "heavy"])
 def test_values_outside_the_range_are_refused(value: float) -> None:
-    with pytest.raises(ValueError, match=r"'mass' = .* kg; expected .* 1 \.\. 4 kg"):
+    with refused(ValueError, "'mass' =", "kg; expected", "1 .. 4 kg"):
         checked_values((MASS,), {"mass": value})
 
 
 def test_unknown_names_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"parameter 'm'; expected one of \['mass'\]"):
+    with refused(ValueError, "expected one of ['mass']", "parameter 'm'"):
         checked_values((MASS,), {"m": 1.0})
-    with pytest.raises(ValueError, match="the surrogate has no parameters"):
+    with refused(ValueError, "the surrogate has no parameters"):
         checked_values((), {"m": 1.0})
 
 

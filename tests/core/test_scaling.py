@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine, LogError
+from tests.refusals import refused
 from tests.strategies import affines, log_errors, numbers
 
 ROUNDING = 1e-12
@@ -56,20 +57,20 @@ def test_affine_scale_is_positive(scale: float) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_affine_is_finite(value: float) -> None:
-    with pytest.raises(ValueError, match="not finite"):
+    with refused(ValueError, "not finite"):
         Affine.of_channels([value], [1.0])
-    with pytest.raises(ValueError, match="not finite"):
+    with refused(ValueError, "not finite"):
         Affine.of_channels([0.0], [value])
 
 
 def test_affine_shapes_fit() -> None:
-    with pytest.raises(ValueError, match=r"offset of shape \(2,\), scale of shape \(1,\)"):
+    with refused(ValueError, "shape (1,)"):
         Affine.of_channels([0.0, 1.0], [1.0])
-    with pytest.raises(ValueError, match="one-dimensional"):
+    with refused(ValueError, "one-dimensional"):
         Affine.of_channels([[0.0]], [[1.0]])
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.0), (1.0, -1.0), (-math.inf, 0.0)])
 def test_log_error_needs_a_range(low: float, high: float) -> None:
-    with pytest.raises(ValueError, match="low < high"):
+    with refused(ValueError, "low < high"):
         LogError(low, high)

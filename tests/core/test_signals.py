@@ -16,6 +16,7 @@ from slide_fmu.core.signals import (
     hold_of,
     on_circles,
 )
+from tests.refusals import refused
 
 
 @pytest.mark.parametrize("name", ["", "two words", "tab\there", " "])
@@ -29,13 +30,13 @@ def test_signal_needs_a_name_without_white_space(name: str) -> None:
     ("low", "high"), [(1.0, 1.0), (2.0, 1.0), (math.nan, 1.0), (0.0, math.inf), (-math.inf, 0.0)]
 )
 def test_signal_needs_a_finite_range(low: float, high: float) -> None:
-    with pytest.raises(ValueError, match=r"signal 'force': range \[.*\] N; expected two finite"):
+    with refused(ValueError, "signal 'force': range [", "] N; expected two finite"):
         Signal("force", "N", low, high)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1e308), (-1e308, 1e308), (-1e301, 0.0)])
 def test_signal_needs_a_range_whose_width_is_finite_too(low: float, high: float) -> None:
-    with pytest.raises(ValueError, match=r"range \[.*\] N; expected ends between -1e\+300 and 1e"):
+    with refused(ValueError, "range [", "expected ends between", "300 and 1e"):
         Signal("force", "N", low, high)
 
 
@@ -70,16 +71,16 @@ def test_trajectory_has_one_output_more_than_inputs() -> None:
 
 
 def test_trajectory_has_two_axes() -> None:
-    with pytest.raises(ValueError, match=r"inputs of shape \(4,\)"):
+    with refused(ValueError, "inputs of shape (4,)"):
         Trajectory(0.25, np.zeros(4), np.zeros((5, 1)))
-    with pytest.raises(ValueError, match=r"outputs of shape \(5,\)"):
+    with refused(ValueError, "outputs of shape (5,)"):
         Trajectory(0.25, np.zeros((4, 1)), np.zeros(5))
 
 
 def test_signal_needs_a_known_hold_and_angle() -> None:
-    with pytest.raises(ValueError, match=r"signal 'u': hold 'ramp'; expected one of .*order"):
+    with refused(ValueError, "expected one of", "hold 'ramp'", "order"):
         Signal("u", "N", 0.0, 1.0, hold="ramp")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=r"signal 'u': angle 'tangent'; expected one of .*'sine'"):
+    with refused(ValueError, "expected one of", "angle 'tangent'", "'sine'"):
         Signal("u", "N", 0.0, 1.0, angle="tangent")  # type: ignore[arg-type]
 
 

@@ -16,6 +16,7 @@ from slide_fmu.core.zip_directory import (
     open_archive,
 )
 from slide_fmu.fmu.export import FmuError, read_member
+from tests.refusals import refused
 
 
 def archive_of(path: Path, count: int) -> Path:
@@ -33,7 +34,7 @@ def test_usual_archives_are_opened(tmp_path: Path) -> None:
 def test_many_members_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = archive_of(tmp_path / "a.fmu", 12_000)
     monkeypatch.setattr(zip_directory.zipfile, "ZipFile", None)  # nobody may read the list
-    with pytest.raises(ManyMembersError, match="expected at most"):
+    with refused(ManyMembersError, "expected at most"):
         open_archive(path)
     with pytest.raises(FmuError, match=f"expected at most {MOST_BYTES}"):
         read_member(path, "modelDescription.xml")
@@ -45,9 +46,9 @@ def test_many_members_with_short_names_are_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
         for index in range(MOST_MEMBERS + 1):
             archive.writestr(f"{index:x}", b"")
-    with pytest.raises(ManyMembersError, match=r"it has 10001 members; expected at most 10000"):
+    with refused(ManyMembersError, "expected at most 10000", "10001 members"):
         open_archive(path)
-    with pytest.raises(FmuError, match="it has 10001 members"):
+    with refused(FmuError, "it has 10001 members"):
         read_member(path, "modelDescription.xml")
 
 
@@ -58,7 +59,7 @@ def test_zip64_archives_tell_their_own_size(tmp_path: Path) -> None:
     record = struct.pack("<4sQHHLLQQQQ", b"PK\x06\x06", 44, 45, 45, 0, 0, 3, 3, 10**9, begin)
     locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, end, 1)
     (tmp_path / "large.zip").write_bytes(content[:end] + record + locator + content[end:])
-    with pytest.raises(ManyMembersError, match="1000000000 bytes"):
+    with refused(ManyMembersError, "1000000000 bytes"):
         open_archive(tmp_path / "large.zip")
 
 

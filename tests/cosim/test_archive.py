@@ -19,6 +19,7 @@ from slide_fmu.fmu.native_library import NativeError
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import TWO_MASSES, random_surrogate
 from tests.libraries import build_libraries
+from tests.refusals import refused
 
 FOREIGN = b"another library"
 
@@ -148,6 +149,6 @@ def test_text_that_takes_much_memory_is_not_read(
     members = {**members_of(fmu), "extra/a.json": bytes(20_000), "extra/a.txt": bytes(20_000)}
     fmu.write_bytes(packed(members))
     monkeypatch.setattr("slide_fmu.fmu.export.LARGEST_TEXT", 10_000)
-    with pytest.raises(FmuError, match=r"a.json has 20000 bytes; expected at most 10000"):
+    with refused(FmuError, "expected at most 10000", "20000 bytes"):
         read_json(fmu, "extra/a.json")
     assert read_member(fmu, "extra/a.txt") is not None

@@ -14,6 +14,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import TWO_MASSES, Shape, random_surrogate
 from tests.libraries import build_libraries
+from tests.refusals import refused
 
 
 @pytest.fixture
@@ -44,7 +45,7 @@ def test_file_that_is_no_fmu_is_refused(fmu: Path, tmp_path: Path) -> None:
         with pytest.raises(FmuError):
             read_fmu(path)
         assert len(check_fmu(path)) == 1
-    with pytest.raises(FmuError, match=r"has no resources/surrogate\.slide"):
+    with refused(FmuError, "has no resources/surrogate.slide"):
         read_fmu(without)
     assert "there is no such file" in check_fmu(tmp_path / "absent.fmu")[0]
 
@@ -107,7 +108,7 @@ def test_member_that_unpacks_to_more_than_memory_holds_is_not_read(
     monkeypatch.setattr("slide_fmu.fmu.export.LARGEST_SURROGATE", 10_000)
     monkeypatch.setattr("slide_fmu.cosim.archive.LARGEST", 10_000)
     large = _changed(fmu, {"resources/surrogate.slide": bytes(20_000)})
-    with pytest.raises(FmuError, match=r"slide has 20000 bytes; expected at most 10000"):
+    with refused(FmuError, "expected at most 10000", "20000 bytes"):
         read_fmu(large)
     problem = check_fmu(_changed(fmu, {"extra/zeros": bytes(20_000)}))[0]
     assert "the FMU unpacks to" in problem

@@ -24,6 +24,7 @@ from tests.cosim.damage import (
 )
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import SMALL
+from tests.refusals import refused
 
 HARMLESS = {"metadata: description ''"}
 """What was as it is."""
@@ -156,10 +157,10 @@ def test_surrogate_longer_than_its_sections_is_refused_before_it_is_unpacked(
         raise AssertionError("it was unpacked")
 
     monkeypatch.setattr(Surrogate, "from_bytes", unpack)
-    with pytest.raises(FmuError, match=r"damaged.fmu: surrogate file, near byte \d+ of 30000064"):
+    with refused(FmuError, "damaged.fmu: surrogate file, near byte", "of 30000064"):
         read_fmu(path)
     monkeypatch.setattr("slide_fmu.fmu.export.LARGEST_SURROGATE", 1000)
-    with pytest.raises(FmuError, match=r"slide has 30000064 bytes; expected at most 1000"):
+    with refused(FmuError, "expected at most 1000", "30000064 bytes"):
         read_fmu(path)
 
 

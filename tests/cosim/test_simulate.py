@@ -18,6 +18,7 @@ from tests.fmu.moving_inputs import forecasting, moving_inputs
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
+from tests.refusals import refused
 
 TOLERANCE = 4e-5
 """Of single precision, for outputs of a few units."""
@@ -135,5 +136,5 @@ def test_fmus_of_others_are_refused(tmp_path: Path) -> None:
         for name in source.namelist():
             if not name.startswith("resources/"):
                 target.writestr(name, source.read(name))
-    with pytest.raises(slide.CoSimulationError, match=r"other.fmu has no .* expected an FMU of"):
+    with refused(slide.CoSimulationError, "other.fmu has no", "expected an FMU of"):
         slide.simulate(other, np.arange(2.0), np.zeros(2))

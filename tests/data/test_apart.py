@@ -19,6 +19,7 @@ from slide_fmu.systems.errors import SimulationError
 from tests.data.failing_system import FailingSystem
 from tests.memory.plain_systems import Lag
 from tests.recipes import case_of_object
+from tests.refusals import refused
 
 
 def fail(system: str) -> None:
@@ -39,7 +40,7 @@ def test_result_and_error_cross() -> None:
 
 
 def test_program_that_ends_by_itself_is_told() -> None:
-    with pytest.raises(EndedError, match="ended with the code 7"):
+    with refused(EndedError, "ended with the code 7"):
         apart(os._exit, 7)
 
 

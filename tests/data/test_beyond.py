@@ -27,6 +27,7 @@ from slide_fmu.systems.simulation import simulate
 from tests.data.failing_system import FailingSystem
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe, whole_recipe
+from tests.refusals import refused
 
 OF_ESTIMATOR = "estimator", "estimator_validation"
 RANGES = (-4.53, 9.36), (-0.66, 5.42)
@@ -130,7 +131,7 @@ def test_a_failure_names_the_input_that_is_outside_of_its_range() -> None:
     with pytest.raises(SimulationError, match=expected) as caught:
         simulate(FailingSystem(fail=1.0), inputs)
     assert caught.value.time == 0.1
-    with pytest.raises(SimulationError, match=r"^no solution"):
+    with refused(SimulationError, "no solution"):
         simulate(FailingSystem(fail=0.2), inputs[:1])
 
 
@@ -171,7 +172,7 @@ def asked(fail: float, in_range: float = 0.5) -> Recipe:
 
 def test_failures_in_range_still_end_a_generation(tmp_path: Path) -> None:
     wanted = asked(0.97)
-    with pytest.raises(SimulationError, match=r"trajectories could not be simulated, 1 may fail"):
+    with refused(SimulationError, "1 may fail", "trajectories could"):
         generate(case_of(wanted), tmp_path / "store", None, silent)
 
 
@@ -181,7 +182,7 @@ def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> No
     before, failed = values(path, beyond), {failure.name for failure in kept_failures(path)}
     assert failed
     source = case_of(within).system
-    with pytest.raises(StoreError, match=r"beyond_factor = .*which keeps the trajectories"):
+    with refused(StoreError, "beyond_factor =", "which keeps the trajectories"):
         require_origin(path, within, identity(source, within))
     assert (
         generate(case_of(within), path, None, silent) == 4 + 3 < total
@@ -202,7 +203,7 @@ def test_another_kind_of_draw_is_refused_as_before(tmp_path: Path) -> None:
     generate(case_of(asked(1.2)), tmp_path / "store", None, silent)
     tables = asked(1.2).model_dump(mode="json")
     tables["data"]["seed"] += 1
-    with pytest.raises(StoreError, match=r"data\.seed = 7 there, 8 .*--overwrite"):
+    with refused(StoreError, "data.seed = 7 there, 8", "--overwrite"):
         generate(case_of(whole_recipe(tables)), tmp_path / "store", None, silent)
     assert "beyond" not in data_fingerprint(asked(1.2))["estimator"]
 
@@ -234,7 +235,7 @@ def test_a_store_of_which_most_is_damaged_is_named(tmp_path: Path) -> None:
     generate(case_of(wanted), path, None, silent)
     for index in range(5):
         shutil.rmtree(path / "estimator" / "outputs" / "c" / str(index))
-    with pytest.raises(StoreError, match=r"'estimator' is damaged .*5 of 6 trajectories"):
+    with refused(StoreError, "'estimator' is damaged", "5 of 6 trajectories"):
         generate(case_of(wanted), path, None, silent)
     forget_trajectories(path, "estimator", range(5))
     assert generate(case_of(wanted), path, None, silent) == 5

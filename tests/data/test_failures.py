@@ -27,6 +27,7 @@ from slide_fmu.systems.errors import SimulationError
 from tests.data.test_generation import Inline
 from tests.progress import silent
 from tests.recipes import tiny_recipe, whole_recipe
+from tests.refusals import refused
 
 TRAIN = 30
 
@@ -131,14 +132,14 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
 
 def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
     recipe = failing(0.1, fail=-1.0)
-    with pytest.raises(SimulationError, match="no solution"):
+    with refused(SimulationError, "no solution"):
         made(recipe, tmp_path / "store")
 
 
 def test_a_damaged_file_of_a_failure_is_named(tmp_path: Path) -> None:
     (tmp_path / "failures").mkdir()
     (tmp_path / "failures" / "train_0_0.json").write_text('{"split": "train"', encoding="utf-8")
-    with pytest.raises(DamagedFileError, match=r"train_0_0\.json is damaged.*remove it"):
+    with refused(DamagedFileError, "train_0_0.json is damaged", "remove it"):
         kept_failures(tmp_path / "store")
 
 
@@ -161,5 +162,5 @@ def test_a_system_that_may_crash_is_tried_in_a_process_of_its_own(crash: float) 
     if crash > 1:
         check_case(case_of(recipe))
         return
-    with pytest.raises(SimulationError, match="ended the process that simulated it"):
+    with refused(SimulationError, "that simulated"):
         check_case(case_of(recipe))

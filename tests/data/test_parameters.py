@@ -18,6 +18,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.progress import silent
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
+from tests.refusals import refused
 
 TABLES: dict[str, Any] = {
     "mass": {"range": [1.0, 4.0], "unit": "kg", "transform": "log"},
@@ -106,10 +107,10 @@ def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
     store = tmp_path / "data.zarr"
     generate(case_of(recipe()), store, None, silent)
     wider = recipe(parameters={"mass": {**TABLES["mass"], "range": [1.0, 5.0]}})
-    with pytest.raises(StoreError, match=r"parameters.mass.range = \[1.0, 4.0\] there"):
+    with refused(StoreError, "parameters.mass.range = [1.0, 4.0] there"):
         require_origin(store, wider, np.zeros((1, 1)))
     fixed = recipe().at({"mass": 2.0, "stiffness": 1300.0})
-    with pytest.raises(StoreError, match="parameters"):
+    with refused(StoreError, "parameters"):
         require_origin(store, fixed, np.zeros((1, 1)))
 
 
@@ -118,5 +119,5 @@ def test_lost_values_are_reported(tmp_path: Path) -> None:
     generate(case_of(recipe()), store, None, silent)
     lost = next((store / "train" / "parameters").rglob("c/1/0"))
     lost.unlink()
-    with pytest.raises(StoreError, match="trajectory 1 is not whole"):
+    with refused(StoreError, "trajectory 1 is not whole"):
         read_split(store, "train", 4)

@@ -31,6 +31,7 @@ from slide_fmu.data.trajectories import (
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
+from tests.refusals import refused
 
 SHAPES = {"inputs": (5, 2), "outputs": (6, 1)}
 MOTION = np.array([[0.0], [0.1], [0.3]])
@@ -81,7 +82,7 @@ def test_missing_trajectories_are_reported(store: Path) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     assert missing_trajectories(store, "train", 4) == [0, 1, 3]
     assert missing_trajectories(store, "validation", 1) == [0]
-    with pytest.raises(StoreError, match="3 of 4 trajectories of split 'train' are missing"):
+    with refused(StoreError, "3 of 4", "trajectories of"):
         read_split(store, "train", 4)
 
 
@@ -160,19 +161,17 @@ def test_half_made_store_is_made_again(tmp_path: Path) -> None:
 def test_place_that_holds_something_else_is_refused(tmp_path: Path, make: Any) -> None:
     path = tmp_path / "data.zarr"
     make(path)
-    with pytest.raises(
-        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
-    ):
+    with refused(StoreError, "trajectory store", "remove it"):
         open_store(path, RECIPE, SHAPES, MOTION)
 
 
 def test_missing_store_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=r"no data at .*generate"):
+    with refused(StoreError, "no data at", "generate"):
         read_split(tmp_path / "data.zarr", "train", 4)
 
 
 def test_store_of_a_changed_model_is_refused(store: Path) -> None:
-    with pytest.raises(StoreError, match=r"the model has changed since: generate again"):
+    with refused(StoreError, "generate again"):
         open_store(store, RECIPE, SHAPES, MOTION * 1.001)
     open_store(store, RECIPE, SHAPES, MOTION)
 
@@ -182,7 +181,7 @@ def test_damaged_file_is_named(store: Path) -> None:
         write_trajectory(store, "train", index, trajectory(index), kind=0)
     chunk = max((store / "train" / "outputs").rglob("c/*/*/*"), key=lambda path: path.name)
     chunk.write_bytes(chunk.read_bytes()[:10])
-    with pytest.raises(StoreError, match=r"split 'train' is damaged.*--overwrite"):
+    with refused(StoreError, "split 'train' is damaged", "--overwrite"):
         read_split(store, "train", 4)
 
 
@@ -208,22 +207,20 @@ def test_missing_files_of_a_store_are_reported(store: Path) -> None:
     for index in range(4):
         write_trajectory(store, "train", index, trajectory(index), kind=0)
     shutil.rmtree(store / "train" / "outputs" / "c" / "1")
-    with pytest.raises(StoreError, match=r"split 'train' is damaged .*trajectory 1 is not whole"):
+    with refused(StoreError, "split 'train' is damaged", "trajectory 1 is not whole"):
         read_split(store, "train", 4)
     shutil.rmtree(store / "beyond")
-    with pytest.raises(StoreError, match=r"split 'beyond' is damaged.*--overwrite"):
+    with refused(StoreError, "split 'beyond' is damaged", "--overwrite"):
         open_store(store, RECIPE, SHAPES, MOTION)
     (store / "zarr.json").write_text("{", encoding="utf-8")
-    with pytest.raises(
-        StoreError, match=r"is not a trajectory store, or a damaged one .*; remove it"
-    ):
+    with refused(StoreError, "trajectory store", "remove it"):
         open_store(store, RECIPE, SHAPES, MOTION)
 
 
 def test_store_of_another_format_is_refused_with_the_remedy(store: Path) -> None:
     group = zarr.open_group(store, mode="r+")
     group.attrs["format"] = 0
-    with pytest.raises(StoreError, match=r"another version.*--overwrite"):
+    with refused(StoreError, "another version", "--overwrite"):
         open_store(store, RECIPE, SHAPES, MOTION)
 
 
@@ -258,7 +255,7 @@ def test_recipes_with_and_without_estimator_share_a_store(tmp_path: Path) -> Non
     open_store(path, alone, SHAPES, MOTION)
     require_origin(path, alone, MOTION)
     other = recipe(estimator={**ESTIMATOR, "expert": {"in_range": 0.25}})
-    with pytest.raises(StoreError, match=r"estimator\.expert\.in_range = 0\.5 there, 0\.25"):
+    with refused(StoreError, "estimator.expert.in_range = 0.5 there, 0.25"):
         require_origin(path, other, MOTION)
     open_store(path, other, SHAPES, MOTION)
     require_origin(path, other, MOTION)
@@ -278,7 +275,7 @@ def test_store_gets_room_for_further_kinds_and_refuses_others(tmp_path: Path) ->
     open_store(path, with_kinds(kind), shapes, MOTION)
     assert missing_trajectories(path, "further") == [0, 1, 2]
     open_store(path, with_kinds(), shapes, MOTION)
-    with pytest.raises(StoreError, match=r"bound\.excitation = \[.*0\.3.* there, \[.*0\.9"):
+    with refused(StoreError, "bound.excitation = [", "0.3", "there, ["):
         open_store(path, with_kinds({**kind, "duration": [0.1, 0.9]}), shapes, MOTION)
 
 
@@ -288,9 +285,9 @@ def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
     open_store(store, surrogate_only(6), SHAPES, MOTION)
     assert missing_trajectories(store, "train", 6) == [4, 5]
     assert missing_trajectories(store, "train", 3) == []
-    with pytest.raises(StoreError, match="2 of 6 trajectories of split 'train' are missing"):
+    with refused(StoreError, "2 of 6", "trajectories of"):
         read_split(store, "train", 6)
-    with pytest.raises(StoreError, match="9 of 9 trajectories of split 'beyond' are missing"):
+    with refused(StoreError, "9 of 9", "trajectories of"):
         read_split(store, "beyond", 9)
     before = content(store)
     open_store(store, surrogate_only(2), SHAPES, MOTION)
@@ -303,7 +300,7 @@ def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
 def test_small_outputs_show_a_changed_model_too(tmp_path: Path) -> None:
     path = tmp_path / "data.zarr"
     open_store(path, RECIPE, SHAPES, 1e-9 * MOTION)
-    with pytest.raises(StoreError, match="the model has changed"):
+    with refused(StoreError, "the model has changed"):
         open_store(path, RECIPE, SHAPES, 1.001e-9 * MOTION)
 
 
@@ -318,7 +315,7 @@ def test_store_that_has_no_room_leaves_nothing_behind(
     path = tmp_path / "data.zarr"
     with monkeypatch.context() as patch:
         patch.setattr(zarr.Group, "create_array", full)
-        with pytest.raises(FullDiskError, match=r"data\.zarr' cannot be written.*make room there"):
+        with refused(FullDiskError, "data.zarr' cannot be written", "make room there"):
             open_store(path, RECIPE, SHAPES, MOTION)
     assert list(tmp_path.iterdir()) == []
     open_store(path, RECIPE, SHAPES, MOTION)
@@ -330,7 +327,7 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
     write_trajectory(store, "train", 0, trajectory(0), kind=0)
     with monkeypatch.context() as patch:
         patch.setattr(zarr.Array, "__setitem__", full)
-        with pytest.raises(FullDiskError, match=r"data\.zarr' cannot be written"):
+        with refused(FullDiskError, "data.zarr' cannot be written"):
             write_trajectory(store, "train", 1, trajectory(1), kind=0)
     assert missing_trajectories(store, "train", 4) == [1, 2, 3]
     write_trajectory(store, "train", 1, trajectory(1), kind=0)
@@ -352,7 +349,7 @@ def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: 
     lacking = r"3 of 3 trajectories of split 'further' are missing; generate again to complete"
     with pytest.raises(StoreError, match=lacking):
         require_trajectories(path, more)
-    with pytest.raises(StoreError, match="no data at"):
+    with refused(StoreError, "no data at"):
         require_trajectories(tmp_path / "other", more)
 
 
@@ -376,7 +373,7 @@ def test_key_of_an_array_that_a_flipped_bit_has_changed_is_reported(
 ) -> None:
     place = store / "train" / "done" / "zarr.json"
     place.write_text(place.read_text().replace(old, new))
-    with pytest.raises(StoreError, match="'train' is damaged"):
+    with refused(StoreError, "'train' is damaged"):
         open_store(store, RECIPE, SHAPES, MOTION)
 
 
@@ -388,5 +385,5 @@ def test_key_of_a_store_that_a_flipped_bit_has_changed_is_reported(
 ) -> None:
     place = store / "zarr.json"
     place.write_text(place.read_text().replace(old, new, 1))
-    with pytest.raises(StoreError, match="not a trajectory store, or a damaged one"):
+    with refused(StoreError, "trajectory store"):
         open_store(store, RECIPE, SHAPES, MOTION)

@@ -17,6 +17,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
 from tests.excitation.drawn import HIGH, JOINTS, LOW, STEP, TIME, kind_of, motion
 from tests.recipes import tiny_state_space_recipe
+from tests.refusals import refused
 from tests.strategies import point_to_point_tables
 
 DIRECTOR = (Signal("cosine", "1", -1.0, 1.0), Signal("sine", "1", -1.0, 1.0))
@@ -360,9 +361,7 @@ def test_recipe_whose_excitation_does_not_fit_is_refused_at_once() -> None:
         {"kind": "speed_ramps", "weight": 1.0, **RAMPS},
     ]
     recipe = tiny_state_space_recipe(data={"excitation": kinds})
-    with pytest.raises(
-        RecipeError, match=r"'tiny': 2nd \[\[data\.excitation\]\]: kind = 'speed_ramps' for 1 "
-    ):
+    with refused(RecipeError, "kind = 'speed_ramps'", "2nd [[data"):
         _ = case_of(recipe).system
 
 

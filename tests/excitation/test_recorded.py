@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.excitation.recorded import Recorded
+from tests.refusals import refused
 
 ROAD = Signal("road", "m", -0.05, 0.05, hold="first_order")
 FORCE = Signal("force", "N", -5.0, 5.0)
@@ -65,7 +66,7 @@ def test_scale_and_factor_multiply_deviations_and_widen_the_range(tmp_path: Path
 def test_record_in_another_unit_is_refused_and_one_with_peaks_is_not(tmp_path: Path) -> None:
     path = write_record(tmp_path, count=5001)
     in_km = Signal("road", "km", -5e-5, 5e-5)
-    with pytest.raises(ValueError, match=r"-0\.04 \.\. 0\.04 for 'road', .* give them in km"):
+    with refused(ValueError, "-0.04 .. 0.04 for 'road'", "give them in km"):
         recorded(path).check((in_km,))
     recorded(path).check((Signal("road", "m", -0.02, 0.02),))  # twice the range is clipped
 
@@ -76,12 +77,12 @@ def test_the_same_file_is_known_by_its_digest(tmp_path: Path) -> None:
     again = TypeAdapter(Excitation).validate_python(kind.model_dump(mode="json"))
     assert again == kind
     path.write_text(path.read_text() + "4.5,0.0,0.0\n")
-    with pytest.raises(ValidationError, match=r"the file has changed since; remove the digest"):
+    with refused(ValidationError, "changed since"):
         TypeAdapter(Excitation).validate_python(kind.model_dump(mode="json"))
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ValidationError, match=r"no file '.*missing.csv' in .* check the name"):
+    with refused(ValidationError, "no file '", "missing.csv' in", "check the name"):
         recorded(tmp_path / "missing.csv")
 
 

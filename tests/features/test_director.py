@@ -13,6 +13,7 @@ from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal, period_of
 from slide_fmu.features.base import BEFORE, Offered
 from slide_fmu.features.director import ANGLE, COSINE, OTHER, SINE, Director, kinds_of
+from tests.refusals import refused
 
 FORCE = Signal("force", "N", -2.0, 4.0)
 JOINT = Signal("joint", "rad", -1.0, 3.0)
@@ -34,7 +35,7 @@ def test_angles_are_known_by_unit_period_or_meaning() -> None:
     assert period_of(JOINT) == 2 * math.pi
     assert period_of(COMPASS) == 360.0
     assert (period_of(PHASE), period_of(FORCE)) == (4.0, None)
-    with pytest.raises(ValueError, match=r"'phase': period -1.0; expected a positive, finite"):
+    with refused(ValueError, "expected a positive", "period -1.0"):
         Signal("phase", "1", 0.0, 8.0, period=-1.0)
 
 
@@ -88,7 +89,7 @@ def test_directions_are_scaled_where_an_angle_never_turns_far() -> None:
 
 
 def test_inputs_without_an_angle_have_no_directions() -> None:
-    with pytest.raises(ValueError, match=r"of 1 inputs \['force'\]; expected an angle among them"):
+    with refused(ValueError, "expected an angle among", "1 inputs ['force']"):
         set_of((FORCE,))
 
 
@@ -100,13 +101,13 @@ def unit(n: int) -> Affine:
     "kinds", [(SINE, COSINE), (COSINE,), (COSINE, OTHER), (SINE,), (7,), (COSINE, COSINE, SINE)]
 )
 def test_parts_of_an_angle_that_stand_alone_are_refused(kinds: tuple[int, ...]) -> None:
-    with pytest.raises(ValueError, match="expected each to be 0"):
+    with refused(ValueError, "expected each to be 0"):
         Director(kinds, unit(len(kinds)))
 
 
 @pytest.mark.parametrize(("kinds", "size"), [((OTHER, OTHER), 2), ((ANGLE,), 2)])
 def test_directors_need_an_angle_and_a_scaling_of_all(kinds: tuple[int, ...], size: int) -> None:
-    with pytest.raises(ValueError, match="expected an angle, and a scaling of all inputs"):
+    with refused(ValueError, "expected an angle", "all inputs"):
         Director(kinds, unit(size))
 
 
@@ -118,5 +119,5 @@ def test_names_follow_the_inputs() -> None:
     only = set_of((JOINT,))
     assert list(only.blocks) == ["direction", "turn", "turn_change"]
     assert only.of(rows(only)).shape == (1, 6, 4)
-    with pytest.raises(ValueError, match=r"no features named \['others'\]"):
+    with refused(ValueError, "no features named ['others']"):
         only.indices(("others",))

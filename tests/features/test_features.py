@@ -21,6 +21,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.network.state_space.cell import Roles
 from tests.fmu.samples import random_chain
+from tests.refusals import refused
 
 STEP = 0.01
 JOINTS = 4
@@ -200,7 +201,7 @@ def test_signals_have_names() -> None:
     assert CRANK.indices(("turn_change", "direction")) == (3, 0, 1)
     assert MOTION.n_signals == 38 + JOINTS
     assert set(MOTION.blocks) >= MOTION.centred
-    with pytest.raises(ValueError, match=r"no features named \['rate'\]; expected some of"):
+    with refused(ValueError, "expected some of", "named ['rate']"):
         MOTION.indices(("rates", "rate"))
 
 
@@ -231,11 +232,11 @@ def test_sets_that_do_not_fit_are_refused() -> None:
         with pytest.raises(ValueError, match=f"{n_channels} inputs with differences = {order}"):
             Differences(n_channels, order)
     two, four = np.ones(2), np.ones(JOINTS)
-    with pytest.raises(ValueError, match="chain of 4 joints with 2 inputs"):
+    with refused(ValueError, "4 joints with", "2 inputs"):
         ChainMotion(CHAIN, SPLINE, two, four, STEP)
-    with pytest.raises(ValueError, match="chain of 4 joints"):
+    with refused(ValueError, "chain of 4 joints"):
         ChainMotion(CHAIN, SPLINE, four, two, STEP)
-    with pytest.raises(ValueError, match="is not finite"):
+    with refused(ValueError, "is not finite"):
         ChainMotion(CHAIN, SPLINE, four, math.nan * four, STEP)
     for step in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(ValueError, match=f"step {step} s"):

@@ -11,6 +11,7 @@ import pytest
 from mbs_models.robot_6r.puma_560 import puma_560
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
+from tests.refusals import refused
 
 ARM = puma_560(np.array([0.01, -0.02, 0.1]))
 JOINTS = ARM.n_joints
@@ -175,7 +176,7 @@ def test_inertia_that_is_not_symmetric_is_named(i: int, j: int) -> None:
     inertias[3, i, j] += 1e-12 * inertias[3, i, i]
     dataclasses.replace(ARM, inertias=inertias)
     inertias[3, i, j] += 1e-6 * inertias[3, i, i]
-    with pytest.raises(ValueError, match=r"inertias\[3\] has .* expected a symmetric tensor"):
+    with refused(ValueError, "inertias[3] has", "expected a symmetric tensor"):
         dataclasses.replace(ARM, inertias=inertias)
 
 
@@ -188,10 +189,10 @@ def test_wrong_shapes_of_denavit_hartenberg_parameters_are_named(name: str) -> N
 
 
 def test_joints_of_no_kind_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"prismatic = .*; expected 1 for prismatic joints and"):
+    with refused(ValueError, "prismatic =", "expected 1 for", "1 for prismatic"):
         dataclasses.replace(ARM, prismatic=np.full(JOINTS, 0.5))
 
 
 def test_wrong_angles_are_named() -> None:
-    with pytest.raises(ValueError, match="dq of shape"):
+    with refused(ValueError, "dq of shape"):
         ARM.base_momentum(np.zeros(6), np.zeros(5))

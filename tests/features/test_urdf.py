@@ -14,6 +14,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.drive_law import DRIVE_LAWS
 from slide_fmu.features.urdf import UrdfError, read_urdf
+from tests.refusals import refused
 
 PUMA = Path(__file__).parents[2] / "mbs_models" / "robot_6r" / "puma_560.urdf"
 INERTIAL = (
@@ -130,11 +131,9 @@ def test_tool_is_the_link_that_is_named(tmp_path: Path) -> None:
     link = read_urdf(path, tool="link_1").chain.tool_position(np.zeros(2))
     tool = read_urdf(path).chain.tool_position(np.zeros(2))
     assert np.linalg.norm(link - tool) > 0.1
-    with pytest.raises(
-        UrdfError, match=r"no link 'hand' for the tool; expected one of \['base', "
-    ):
+    with refused(UrdfError, "expected one of ['base'", "'hand' for the"):
         read_urdf(path, tool="hand")
-    with pytest.raises(UrdfError, match="'link_0' is not behind the last joint 'j1'; expected a"):
+    with refused(UrdfError, "expected a", "'link_0' is not"):
         read_urdf(path, tool="link_0")
 
 
@@ -182,19 +181,19 @@ def test_robots_that_are_no_chain_are_refused(
 
 
 def test_numbers_of_joints_beyond_one_to_seven_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UrdfError, match="8 joints that move; expected 1 to 7"):
+    with refused(UrdfError, "expected 1 to", "8 joints that"):
         read_urdf(written(tmp_path, random_urdf(["revolute"] * 8, 0)))
     fixed = TWO.replace('"prismatic"', '"fixed"').replace('"revolute"', '"fixed"')
-    with pytest.raises(UrdfError, match="0 joints that move; expected 1 to 7"):
+    with refused(UrdfError, "expected 1 to", "0 joints that"):
         read_urdf(written(tmp_path, fixed))
 
 
 def test_files_that_are_not_there_are_named(tmp_path: Path) -> None:
-    with pytest.raises(UrdfError, match="no such file; expected a robot's URDF"):
+    with refused(UrdfError, "expected a robot's URDF", "such file"):
         read_urdf(tmp_path / "none.urdf")
 
 
 def test_missing_reader_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "yourdfpy", None)
-    with pytest.raises(UrdfError, match=r"pip install 'slide-fmu\[urdf\]'"):
+    with refused(UrdfError, "pip install 'slide-fmu[urdf]'"):
         read_urdf(written(tmp_path, TWO))

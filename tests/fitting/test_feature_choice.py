@@ -18,6 +18,7 @@ from slide_fmu.fitting.feature_choice import choose_features, require_odd, roles
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP, Still
+from tests.refusals import refused
 
 ONE_ANGLE = ("direction", "turn", "turn_change")
 """What there is of the cosine and sine of an angle, without other inputs."""
@@ -231,7 +232,7 @@ def test_features_that_cannot_be_chosen_are_refused(
 
 def test_director_of_inputs_that_are_no_angle_is_refused() -> None:
     """Whatever their ranges and values are."""
-    with pytest.raises(ValueError, match=r"of 2 inputs \['u0', 'u1'\]; expected an angle"):
+    with refused(ValueError, "expected an angle", "2 inputs ['u0'"):
         choose_features(("direction",), Still(2).offered(unit(2)), directors())
 
 
@@ -298,5 +299,5 @@ def test_signs_of_angles_and_loads_are_not_flipped() -> None:
     assert np.array_equal(features.along(-inputs), -features.along(inputs))
     require_odd(features)
     for other in (chosen(("turn",), directors()), chosen(("wrench",), smooth(2), ARM)):
-        with pytest.raises(ValueError, match=r"flip_signs = true .*set flip_signs = false, or"):
+        with refused(ValueError, "flip_signs = true", "set flip_signs = false, or"):
             require_odd(other)

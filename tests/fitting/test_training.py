@@ -26,6 +26,7 @@ from slide_fmu.recipe.learning import TrainingRecipe
 from tests.fitting.regression import EXACT, RECIPE, Slow, regression_data
 from tests.progress import silent
 from tests.recipes import with_expert
+from tests.refusals import refused
 
 LEAST_SQUARES = 1e-6
 """RMSE that Adam reaches in 1500 steps on an exactly solvable problem, far below 1."""
@@ -178,14 +179,14 @@ def test_divergence_is_reported_with_its_remedy(tmp_path: Path, value: float) ->
     model, data = Slow(), regression_data(1)
     with torch.no_grad():
         model.linear.weight[0, 0] = value
-    with pytest.raises(TrainingError, match=r"loss at step 0 is not finite; lower training\."):
+    with refused(TrainingError, "0 is not", "lower training."):
         train(model, data, data, RECIPE, tmp_path / "c.pt", silent)
-    with pytest.raises(TrainingError, match=r"validation error is not finite; lower training\."):
+    with refused(TrainingError, "validation error"):
         evaluate(model, data)
 
 
 def test_too_high_a_learning_rate_diverges(tmp_path: Path) -> None:
     data, wild = regression_data(1), recipe(learning_rate=1e200, warm_up=0.0)
-    with pytest.raises(TrainingError, match="diverged"):
+    with refused(TrainingError, "diverged"):
         train(Slow(), data, data, wild, tmp_path / "c.pt", silent)
     assert not (tmp_path / "c.pt").exists()  # nothing that a second try would go on from

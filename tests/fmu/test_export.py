@@ -23,6 +23,7 @@ from slide_fmu.fmu.libraries import platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
+from tests.refusals import refused
 
 LICENSES = [
     f"documentation/licenses/{name}.txt"
@@ -102,7 +103,7 @@ def test_run_fmu_gives_what_numpy_gives_for_both_standards(
     columns = dict(zip(("u0", "u1"), inputs.T, strict=True))
     with unpacked(path) as fmu:
         run = run_fmu(fmu, columns, ["y0", "y1"])
-        with pytest.raises(CoSimulationError, match=r"input with value reference 0 = nan"):
+        with refused(CoSimulationError, "0 = nan", "value reference"):
             run_fmu(fmu, {"u0": np.full(3, np.nan)}, ["y0"])
     expected = surrogate.predict_newest(inputs)
     np.testing.assert_allclose(run.values[1:], expected, rtol=0, atol=OUTPUT_TOLERANCE * 8)
@@ -151,7 +152,7 @@ def test_fmu_holds_less_than_half_a_megabyte_beyond_the_weights(
 def test_documentation_stays_in_its_folder(
     surrogate: Surrogate, tmp_path: Path, name: str
 ) -> None:
-    with pytest.raises(ValueError, match="documentation file"):
+    with refused(ValueError, "documentation file"):
         export_fmu(surrogate, tmp_path / "m.fmu", documentation={name: b""})
 
 
@@ -159,7 +160,7 @@ def test_export_without_compiled_runtime_names_the_command_that_builds_it(
     surrogate: Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(platforms, "BINARIES", tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"python -m slide_fmu\.fmu\.libraries\.build"):
+    with refused(FileNotFoundError, "python -m slide_fmu.fmu.libraries.build"):
         export_fmu(surrogate, tmp_path / "m.fmu")
 
 
@@ -180,7 +181,7 @@ def test_a_payload_that_is_none_is_refused_by_its_beginning(
         return content
 
     monkeypatch.setattr(zipfile.ZipExtFile, "read", noted)
-    with pytest.raises(FmuError, match="surrogate file"):
+    with refused(FmuError, "surrogate file"):
         read_fmu(path)
     assert largest[0] < 100
 
@@ -192,5 +193,5 @@ def test_fmu_of_another_version_is_refused_with_the_remedy(
     monkeypatch.setattr("slide_fmu.fmu.export.PROVENANCE_FORMAT", 0)
     export_fmu(surrogate, old, provenance={"versions": {"slide-fmu": "0.2.0"}})
     monkeypatch.undo()
-    with pytest.raises(FmuError, match=r"made by slide-fmu 0\.2\.0.*run its recipe again"):
+    with refused(FmuError, "made by slide-fmu 0.2.0", "run its recipe again"):
         read_fmu(old)

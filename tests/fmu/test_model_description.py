@@ -7,7 +7,6 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-import pytest
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
@@ -17,6 +16,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate
 from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
+from tests.refusals import refused
 
 KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1"]
 KINDS = ["inputs_in_range", "prehistory_known", "initial_u0"]
@@ -100,7 +100,7 @@ def test_signal_called_time_is_refused_in_fmi_3(surrogate: Surrogate, tmp_path: 
     signals = (dataclasses.replace(first, name="time"), second)
     surrogate = dataclasses.replace(surrogate, inputs=signals)
     export_fmu(surrogate, tmp_path / "m.fmu")
-    with pytest.raises(ValueError, match="two variables of its FMU have the name 'time'"):
+    with refused(ValueError, "two variables"):
         export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
 
 
@@ -156,7 +156,7 @@ def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None
 
 def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> None:
     signals = (Signal("u0", "kN", 2.0, 3.0), Signal("u1", "furlong", -3.0, -2.0))
-    with pytest.raises(ValueError, match=r"input 0 starts at 2, .*scale the input by its range"):
+    with refused(ValueError, "input 0 starts at 2", "its range"):
         dataclasses.replace(
             surrogate, inputs=signals, input_scaling=Affine.of_channels([0.5, -2.5], [0.5, 0.5])
         )
@@ -188,5 +188,5 @@ def test_inputs_start_where_their_signals_say(surrogate: Surrogate, load: Load) 
 
 def test_clashing_names_are_refused(surrogate: Surrogate, tmp_path: Path) -> None:
     signals = (Signal("window_filled", "N", 0.0, 1.0), surrogate.inputs[1])
-    with pytest.raises(ValueError, match="two variables of its FMU have the name 'window_filled'"):
+    with refused(ValueError, "name 'window_filled'"):
         export_fmu(dataclasses.replace(surrogate, inputs=signals), tmp_path / "m.fmu")

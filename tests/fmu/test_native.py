@@ -13,6 +13,7 @@ from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.native import NativeError, NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.refusals import refused
 from tests.strategies import all_shapes
 
 SHAPES = [
@@ -100,18 +101,18 @@ def test_bad_windows_are_refused() -> None:
     surrogate = random_surrogate(Shape(n_inputs=2))
     native, windows = NativeSurrogate(surrogate), overlapping(surrogate, 5)
     for bad in (windows[0], windows[:, 1:], windows[..., :1]):
-        with pytest.raises(ValueError, match=r"expected \(B, 12, 2\)"):
+        with refused(ValueError, "expected (B, 12, 2)"):
             native.predict_windows(bad)
     broken = windows.copy()
     broken[4, 3, 1] = np.nan
-    with pytest.raises(ValueError, match="not finite"):
+    with refused(ValueError, "not finite"):
         native.predict_windows(broken)
-    with pytest.raises(NativeError, match="a feature of the inputs is not finite"):
+    with refused(NativeError, "not finite"):
         native.predict_windows(1e39 * np.ones_like(windows))
-    with pytest.raises(ValueError, match="threads 0"):
+    with refused(ValueError, "threads 0"):
         native.predict_windows(windows, threads=0)
 
 
 def test_unknown_kernel_is_refused() -> None:
-    with pytest.raises(NativeError, match="expected one that this processor supports"):
+    with refused(NativeError, "expected one that", "processor supports"):
         NativeSurrogate(random_surrogate(Shape()), kernel=9)

@@ -16,6 +16,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate
 from tests.fmu.test_native_records import CELLS, SHAPES, records_of
+from tests.refusals import refused
 from tests.strategies import all_shapes
 
 ROUNDING = 1e-6
@@ -109,17 +110,17 @@ def test_bad_weights_are_refused() -> None:
     native, records = NativeSurrogate(surrogate), records_of(surrogate, 4, 9)
     weights = weights_of(surrogate, records)
     for bad in (weights[0], weights[:, 1:], weights[..., :1], weights[:3]):
-        with pytest.raises(ValueError, match=r"expected \(4, 9, 3\)"):
+        with refused(ValueError, "expected (4, 9, 3)"):
             native.vjp(records, bad)
-    with pytest.raises(ValueError, match=r"expected \(9, 3\)"):
+    with refused(ValueError, "expected (9, 3)"):
         native.vjp(records[0], weights)
     broken = weights.copy()
     broken[3, 8, 1] = np.inf
-    with pytest.raises(ValueError, match="weights hold values that are not finite"):
+    with refused(ValueError, "weights hold"):
         native.vjp(records, broken)
-    with pytest.raises(ValueError, match="records hold values that are not finite"):
+    with refused(ValueError, "records hold"):
         native.vjp(np.full_like(records, np.nan), weights)
-    with pytest.raises(ValueError, match="threads 0"):
+    with refused(ValueError, "threads 0"):
         native.vjp(records, weights, threads=0)
     assert native.vjp(records[:0], weights[:0]).shape == (0, 9, 2)
 
@@ -127,12 +128,12 @@ def test_bad_weights_are_refused() -> None:
 def test_slopes_of_layers_are_refused_with_what_to_use() -> None:
     surrogate = random_surrogate(Shape())
     records = records_of(surrogate, 1, 9)
-    with pytest.raises(NativeError, match=r"FeedForward .* use slide_fmu\.gradient"):
+    with refused(NativeError, "FeedForward", "use slide_fmu.gradient"):
         NativeSurrogate(surrogate).vjp(records, weights_of(surrogate, records))
 
 
 def test_slopes_of_features_beyond_double_precision_are_refused() -> None:
     surrogate = random_surrogate(Shape(cell=CELLS["tanh"], n_inputs=2, differences=2))
     records = np.where(np.arange(9)[:, None] % 2, 1e308, -1e308) * np.ones((1, 9, 2))
-    with pytest.raises(NativeError, match="a feature of the inputs is not finite"):
+    with refused(NativeError, "not finite"):
         NativeSurrogate(surrogate).vjp(records, weights_of(surrogate, records))

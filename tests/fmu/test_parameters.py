@@ -25,6 +25,7 @@ from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.plain import plain_features, plain_pair
 from tests.fmu.samples import PARAMETERS, STEP, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 SHAPE = Shape(n_in=20, n_out=6, n_inputs=2, n_outputs=2, cell=CellShape(states=4, parameters=3))
 GATED = CellShape(states=4, parameters=2, activation="gated", turned=1, factors=1)
@@ -302,7 +303,7 @@ def test_derivatives_by_inputs_and_parameters_add_up(load: Load) -> None:
 def test_derivatives_by_other_parameters_are_refused(load: Load) -> None:
     run = Run(load(random_surrogate(SHAPE)), 2)
     run.native.start()
-    with pytest.raises(AssertionError, match="expected inputs, 0 to 1, or tunable parameters"):
+    with refused(AssertionError, "expected inputs", "0 to 1"):
         slopes(run, ["prehistory_known"], [1.0])
 
 
@@ -349,7 +350,7 @@ def test_importer_sets_parameters_by_name(load: Load, tmp_path: Path, fmi: FmiVe
     times = STEP * np.arange(61)
     found = simulate(path, times, np.concatenate([rows, rows[:1]]), GIVEN)
     assert found[-1] == pytest.approx(expected, abs=SAME)
-    with pytest.raises(CoSimulationError, match="expected 1 to 3"):
+    with refused(CoSimulationError, "expected 1 to 3"):
         simulate(path, times, np.concatenate([rows, rows[:1]]), {"mass": 4.0})
 
 

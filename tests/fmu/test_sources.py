@@ -26,6 +26,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.driver import host_compilers, run_compiler
 from tests.fmu.native import OK, Loaded, Native
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 SHAPES = {
     "layers": Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3),
@@ -194,5 +195,5 @@ def test_headers_that_form_names_in_an_unknown_way_are_refused(
     header = tmp_path / "fmi2Functions.h"
     header.write_text("#define fmi2FullName(name) other_##name\n")
     monkeypatch.setattr(sources, "standard_headers", lambda fmi: [header])
-    with pytest.raises(BuildError, match=r"fmi2Functions\.h of fmpy has no .*pip install fmpy=="):
+    with refused(BuildError, "fmi2Functions.h of fmpy has no", "pip install fmpy=="):
         sources.source_members("any", b"")

@@ -23,6 +23,7 @@ from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import Systems, case_of
 from slide_fmu.systems.errors import LoadError
 from tests.recipes import tiny_recipe
+from tests.refusals import refused
 
 
 @pytest.mark.extended
@@ -70,7 +71,7 @@ def test_picture_that_the_recipe_names_goes_into_the_run_folder(
 
 
 def test_picture_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LoadError, match=r"has no function 'nothing'.*correct system\.picture"):
+    with refused(LoadError, "has no function 'nothing'", "correct system.picture"):
         release.draw_mechanism(finished(tmp_path, f"{drawing.__name__}:nothing"))
 
 

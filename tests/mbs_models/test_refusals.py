@@ -14,6 +14,7 @@ from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.systems.base import State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
+from tests.refusals import refused
 
 NAN, INFINITE = float("nan"), float("inf")
 
@@ -109,6 +110,6 @@ def test_state_of_another_size_is_named_by_its_part(machine: type[Any]) -> None:
 def test_divergence_is_an_error_and_not_the_end(machine: type[Any]) -> None:
     system = machine()
     count, start = len(system.inputs), system.random_state(np.random.default_rng(1))
-    with pytest.raises(SimulationError, match="diverged"):
+    with refused(SimulationError, "diverged"):
         simulate(system, np.full((5, count), 1e200), start)
     assert np.isfinite(simulate(system, np.zeros((5, count)), start).outputs).all()

@@ -16,6 +16,7 @@ from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
+from tests.refusals import refused
 
 STEP = 1.0 / 32.0
 INTERRUPTED = 1e-5
@@ -312,7 +313,7 @@ def test_signals_are_those_of_the_slider_crank() -> None:
 def test_a_failure_is_an_error_and_not_the_end() -> None:
     system = SliderCrank(elements=4, substeps=1)
     wild = director(0.0), director(3.0)
-    with pytest.raises(SimulationError, match="substeps"):
+    with refused(SimulationError, "substeps"):
         simulate(system, np.array(wild * 200), system.rest_state(director(0.0)))
     before = system.get_state()
     assert np.isfinite(before.coordinates).all()

@@ -15,6 +15,7 @@ from mbs_models.robot_6r.flange import euler_of, moment_of, rotation_of, vector_
 from mbs_models.robot_6r.socket import FILE, FLANGE, Socket, SocketMesh
 from mbs_models.robot_6r.socket_spring import SocketSpring
 from slide_fmu.core.signals import FloatArray
+from tests.refusals import refused
 
 SOCKET = Socket.read().symmetric()
 DAMPING = 8e-3
@@ -34,7 +35,7 @@ def test_changed_file_is_refused(tmp_path: Path) -> None:
     content["mesh"]["youngs_modulus"] = 2e9
     changed = tmp_path / "socket.json"
     changed.write_text(json.dumps(content))
-    with pytest.raises(ValueError, match="checksum"):
+    with refused(ValueError, "checksum"):
         Socket.read(changed)
 
 
@@ -47,7 +48,7 @@ def test_socket_that_is_written_is_read_again(tmp_path: Path) -> None:
 
 
 def test_matrix_of_another_shape_is_named() -> None:
-    with pytest.raises(ValueError, match="weight of shape"):
+    with refused(ValueError, "weight of shape"):
         dataclasses.replace(SOCKET, weight=np.zeros((6, 3)))
 
 

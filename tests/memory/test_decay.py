@@ -18,6 +18,7 @@ from slide_fmu.memory.decay import (
 )
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.systems.base import Linearizable, Linearization, State
+from tests.refusals import refused
 
 PAPER = math.log(100) / 4
 """1.151 s to 1 %: m = 1 kg, d = 8 N s/m."""
@@ -75,7 +76,7 @@ def test_decay_along_refuses_a_motion_that_grows_in_the_mean() -> None:
     )
     with pytest.raises(UnstableModeError, match=message):
         decay_along(Rates(), states(-1.5, -0.5, 0.5))
-    with pytest.raises(ValueError, match="no states"):
+    with refused(ValueError, "no states"):
         decay_along(Rates(), [])
 
 
@@ -92,7 +93,7 @@ def test_stretches_have_the_mean_rates_of_their_instants() -> None:
     assert found.worst == pytest.approx(math.log(100) / 1.5)
     whole = decay_in_stretches([one, other], 9)
     assert whole.rates == pytest.approx([-2.4, -7.0])
-    with pytest.raises(UnstableModeError, match=r"Re\(v\) = 1 1/s in the mean over 1 instants"):
+    with refused(UnstableModeError, "1 1/s in", "1 instants"):
         decay_in_stretches([one], 1)
 
 
@@ -112,7 +113,7 @@ def test_recommended_window_just_fits(
 
 @pytest.mark.parametrize("decay_time", [math.inf, math.nan, -1.0])
 def test_window_for_a_system_that_does_not_forget_is_refused(decay_time: float) -> None:
-    with pytest.raises(ValueError, match="decay time"):
+    with refused(ValueError, "decay time"):
         recommend_window(decay_time, 0.1, 5)
-    with pytest.raises(ValueError, match="decay time"):
+    with refused(ValueError, "decay time"):
         too_short(Window(0.1, 10, 5), decay_time)

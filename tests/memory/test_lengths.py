@@ -20,6 +20,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.memory.plain_systems import Lag
 from tests.recipe.test_automatic import KEYS, open_recipe
 from tests.recipes import ESTIMATOR
+from tests.refusals import refused
 
 LAG = 0.5 * math.log(100)
 """s to 1 %."""
@@ -113,7 +114,7 @@ def test_trajectories_are_long_enough_for_the_spans_of_a_bound() -> None:
 
 def test_given_duration_that_is_too_short_is_named() -> None:
     recipe = of_lag(data={"duration": 1.0})
-    with pytest.raises(RecipeError, match=r"the lengths that its system needs: .*duration = 1 s"):
+    with refused(RecipeError, "system needs", "duration = 1 s"):
         find_lengths(recipe, case_of(recipe.guess).system)
 
 
@@ -129,7 +130,7 @@ def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
 
     monkeypatch.setattr(motions, "_measure", note)
     recipe = of_lag("Undamped")
-    with pytest.raises(ShortWindowError, match=r"never meet in the outputs \(4 of 4 measured"):
+    with refused(ShortWindowError, "4 of 4", "the outputs"):
         find_lengths(recipe, case_of(recipe.guess).system)
     assert counts[-1] == motions.GROWTH * counts[0]
     assert all(later == 2 * earlier for earlier, later in itertools.pairwise(counts))

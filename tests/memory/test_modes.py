@@ -17,6 +17,7 @@ from slide_fmu.memory.modes import (
     time_to_decay,
 )
 from slide_fmu.systems.base import Linearization, StateMatrix
+from tests.refusals import refused
 
 CLOSED_FORM = 1e-9
 """Relative; the eigenvalues of a chain of 40 masses keep about 11 digits."""
@@ -127,7 +128,7 @@ def test_unstable_mode_is_named(damping: float, stiffness: float) -> None:
     linearization = linear(
         np.diag([1.0, 1.0]), np.diag([8.0, damping]), np.diag([900.0, stiffness])
     )
-    with pytest.raises(UnstableModeError, match=r"mode with v = 0\.\d+.*grows"):
+    with refused(UnstableModeError, "mode with v = 0.", "grows"):
         spectrum(linearization)
 
 
@@ -145,17 +146,17 @@ def test_coordinates_without_mass_follow_at_once() -> None:
 
 
 def test_undetermined_systems_are_refused() -> None:
-    with pytest.raises(ValueError, match="neither mass nor stiffness nor damping"):
+    with refused(ValueError, "stiffness nor"):
         spectrum(linear(np.diag([1.0, 0.0]), np.diag([8.0, 0.0]), np.diag([1600.0, 0.0])))
-    with pytest.raises(ValueError, match="mass matrix is zero"):
+    with refused(ValueError, "mass matrix is zero"):
         spectrum(linear(0.0, 8.0, 1600.0))
-    with pytest.raises(ValueError, match="damping matrix is not finite"):
+    with refused(ValueError, "damping matrix is not finite"):
         spectrum(linear(1.0, math.nan, 1600.0))
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 1.0, -0.1, 2.0])
 def test_remaining_amplitude_is_a_fraction(amplitude: float) -> None:
-    with pytest.raises(ValueError, match="remaining amplitude"):
+    with refused(ValueError, "remaining amplitude"):
         time_to_decay(-4.0, amplitude)
 
 

@@ -36,6 +36,7 @@ from slide_fmu.report.learning_tables import decay_table
 from slide_fmu.systems.base import Linearization, State
 from tests.figures import filled
 from tests.recipes import TINY, tiny_recipe
+from tests.refusals import refused
 
 DECAY = 1.1513
 """s to 1 %, for m = 1 kg and d = 8 N s/m: ln(100) / 4."""
@@ -230,7 +231,7 @@ def test_short_window_is_accepted_with_allow_short() -> None:
 @pytest.mark.usefixtures("few_motions")
 def test_motion_that_never_ends_is_refused_with_a_remedy() -> None:
     recipe = tiny_recipe(system={"parameters": {"damping": 0.0}})
-    with pytest.raises(ValueError, match=r"decay time = inf s; .* give the system damping"):
+    with refused(ValueError, "decay time = inf s", "give the system damping"):
         size_window(recipe, case_of(recipe).system)
 
 
@@ -283,7 +284,7 @@ class Unstable(LinearOscillator):
 
 @pytest.mark.usefixtures("few_motions")
 def test_growth_at_rest_is_refused() -> None:
-    with pytest.raises(UnstableModeError, match=r"mode with v = .* grows; .* signs of damping"):
+    with refused(UnstableModeError, "mode with v =", "grows", "signs of damping"):
         size_window(oscillator("LinearOscillator"), Unstable(damping=8.0, step=0.03))
 
 

@@ -10,6 +10,7 @@ from _pytest.mark import ParameterSet
 
 from tests.mutation.planted import PLANTED, Planted, plant_all, verdict
 from tests.mutation.trials import ROOT
+from tests.refusals import refused
 
 SOURCE = """
 def larger(one, other):
@@ -62,7 +63,7 @@ def test_fault_is_seen_where_its_test_fails_with_it_alone(
 
 def test_fault_whose_place_is_gone_is_refused(place: Path) -> None:
     fault = Planted("source.py", "min(one, other)", "one", "test_source.py")
-    with pytest.raises(ValueError, match=r"source\.py has 0 times 'min\(one, other\)'; expected"):
+    with refused(ValueError, "0 times 'min(one", "source.py has"):
         fault.plant(place)
 
 

@@ -21,6 +21,7 @@ from slide_fmu.network.state_space.polynomial import CellPolynomial
 from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import PARAMETERS, CellShape, Shape, random_surrogate
 from tests.plain_cell import PlainCell
+from tests.refusals import refused
 
 SAME = 1e-12
 """Roundings of float64 in sums of some ten terms of order 1."""
@@ -141,11 +142,11 @@ def test_terms_of_different_shapes_are_refused() -> None:
     other = network_of(CellShape(parameters=1, units=2)).polynomial
     assert polynomial is not None
     assert other is not None
-    with pytest.raises(ValueError, match="expected the same for all"):
+    with refused(ValueError, "expected the same for all"):
         CellPolynomial(polynomial.basis, (*polynomial.terms[:2], other.terms[2]))
-    with pytest.raises(ValueError, match="cells of 2 terms; expected 3"):
+    with refused(ValueError, "expected 3", "2 terms"):
         CellPolynomial(polynomial.basis, polynomial.terms[:2])
-    with pytest.raises(ValueError, match="cells of 3 terms; expected 2"):
+    with refused(ValueError, "expected 2", "3 terms"):
         CellPolynomial(ParameterBasis.of_degree(PARAMETERS[:1], 1), polynomial.terms)
 
 
@@ -154,7 +155,7 @@ def test_terms_that_are_not_finite_are_refused() -> None:
     assert network.polynomial is not None
     first, *others = network.polynomial.terms
     broken = dataclasses.replace(others[0], b=np.full_like(first.b, np.nan))
-    with pytest.raises(ValueError, match="a weight of b is not finite"):
+    with refused(ValueError, "not finite"):
         StateSpace(
             CellPolynomial(network.polynomial.basis, (first, broken, others[1])),
             network.n_samples,

@@ -19,6 +19,7 @@ from slide_fmu.network.state_space.cell import Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.plain import plain_features, plain_pair
 from tests.fmu.samples import CellShape, Shape, random_cell, random_surrogate
+from tests.refusals import refused
 from tests.strategies import state_space_shapes
 
 ROUNDING = 1e-5
@@ -177,12 +178,12 @@ GATED_CELL = random_cell(CellShape(4, 5, "gated", factors=1), 3, 2, 0, ROLES)
 
 
 def test_gated_cells_need_v_and_others_have_none() -> None:
-    with pytest.raises(ValueError, match="'gated' and v is missing"):
+    with refused(ValueError, "'gated' and v is missing"):
         StateSpace(dataclasses.replace(GATED_CELL, v=None), 4, 2, THREE, ROLES)
-    with pytest.raises(ValueError, match="'tanh' and v not missing"):
+    with refused(ValueError, "'tanh' and v not missing"):
         StateSpace(dataclasses.replace(CELL, v=np.zeros((5, 3), np.float32)), 4, 2, ONE)
     wrong = dataclasses.replace(GATED_CELL, v=np.zeros((6, 5), np.float32))
-    with pytest.raises(ValueError, match=r"v of shape \(6, 5\).*expected \(5, 5\)"):
+    with refused(ValueError, "v of shape (6, 5)", "expected (5, 5)"):
         StateSpace(wrong, 4, 2, THREE, ROLES)
 
 
@@ -244,5 +245,5 @@ def test_gated_units_see_turned_states_and_push_turned_ones() -> None:
 
 
 def test_sequences_of_another_length_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"\(2, 5, 1\); expected \(B, 12, 1\)"):
+    with refused(ValueError, "expected (B"):
         network_of(Shape(cell=CellShape())).evaluate(np.zeros((2, 5, 1)))

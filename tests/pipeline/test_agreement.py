@@ -18,6 +18,7 @@ from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import Shape, random_surrogate
 from tests.libraries import build_libraries
 from tests.marks import essential
+from tests.refusals import refused
 
 RELEASED = {path.stem: path for path in (Path(__file__).parents[2] / "fmus").glob("*/*.fmu")}
 DUFFING = RELEASED["duffing"]
@@ -132,7 +133,7 @@ def test_hashes_tell_members_that_are_missing_or_new(tmp_path: Path) -> None:
 
 def test_an_edited_report_is_not_taken_over(tmp_path: Path) -> None:
     path = edited(tmp_path, "documentation/index.html", lambda page: page + b"<p>0.0 %</p>")
-    with pytest.raises(FmuError, match=r"index\.html has another content"):
+    with refused(FmuError, "index.html has another content"):
         export_again(path, tmp_path / "again.fmu", 2, False)
 
 

@@ -9,6 +9,7 @@ import pytest
 from slide_fmu.pipeline.measurement import _require_another
 from slide_fmu.pipeline.run_folder import StageError
 from tests.recipes import tiny_recipe
+from tests.refusals import refused
 
 
 def test_fmu_that_its_own_reference_leads_to_is_refused(
@@ -25,5 +26,5 @@ def test_fmu_that_its_own_reference_leads_to_is_refused(
     monkeypatch.chdir(tmp_path)
     _require_another(made, recipe)
     monkeypatch.chdir(made.parent)
-    with pytest.raises(StageError, match=r"is itself what 'pump\.fmu', the name of its reference"):
+    with refused(StageError, "what 'pump.fmu'"):
         _require_another(made, recipe)

@@ -11,6 +11,7 @@ from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.pipeline.run import require_same_answers
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import CELLS
+from tests.refusals import refused
 
 
 def let_libraries_be_off(monkeypatch: pytest.MonkeyPatch, deviation: float) -> None:
@@ -33,7 +34,7 @@ def test_library_that_is_off_by_rounding_passes(monkeypatch: pytest.MonkeyPatch)
 
 def test_library_that_gives_something_else_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     let_libraries_be_off(monkeypatch, 0.05)
-    with pytest.raises(CoSimulationError, match=r"^cells: .* differ by .*No FMU is written\."):
+    with refused(CoSimulationError, "cells", "differ by", "No FMU is written."):
         require_same_answers(random_surrogate(CELLS), "cells")
 
 
@@ -42,5 +43,5 @@ def test_library_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError("cannot be loaded")
 
     monkeypatch.setattr(check, "_run_native", fail)
-    with pytest.raises(CoSimulationError, match="the native library failed: cannot be loaded"):
+    with refused(CoSimulationError, "library failed"):
         require_same_answers(random_surrogate(CELLS), "cells")

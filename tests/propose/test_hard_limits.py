@@ -30,6 +30,7 @@ from tests.libraries import build_libraries
 from tests.own_models import two_tanks
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, whole_recipe
+from tests.refusals import refused
 
 STRICT = '''
 """A tank that cannot be asked for anything outside of the ranges of its inputs."""
@@ -225,7 +226,7 @@ def test_trajectories_beyond_the_range_that_fail_are_not_measured(
     fmu = export_fmu(surrogate, tmp_path / "tiny.fmu")
     task = Task(3, trajectories=6, amplitude=(1.3, 3.0))
     if level == 1.0:
-        with pytest.raises(SimulationError, match=r"lies outside of its range -1\.\.1"):
+        with refused(SimulationError, "lies outside"):
             validate(fmu, surrogate, case_of(recipe), task, silent)
         return
     found = validate(fmu, surrogate, case_of(recipe), task, silent)

@@ -22,6 +22,7 @@ from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.own_models.quarter_car import build_in_c, build_in_python
 from tests.progress import silent
+from tests.refusals import refused
 
 LAG = '''
 """A lag of first order: the output follows the input with the time constant of 0.5 s."""
@@ -128,12 +129,12 @@ def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
 def test_step_that_is_no_whole_number_of_an_importers_is_refused(tmp_path: Path) -> None:
     car = str(build_in_python(tmp_path / "car.fmu"))
     wish = Wish(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
-    with pytest.raises(RecipeError, match=r"--step 0\.05 with --fmu-step 0\.003; .*--step 0\.051"):
+    with refused(RecipeError, "--step 0.05 with --fmu-step 0.003", "--step 0.051"):
         propose(wish, silent)
 
 
 def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
-    with pytest.raises(RecipeError, match=r"--fmu-step 0\.001 for .*; expected a positive number"):
+    with refused(RecipeError, "--fmu-step 0.001 for", "expected a positive number"):
         propose(Wish(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
 
 
@@ -257,32 +258,32 @@ def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
 def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "nothing.py"
     path.write_text("x = 1\n")
-    with pytest.raises(LoadError, match=r"is of no known kind; expected an FMU"):
+    with refused(LoadError, "expected an FMU", "known kind"):
         propose(Wish(str(path)), silent)
 
 
 def test_model_that_cannot_be_run_is_named_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "broken.py"
     path.write_text("import numpy\n\nvalue = 1 / 0\n")
-    with pytest.raises(LoadError, match=r"ZeroDivisionError: .*broken\.py, line 3"):
+    with refused(LoadError, "ZeroDivisionError", "broken.py, line 3"):
         propose(Wish(str(path)), silent)
 
 
 @pytest.mark.parametrize("text", ["force=1", "force=2..1", "force=a..b", "=1..2", "force=1..1"])
 def test_range_that_is_none_is_refused(text: str) -> None:
-    with pytest.raises(RecipeError, match=r"expected NAME=LOW\.\.HIGH"):
+    with refused(RecipeError, "expected NAME=LOW..HIGH"):
         parse_range([text])
 
 
 def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
-    with pytest.raises(RecipeError, match=r"--name 'a b'; expected a letter.* --name a_b$"):
+    with refused(RecipeError, "expected a letter", "--name 'a", "--name a_b"):
         propose(Wish(str(lag), name="a b"), silent)
 
 
 def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
-    with pytest.raises(RecipeError, match=r"--input force is given twice"):
+    with refused(RecipeError, "--input force is given twice"):
         parse_range(["force=0..1", "force=0..2"])
-    with pytest.raises(RecipeError, match=r"--output position is given twice"):
+    with refused(RecipeError, "--output position is given twice"):
         propose(Wish(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
 
 

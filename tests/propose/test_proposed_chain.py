@@ -17,6 +17,7 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_features
 from tests.progress import silent
+from tests.refusals import refused
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
 TURNING = '''
@@ -97,7 +98,7 @@ def test_urdf_that_does_not_fit_is_refused_where_it_is_named(arm: Path) -> None:
     with pytest.raises(RecipeError, match=expected):
         proposed("two_link_arm.urdf", "crank.py")
     (arm / "broken.urdf").write_text("<robot")
-    with pytest.raises(UrdfError, match="cannot be read as URDF"):
+    with refused(UrdfError, "cannot be read as URDF"):
         proposed("broken.urdf")
 
 

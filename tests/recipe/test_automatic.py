@@ -11,6 +11,7 @@ from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from tests.recipes import ESTIMATOR, TINY, merged, tiny_recipe
+from tests.refusals import refused
 
 FOUND: dict[str, dict[str, Any]] = {
     "window": {"n_in": 48, "n_out": 8},
@@ -33,7 +34,7 @@ def test_keys_that_are_left_out_or_auto_are_automatic() -> None:
     assert open_recipe().open_keys == KEYS
     assert open_recipe(window={"n_out": "auto"}).open_keys == KEYS
     assert open_recipe(window={"n_in": 40}, data={"burn_in": 1.0}).open_keys == KEYS[1:3]
-    with pytest.raises(RecipeError, match=r"leaves window\.n_in, .* to be found"):
+    with refused(RecipeError, "leaves window.n_in", "to be found"):
         open_recipe().resolved()
 
 
@@ -54,7 +55,7 @@ def test_what_is_given_need_not_agree_with_guesses() -> None:
         "estimator": {**estimator, "expert": {"lags": [0, 200]}},
     }
     assert open_recipe(**changes).open_keys == (*KEYS[:2], KEYS[3])
-    with pytest.raises(RecipeError, match=r"estimator.expert.lags end with 200; expected at most"):
+    with refused(RecipeError, "expected at most", "estimator.expert.lags end"):
         open_recipe(**changes).with_found(
             {"window": FOUND["window"], "data": {"burn_in": 0.0}}, "it"
         )
@@ -68,16 +69,14 @@ def test_resolved_recipe_is_the_one_that_gives_the_values() -> None:
 
 
 def test_values_for_what_is_given_are_refused() -> None:
-    with pytest.raises(RecipeError, match=r"it: values were found for \['window\.n_in'\]; exp"):
+    with refused(RecipeError, "for ['window.n_in']"):
         OpenRecipe(tiny_recipe(), ()).with_found({"window": {"n_in": 48}}, "it")
 
 
 def test_values_that_do_not_fit_what_is_given_are_refused() -> None:
     recipe = open_recipe(data={"duration": 0.5})
     found = {"window": FOUND["window"], "data": {"burn_in": 0.25}}
-    with pytest.raises(
-        RecipeError, match=r"it: .*data\.duration = 0\.5 s; expected at least 0\.75"
-    ):
+    with refused(RecipeError, "it", "data.duration = 0.5", "expected at least 0.75"):
         recipe.with_found(found, "it")
 
 

@@ -15,6 +15,7 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
 from tests.own_models.quarter_car import build_in_c
 from tests.recipes import TINY, merged, tiny_recipe, whole_recipe
+from tests.refusals import refused
 
 
 def test_a_finer_reference_moves_alike_under_the_same_held_input() -> None:
@@ -41,7 +42,7 @@ def test_a_class_with_a_step_of_its_own_is_refused(monkeypatch: pytest.MonkeyPat
     case = case_of(recipe)
     coarse = case.reference
     monkeypatch.setattr("slide_fmu.recipe.case.load_system", lambda _: coarse)
-    with pytest.raises(LoadError, match=r"expected 0\.00195312 s, which is 1/8 of window\.step"):
+    with refused(LoadError, "expected 0.00195312 s", "of window.step"):
         case.reference_as_it_runs()
 
 

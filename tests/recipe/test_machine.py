@@ -19,6 +19,7 @@ from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.systems import require_features
 from tests.recipes import TINY, whole_recipe
+from tests.refusals import refused
 
 REPOSITORY = Path(__file__).parents[2]
 ROBOT = REPOSITORY / "training" / "robot_6r.toml"
@@ -61,7 +62,7 @@ def test_urdf_is_found_where_models_are(tmp_path: Path, monkeypatch: pytest.Monk
     recipe = robot(chain="arm.urdf")
     system = case_of(recipe).system
     scaling = range_scaling(system.inputs)
-    with pytest.raises(UrdfError, match=r"system\.chain: no file 'arm\.urdf' in .* or beside"):
+    with refused(UrdfError, "system.chain: no file 'arm.urdf' in", "or beside"):
         offered_features(recipe, system, scaling)
     text = (REPOSITORY / URDF).read_text(encoding="utf-8")
     (tmp_path / "arm.urdf").write_text(text, encoding="utf-8")
@@ -75,7 +76,7 @@ def test_urdf_is_found_where_models_are(tmp_path: Path, monkeypatch: pytest.Monk
 def test_inputs_that_are_no_set_points_of_the_chain_are_refused() -> None:
     text = TINY.replace("[system]\n", f'[system]\nchain = "{URDF}"\n', 1)
     recipe = parse_open_recipe(text, "mine.toml").guess
-    with pytest.raises(RecipeError, match=r"has the joints \['joint_1', .*found \['force'\] in"):
+    with refused(RecipeError, "has the joints ['joint_1'", "found ['force'] in"):
         require_features(recipe, case_of(recipe).system)
 
 

@@ -11,6 +11,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe
+from tests.refusals import refused
 
 TRAINING = Path(__file__).parents[2] / "training"
 
@@ -110,7 +111,7 @@ def test_reference_may_have_parameters_of_its_own() -> None:
     assert case_of(recipe).systems.specification.parameters == {"damping": 40.0, "substeps": 6}
     assert Recipe.model_validate_json(recipe.model_dump_json()) == recipe
     assert parse_open_recipe(TINY, "mine.toml").guess.system.reference == {}
-    with pytest.raises(RecipeError, match=r"system\.reference = 48: expected a table of keys"):
+    with refused(RecipeError, "system.reference = 48", "expected a table of"):
         parse_open_recipe(text.replace("{ substeps = 48 }", "48"), "mine.toml")
 
 
@@ -202,13 +203,13 @@ learning_rate = 1.0
 def test_amplitude_factors_are_ordered_positive_and_finite(factors: Any) -> None:
     data = {"estimator": 2, "estimator_validation": 1}
     estimator = {**ESTIMATOR, "expert": {"amplitude_factor": factors}}
-    with pytest.raises(ValueError, match="amplitude_factor"):
+    with refused(ValueError, "amplitude_factor"):
         tiny_recipe(data=data, estimator=estimator)
     tiny_recipe(data=data, estimator={**ESTIMATOR, "expert": {"amplitude_factor": (1.0, 1.0)}})
 
 
 def test_broken_toml_names_line_and_source() -> None:
-    with pytest.raises(RecipeError, match=r"^mine.toml: not valid TOML: .*line 2"):
+    with refused(RecipeError, "mine.toml: not valid TOML", "line 2"):
         parse_open_recipe("name = 'x'\nstep = =", "mine.toml")
 
 
@@ -219,7 +220,7 @@ def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         assert str(path) in str(caught.value)
     latin = tmp_path / "latin.toml"
     latin.write_bytes("# ü".encode("latin-1"))
-    with pytest.raises(RecipeError, match=r"latin.toml' is no text"):
+    with refused(RecipeError, "latin.toml' is no text"):
         load_open_recipe(latin)
 
 
@@ -285,7 +286,7 @@ def test_motions_that_fit_into_no_memory_are_refused(changes: dict[str, Any], ke
 
 def test_name_that_is_too_long_for_a_file_is_refused() -> None:
     assert tiny_recipe(name="x" * 100).name == "x" * 100
-    with pytest.raises(ValueError, match="name"):
+    with refused(ValueError, "name"):
         tiny_recipe(name="x" * 101)
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from slide_fmu.record_files.reading import read_record
 from slide_fmu.record_files.record import RecordError
 from tests.records.files import ROAD, TIME, TRAVEL, as_csv
+from tests.refusals import refused
 
 
 def test_points_that_group_thousands_are_texts_beside_decimal_commas(tmp_path: Path) -> None:
@@ -145,7 +146,7 @@ def test_large_csv_is_refused_within_little_memory(tmp_path: Path) -> None:
             file.write("".join(f"{k}.{i:06d},1.5,2.5\n" for i in range(40_000)))
     read_record(str(tmp_path / "a.csv"), ["u"], most=10**8)  # what is loaded once does not count
     tracemalloc.start()
-    with pytest.raises(RecordError, match=r"at least \d+ samples of 3 columns"):
+    with refused(RecordError, "at least", "samples of 3 columns"):
         read_record(str(path), most=200_000)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -178,13 +179,13 @@ def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> 
 
 def test_names_that_are_too_few_are_no_title(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "t,u\n0,1,2\n1,2,3\n2,3,4\n")
-    with pytest.raises(RecordError, match=r"a.csv.*expected 2 values in each line"):
+    with refused(RecordError, "a.csv", "expected 2 values", "2 values in"):
         read_record(str(tmp_path / "a.csv"))
 
 
 def test_header_above_nothing_is_refused_with_its_file_and_line(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "t,u\ns,N\n")
-    with pytest.raises(RecordError, match=r"a\.csv has nothing from line 3 on; expected a line"):
+    with refused(RecordError, "expected a line", "3 on"):
         read_record(str(tmp_path / "a.csv"))
 
 

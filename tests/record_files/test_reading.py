@@ -19,6 +19,7 @@ from slide_fmu.record_files.reading import read_record, read_records
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.record_files.table import library
 from tests.records.files import FORMATS, ROAD, TIME, TRAVEL, as_csv
+from tests.refusals import refused
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -50,7 +51,7 @@ def test_only_wanted_columns_are_kept(tmp_path: Path, form: str) -> None:
 def test_missing_column_is_named_beside_those_that_are_there(tmp_path: Path, form: str) -> None:
     name, write = FORMATS[form]
     write(tmp_path / name)
-    with pytest.raises(RecordError, match=r"no columns \['force'\].*'road', .*'travel'"):
+    with refused(RecordError, "no columns ['force']", "'road'", "'travel'"):
         read_record(str(tmp_path / name), ["road", "force"])
 
 
@@ -58,9 +59,7 @@ def test_missing_column_is_named_beside_those_that_are_there(tmp_path: Path, for
 def test_record_that_is_too_large_is_refused_with_its_size(tmp_path: Path, form: str) -> None:
     name, write = FORMATS[form]
     write(tmp_path / name)
-    with pytest.raises(
-        RecordError, match=r"200 samples of 3 columns.*at most 199 samples.*name only"
-    ):
+    with refused(RecordError, "200 samples of 3 columns", "at most 199 samples", "name only"):
         read_record(str(tmp_path / name), most=599)
     assert len(read_record(str(tmp_path / name), most=600).time) == 200
 
@@ -91,7 +90,7 @@ def test_compressed_mat_file_is_read_and_a_broken_one_refused(tmp_path: Path) ->
     content = bytearray(path.read_bytes())
     content[-40:-20] = bytes(20)
     path.write_bytes(content)
-    with pytest.raises(RecordError, match=r"a\.mat.*that is whole"):
+    with refused(RecordError, "a.mat", "that is whole"):
         read_record(str(path))
 
 
@@ -129,9 +128,9 @@ def test_second_clock_is_kept_beside_the_named_one(tmp_path: Path) -> None:
 
 def test_step_and_time_together_are_refused(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv")
-    with pytest.raises(RecordError, match="or a time column alone"):
+    with refused(RecordError, "or a time column alone"):
         read_record(str(tmp_path / "a.csv"), time="time", step=0.1)
-    with pytest.raises(RecordError, match="positive, finite step"):
+    with refused(RecordError, "positive, finite step"):
         read_record(str(tmp_path / "a.csv"), step=0.0)
 
 
@@ -161,9 +160,7 @@ def test_mat_array_of_several_columns_gives_each(tmp_path: Path, across: bool) -
     savemat(tmp_path / "a.mat", {"t": TIME, "x": both})
     record = read_record(str(tmp_path / "a.mat"), ["x_2"])
     assert np.array_equal(record.columns["x_2"], TRAVEL)
-    with pytest.raises(
-        RecordError, match="200 samples of 3 columns to read; expected at most 199"
-    ):
+    with refused(RecordError, "expected at most 199", "200 samples of"):
         read_record(str(tmp_path / "a.mat"), ["x_2"], step=0.1, most=599)
 
 
@@ -187,7 +184,7 @@ def test_mat_structure_gives_its_fields(tmp_path: Path) -> None:
 
 def test_wanted_arrays_of_several_lengths_are_refused(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"t": TIME, "u": ROAD, "y": TRAVEL[:50]})
-    with pytest.raises(RecordError, match=r"lengths \{'u': 200, 'y': 50\}"):
+    with refused(RecordError, "lengths {'u': 200, 'y': 50}"):
         read_record(str(tmp_path / "a.mat"), ["u", "y"])
     assert list(read_record(str(tmp_path / "a.mat")).columns) == ["u"]
 
@@ -198,11 +195,11 @@ def test_many_records_of_unequal_length_have_the_same_columns(tmp_path: Path) ->
     as_csv(tmp_path / "c.csv", "t,u [kN]\n0,1\n1,2\n")
     paths = [str(tmp_path / f"{name}.csv") for name in "abc"]
     assert [len(record.time) for record in read_records(paths[:2])] == [3, 2]
-    with pytest.raises(RecordError, match=r"c.csv and .*a.csv differ.*'kN'"):
+    with refused(RecordError, "c.csv and", "a.csv differ", "'kN'"):
         read_records(paths)
-    with pytest.raises(RecordError, match=r"b.csv has at least 2 samples"):
+    with refused(RecordError, "2 samples", "b.csv has"):
         read_records(paths[:2], most=9)
-    with pytest.raises(RecordError, match="at least one"):
+    with refused(RecordError, "at least one"):
         read_records([])
 
 
@@ -211,15 +208,15 @@ def test_the_same_record_twice_is_refused_also_under_another_name(tmp_path: Path
         as_csv(tmp_path / f"{name}.csv", "t,u [N]\n0,1\n1,2\n")
     for names in ("aa", "ab"):
         paths = [str(tmp_path / f"{name}.csv") for name in names]
-        with pytest.raises(RecordError, match=r"holds the same bytes as .*a\.csv; expected each"):
+        with refused(RecordError, "holds the same bytes as", "a.csv; expected each"):
             read_records(paths)
 
 
 def test_unknown_ending_and_missing_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.xlsx").write_bytes(b"x")
-    with pytest.raises(RecordError, match=r"ends with '.xlsx'.*\.csv"):
+    with refused(RecordError, "ends with '.xlsx'", ".csv"):
         read_record(str(tmp_path / "a.xlsx"))
-    with pytest.raises(RecordError, match="no file"):
+    with refused(RecordError, "no file"):
         read_record(str(tmp_path / "b.csv"))
 
 
@@ -239,7 +236,7 @@ def test_library_that_is_there_is_imported() -> None:
 
 
 def test_columns_of_unequal_length_make_no_record() -> None:
-    with pytest.raises(RecordError, match="the same length for all"):
+    with refused(RecordError, "the same length for all"):
         Record(np.zeros(3), {"u": np.zeros(2)}, {"u": ""}, "a.csv", "")
 
 

@@ -17,6 +17,7 @@ from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.columns import RecordWish, read_wished, wished_columns
 from slide_fmu.records.findings import examine
+from tests.refusals import refused
 
 SAMPLES = 300
 
@@ -79,7 +80,7 @@ def test_column_that_only_one_file_has_does_not_matter_where_outputs_are_named(
     )
     records, _ = read_wished(wish(*paths, outputs=("x",)))
     assert [list(record.columns) for record in records] == [["F", "x"]] * 2
-    with pytest.raises(RecordError, match=r"extra.*name the columns that both have as inputs"):
+    with refused(RecordError, "extra", "columns that"):
         read_wished(wish(*paths))
 
 
@@ -104,7 +105,7 @@ def test_named_arrays_of_another_length_than_most_are_read(tmp_path: Path) -> No
         asked = wish(path, inputs=("b/F",), outputs=outputs, time="b/time")
         (record,), _ = read_wished(asked)
         assert wished_columns(asked, record) == (("b/F",), ("b/x",))
-    with pytest.raises(RecordError, match=r"lengths \{'a/F': 300, .*'b/x': 150\}"):
+    with refused(RecordError, "lengths {'a/F': 300", "'b/x': 150}"):
         read_wished(wish(path, inputs=("a/F",), outputs=("b/x",)))
 
 
@@ -119,5 +120,5 @@ def test_times_do_not_count_beside_a_given_step_where_none_is_named(tmp_path: Pa
     assert record.time == pytest.approx(0.01 * np.arange(SAMPLES))
     assert list(record.columns) == ["F", "x"]
     assert parameters == {"sample_step": 0.01}
-    with pytest.raises(RecipeError, match="--time none without --step"):
+    with refused(RecipeError, "--time none without --step"):
         read_wished(wish(path, time="none"))

@@ -13,6 +13,7 @@ from slide_fmu.core.signals import Trajectory
 from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.division import Block, Split, Splitting, split_pieces
 from slide_fmu.records.preparation import Piece
+from tests.refusals import refused
 
 PARTS = ("train", "validation", "test")
 
@@ -82,13 +83,9 @@ def test_block_is_cut_with_the_output_that_its_first_input_starts_from() -> None
 
 def test_part_that_is_shorter_than_its_lead_is_refused_with_the_figures() -> None:
     assert split_pieces(noise(1000), Splitting(lead=150))
-    with pytest.raises(
-        RecordError,
-        match=r"validation has 150 samples to score, of 1000 in 1 pieces, behind leads of 151; "
-        r"expected at least 151",
-    ):
+    with refused(RecordError, "expected at least 151", "150 samples to"):
         split_pieces(noise(1000), Splitting(lead=151))
-    with pytest.raises(RecordError, match="train has 0 samples to score, of 10"):
+    with refused(RecordError, "0 samples to", "train has"):
         split_pieces(noise(10), Splitting(lead=10))
 
 
@@ -113,9 +110,7 @@ def test_every_part_has_a_record_and_every_record_a_part(lengths: list[int]) -> 
 
 
 def test_fewer_records_than_parts_are_refused() -> None:
-    with pytest.raises(
-        RecordError, match="2 records of different inputs for 3 parts; expected at least one"
-    ):
+    with refused(RecordError, "expected at least one", "2 records of"):
         split_pieces(noise(500, 500), Splitting(lead=10, by="record"))
     split = split_pieces(
         noise(500, 500),

@@ -13,6 +13,7 @@ from slide_fmu.records.noise_record import LEAST, QUIET, SHORTEST
 from slide_fmu.systems.errors import LoadError
 from tests.own_records import STEP, force_and_travel, write_record
 from tests.records.test_record_model import source_of
+from tests.refusals import refused
 
 NOISE = 0.03
 POLE = 0.9
@@ -94,7 +95,7 @@ def test_value_that_is_not_finite_does_not_hide_that_the_machine_moves(tmp_path:
     values = force_and_travel(3000, 4)[1].copy()
     values[100] = np.inf
     at_rest = write_noise(tmp_path / "rest.csv", values)
-    with pytest.raises(LoadError, match=r"the standard deviation is .* while nothing moves"):
+    with refused(LoadError, "the standard deviation is", "while nothing moves"):
         source_with(tmp_path, at_rest)
 
 
@@ -152,18 +153,18 @@ def test_noise_record_that_tells_nothing_is_refused(
 
 def test_noise_record_of_another_step_is_refused(tmp_path: Path) -> None:
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000), 2 * STEP)
-    with pytest.raises(LoadError, match=r"has a step of 0\.02 s; expected 0\.01 s, that of"):
+    with refused(LoadError, "expected 0.01 s", "0.02 s"):
         source_with(tmp_path, at_rest)
 
 
 def test_moving_record_as_noise_record_is_refused(tmp_path: Path) -> None:
     moving = write_record(tmp_path / "a.csv", noise=NOISE)
-    with pytest.raises(LoadError, match=r"holds the same bytes as .*a\.csv; expected a record"):
+    with refused(LoadError, "holds the same bytes as", "a.csv; expected a record"):
         source_of(moving, noise_record=str(moving))
 
 
 def test_missing_noise_record_is_named(tmp_path: Path) -> None:
-    with pytest.raises(LoadError, match=r"^noise record '.*nowhere\.csv'"):
+    with refused(LoadError, "noise record '", "nowhere.csv'"):
         source_with(tmp_path, tmp_path / "nowhere.csv")
 
 

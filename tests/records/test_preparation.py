@@ -11,6 +11,7 @@ from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.preparation import Preparation, prepared
 from slide_fmu.records.resampling import EDGE
 from tests.records.samples import STEP, record
+from tests.refusals import refused
 
 N = 2000
 RNG = np.random.default_rng(0)
@@ -72,9 +73,7 @@ def test_short_stretches_are_left_out_and_told() -> None:
     assert [len(piece.trajectory.outputs) for piece in done.pieces] == [989, 999]
     assert "3 stretches" in done.remarks[0]
     assert "1 of them have fewer than 500 samples" in done.remarks[0]
-    with pytest.raises(
-        RecordError, match=r"no stretch without gaps has 1000 samples of step 0\.001 s"
-    ):
+    with refused(RecordError, "1000 samples of", "stretch without"):
         prepared([record({"u": u, "y": Y})], Preparation(("u",), ("y",), least=1000))
 
 
@@ -173,7 +172,7 @@ def test_step_of_rounded_times_has_few_digits() -> None:
 def test_time_that_does_not_rise_is_refused(fault: str) -> None:
     time = STEP * np.arange(N)
     time[700] = time[600] if fault == "falls" else time[699]
-    with pytest.raises(RecordError, match=r"does not rise at sample 701 \(line 702"):
+    with refused(RecordError, "701 (line 702", "sample 701"):
         prepared([record({"u": U, "y": Y}, time)], ONE)
 
 

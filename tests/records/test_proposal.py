@@ -16,6 +16,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.columns import RecordWish
 from slide_fmu.records.proposal import propose_record
 from tests.own_records import STEP, force_and_travel, write_record
+from tests.refusals import refused
 
 
 def invoke(*arguments: object) -> Result:
@@ -69,7 +70,7 @@ def test_held_inputs_are_found_by_when_outputs_answer(tmp_path: Path) -> None:
 def test_file_without_times_needs_the_step_and_keeps_it(tmp_path: Path) -> None:
     force, travel = force_and_travel(4000)
     path = write_columns(tmp_path / "a.csv", force=force, travel=travel)
-    with pytest.raises(RecipeError, match="--time NAME, or --step SECONDS"):
+    with refused(RecipeError, "--time NAME, or --step SECONDS"):
         recipe_for(path)
     recipe = recipe_for(path, step=0.02)
     assert recipe.system.parameters == {"sample_step": 0.02}
@@ -80,12 +81,12 @@ def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_n
     tmp_path: Path,
 ) -> None:
     path = write_record(tmp_path / "a.csv", 500)
-    with pytest.raises(RecipeError, match=r"the records have 499 samples.* at least \d+ samples"):
+    with refused(RecipeError, "the records have 499 samples", "at least"):
         recipe_for(path)
 
 
 def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RecipeError, match="record more"):
+    with refused(RecipeError, "record more"):
         recipe_for(write_record(tmp_path / "a.csv", 2))
 
 
@@ -101,7 +102,7 @@ def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate
 ) -> None:
     force, travel = force_and_travel(4000)
     columns = {"time": STEP * np.arange(4000), "force": force, "way": np.cumsum(travel)}
-    with pytest.raises(RecipeError, match="Learn the rate of the output instead"):
+    with refused(RecipeError, "output instead"):
         recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 

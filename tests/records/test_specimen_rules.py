@@ -13,6 +13,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.specimens import specimens, too_few_specimens, values_in_file
 from tests.own_records import RECIPE
 from tests.recipes import tiny_state_space_recipe
+from tests.refusals import refused
 
 FILES = 'model = "a.csv"\nfurther = ["b.csv", "c.csv", "d.csv"]'
 MASSES = "[1.0, 3.0, 2.0, 3.0]"
@@ -61,7 +62,7 @@ def test_feed_forward_network_of_specimens_is_refused_for_what_it_is() -> None:
     tables = '[network]\nfamily = "feed_forward"\nhidden = [8]\n'
     text = RECIPE.replace('model = "bench.csv"', FILES)
     text = text[: text.index("[network]")] + tables
-    with pytest.raises(ValueError, match="the weights of state-space networks alone follow them"):
+    with refused(ValueError, "state-space networks"):
         parse_open_recipe(f"{text}\n[training]\nsteps=5\nbatch=5\nlearning_rate=1e-3\n"
                      f"[parameters.mass]\nvalues = {MASSES}", "recipe")  # fmt: skip
 
@@ -103,11 +104,11 @@ def test_two_parameters_that_go_together_are_not_told_apart() -> None:
     text = RECIPE.replace('model = "bench.csv"', FILES.replace('"d.csv"', '"d.csv", "e.csv"'))
     values = [1.0, 1.5, 2.0, 2.5, 3.0]
     tables = [f"[parameters.{name}]\nvalues = {values}\n" for name in ("mass", "stiffness")]
-    with pytest.raises(ValueError, match=r"5 different values .* determine 2 of the 3 terms"):
+    with refused(ValueError, "5 different values", "2 of the", "determine 2"):
         parse_open_recipe("\n".join([text, *tables]), "recipe")
 
 
 def test_models_have_no_values_in_files() -> None:
     mass: dict[str, Any] = {"values": [1.0, 2.0], "unit": "kg"}
-    with pytest.raises(ValueError, match="values are those of measured records"):
+    with refused(ValueError, "measured records"):
         tiny_state_space_recipe(parameters={"mass": mass})

@@ -23,6 +23,7 @@ from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 SHAPE = Shape(
     n_in=9, n_out=4, n_inputs=2, n_outputs=2, differences=1, cell=CellShape(contraction=0.9)
@@ -115,7 +116,7 @@ def test_confidence_takes_the_next_calibrated_one(confidence: float, row: int) -
 @pytest.mark.parametrize("confidence", [0.5, 0.995, math.nan])
 def test_confidence_that_is_not_calibrated_is_refused(confidence: float) -> None:
     surrogate = bounded_surrogate(SHAPE)
-    with pytest.raises(ValueError, match=r"confidence .*; expected 0.9 to 0.99"):
+    with refused(ValueError, "confidence", "expected 0.9 to 0.99"):
         surrogate.error_bounds(record(surrogate), confidence)
 
 
@@ -181,25 +182,25 @@ def test_expected_errors_are_told_where_an_estimate_is_made_of_them() -> None:
 def test_estimate_needs_an_estimator_or_a_bound() -> None:
     surrogate = bounded_surrogate(SHAPE)
     assert not surrogate.estimates_errors
-    with pytest.raises(ValueError, match=r"no error estimator; .* or by bound.estimate_span"):
+    with refused(ValueError, "no error estimator", "or by bound.estimate_span"):
         surrogate.estimate_error(record(surrogate))
 
 
 def test_estimator_of_another_surrogate_is_refused() -> None:
     surrogate = bounded_surrogate(SEEING, sees_estimates=True)
     other = random_surrogate(replace(SEEING, seed=5)).estimator
-    with pytest.raises(ValueError, match="sees another error estimator; expected its own"):
+    with refused(ValueError, "expected its own", "error estimator"):
         replace(surrogate, estimator=other)
 
 
 def test_estimates_of_bound_and_estimator_at_once_are_refused() -> None:
     surrogate = with_span(bounded_surrogate(SHAPE))
-    with pytest.raises(ValueError, match="an error estimator and an error estimate of its bound"):
+    with refused(ValueError, "error estimator"):
         replace(surrogate, estimator=random_surrogate(SEEING).estimator)
     bound = bounded_surrogate(SEEING, sees_estimates=True).bound
     assert bound is not None
     assert surrogate.bound is not None
-    with pytest.raises(ValueError, match="of its own beside an error estimator; expected one"):
+    with refused(ValueError, "expected one", "error estimator"):
         replace(bound, span=surrogate.bound.span)
 
 
@@ -221,16 +222,14 @@ def test_bad_estimate_of_a_bound_is_refused(
 def test_estimate_of_a_head_without_expected_errors_is_refused() -> None:
     bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
-    with pytest.raises(
-        ValueError, match=r"values \(\d+, 1, \d+, 2\); expected \(\d+, 1, \d+, 4\)"
-    ):
+    with refused(ValueError, "values (", "2); expected (", "4)"):
         replace(bound, span=SpanEstimate(3, np.ones(2)))
 
 
 def test_estimate_for_other_outputs_is_refused() -> None:
     bound = with_span(bounded_surrogate(SHAPE)).bound
     assert bound is not None
-    with pytest.raises(ValueError, match=r"factors of the estimate .* of shape \(3,\)"):
+    with refused(ValueError, "factors of the estimate", "of shape (3,)"):
         replace(bound, span=SpanEstimate(3, np.ones(3)))
 
 
@@ -255,13 +254,13 @@ def test_file_without_a_bound_is_written_as_before() -> None:
 def test_damaged_file_is_refused() -> None:
     surrogate = bounded_surrogate(SHAPE)
     data = surrogate.to_bytes()
-    with pytest.raises(PayloadError, match="checksum"):
+    with refused(PayloadError, "checksum"):
         Surrogate.from_bytes(data[:200] + b"\xff" + data[201:])
 
 
 def test_surrogate_without_a_bound_says_so() -> None:
     surrogate = random_surrogate(SHAPE)
-    with pytest.raises(ValueError, match="no error bound; train one: the recipe's table"):
+    with refused(ValueError, "recipe's table"):
         surrogate.error_bounds(record(surrogate))
 
 
@@ -285,13 +284,13 @@ def test_parts_that_do_not_fit_are_refused(changes: dict[str, object], message: 
 def test_bound_of_layers_is_refused() -> None:
     bound = bounded_surrogate(SHAPE).bound
     layers = random_surrogate(replace(SHAPE, cell=None))
-    with pytest.raises(ValueError, match="state-space networks without physical parameters"):
+    with refused(ValueError, "state-space networks without physical parameters"):
         replace(layers, bound=bound)
 
 
 def test_companion_of_another_window_is_refused() -> None:
     bound = bounded_surrogate(replace(SHAPE, n_in=11)).bound
-    with pytest.raises(ValueError, match="expected"):
+    with refused(ValueError, "expected"):
         replace(random_surrogate(SHAPE), bound=bound)
 
 

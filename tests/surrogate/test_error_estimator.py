@@ -15,6 +15,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.surrogate import error_estimator
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
+from tests.refusals import refused
 
 RANGES = np.array([[-1.0, -2.0], [0.5, 3.0]], np.float32)
 INSIDE = np.zeros((1, 2), np.float32)
@@ -128,7 +129,7 @@ def test_samples_of_the_network_are_at_most_the_largest_window(
     if fits:
         estimator.require_outputs(2)
     else:
-        with pytest.raises(ValueError, match="sees 3 samples at 1 positions; expected 1 to 2 of"):
+        with refused(ValueError, "expected 1 to", "3 samples at"):
             estimator.require_outputs(2)
 
 

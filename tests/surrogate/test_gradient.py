@@ -12,6 +12,7 @@ from slide_fmu.surrogate.gradient import gradient, jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.plain import five_point_slope, plain_outputs
 from tests.fmu.samples import SEEN, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 ALLOWED = 1e-5
 """Relative to the largest derivative: features are rounded to single precision."""
@@ -78,14 +79,14 @@ def test_gradient_of_a_window_does_not_depend_on_the_others() -> None:
 def test_gradient_of_wrong_shapes_and_values_is_refused() -> None:
     surrogate = surrogate_of("inputs", "tanh cell")
     windows, weights = some_windows(surrogate), np.ones((2, 3, 2))
-    with pytest.raises(ValueError, match=r"windows of shape \(2, 7, 2\); expected \(B, 8, 2\)"):
+    with refused(ValueError, "expected (B", "windows of"):
         jacobian(surrogate, windows[:, 1:])
-    with pytest.raises(ValueError, match=r"weights of shape \(2, 2, 2\); expected \(B, 3, 2\)"):
+    with refused(ValueError, "expected (B", "weights of"):
         gradient(surrogate, windows, weights[:, 1:])
-    with pytest.raises(ValueError, match="weights of 1 windows; expected those of 2"):
+    with refused(ValueError, "expected those of", "1 windows"):
         gradient(surrogate, windows, weights[1:])
     windows[0, 0, 0] = np.nan
-    with pytest.raises(ValueError, match="windows: a value is not finite"):
+    with refused(ValueError, "not finite"):
         jacobian(surrogate, windows)
 
 

@@ -16,6 +16,7 @@ from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import PARAMETERS, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 SHAPE = Shape(n_in=20, n_out=6, n_inputs=2, n_outputs=2, cell=CellShape(states=4, parameters=2))
 GIVEN = {"mass": 2.6, "damping": -0.7}
@@ -55,7 +56,7 @@ def test_surrogate_with_other_starts_predicts_as_with_these_values() -> None:
     assert np.array_equal(
         started.predict(record, {"mass": 1.5}), surrogate.predict(record, {**GIVEN, "mass": 1.5})
     )
-    with pytest.raises(ValueError, match="expected a number in its range"):
+    with refused(ValueError, "expected a number in", "its range"):
         surrogate.starting_at({"mass": 99.0})
 
 
@@ -75,9 +76,9 @@ def test_bad_parameters_are_refused(given: dict[str, float], message: str) -> No
 
 def test_surrogate_without_parameters_takes_none() -> None:
     plain = random_surrogate(Shape(n_inputs=2))
-    with pytest.raises(ValueError, match="the surrogate has no parameters"):
+    with refused(ValueError, "the surrogate has no parameters"):
         plain.predict(inputs(30), {"mass": 1.0})
-    with pytest.raises(ValueError, match="has no physical parameters"):
+    with refused(ValueError, "has no physical parameters"):
         parameter_jacobian(plain, inputs(30))
 
 

@@ -23,6 +23,7 @@ from slide_fmu.surrogate.payload import PayloadError, require_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.refusals import refused
 from tests.strategies import all_shapes
 
 SMALL = random_surrogate(
@@ -261,7 +262,7 @@ def test_payload_with_impossible_start_values_is_refused() -> None:
         assert Surrogate.from_bytes(at_end.to_bytes()).starts[1] == end
     for beyond in (ends[0] - 1e-6, ends[1] + 1e-6):
         wide = replace(surrogate.inputs[1], low=-9.0, high=9.0, start=float(beyond))
-        with pytest.raises(ValueError, match=r"input 1 starts at .*, but its scaling covers"):
+        with refused(ValueError, "input 1 starts at", "but its scaling covers"):
             replace(surrogate, inputs=(surrogate.inputs[0], wide))
 
 
@@ -269,7 +270,7 @@ def test_starts_of_file_and_metadata_are_the_same() -> None:
     place = SMALL.index(b"SCIN") + 8 + 16
     (start,) = struct.unpack_from("<d", SMALL, place)
     body = SMALL[:place] + struct.pack("<d", start + 1e-6) + SMALL[place + 8 : -4]
-    with pytest.raises(PayloadError, match="by its metadata, inputs start at"):
+    with refused(PayloadError, "inputs start"):
         Surrogate.from_bytes(with_checksum(body))
 
 
@@ -301,27 +302,27 @@ def test_features_of_an_angle_without_an_angle_are_refused() -> None:
     body = bytearray(ANGLE[:-4])
     for place in words:
         body[place : place + 4] = struct.pack("<I", 0)
-    with pytest.raises(PayloadError, match=r"\['u0', 'u1'\] are no angle, but a network"):
+    with refused(PayloadError, "['u0', 'u1'] are no", "a network"):
         Surrogate.from_bytes(with_checksum(bytes(body)))
 
 
 def test_huge_layer_is_refused_before_it_is_allocated() -> None:
     place = SMALL.index(b"PRED") + 8 + 12 + 4 * (1 + 2) + 16 * 2 + 4
     sizes = struct.pack("<II", 2**32 - 1, 2**32 - 1)
-    with pytest.raises(PayloadError, match="bytes expected"):
+    with refused(PayloadError, "bytes expected"):
         Surrogate.from_bytes(with_checksum(SMALL[:place] + sizes + SMALL[place + 8 : -4]))
 
 
 def test_message_about_a_damaged_payload_names_what_is_wrong() -> None:
-    with pytest.raises(PayloadError, match="expected it to begin with 'SLIDEFMU'"):
+    with refused(PayloadError, "expected it to", "with 'SLIDEFMU'"):
         Surrogate.from_bytes(b"PK\x03\x04" + bytes(100))
-    with pytest.raises(PayloadError, match="version 2; expected version 6: make it again from"):
+    with refused(PayloadError, "expected version 6", "again from"):
         Surrogate.from_bytes(with_checksum(SMALL[:8] + struct.pack("<I", 2) + SMALL[12:-4]))
-    with pytest.raises(PayloadError, match="checksum does not match"):
+    with refused(PayloadError, "checksum does not match"):
         Surrogate.from_bytes(SMALL[:-4] + bytes(4))
-    with pytest.raises(PayloadError, match="unexpected bytes"):
+    with refused(PayloadError, "unexpected bytes"):
         Surrogate.from_bytes(with_checksum(SMALL[:-4] + bytes(4)))
-    with pytest.raises(PayloadError, match=r"near byte \d+: section b'XXXX'; expected b'SCIN'"):
+    with refused(PayloadError, "near byte", "section b'XXXX'; expected b'SCIN'"):
         Surrogate.from_bytes(with_checksum(SMALL[:-4].replace(b"SCIN", b"XXXX")))
 
 
@@ -369,10 +370,10 @@ def test_forecast_of_inputs_is_kept_to_the_bit() -> None:
 
 def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
     moving, held = Surrogate.from_bytes(MOVING), Surrogate.from_bytes(SMALL)
-    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*the hold 'zero_order'"):
+    with refused(ValueError, "forecast of 2 inputs", "the hold 'zero_order'"):
         replace(held, forecast=moving.forecast)
     alone = random_surrogate(Shape(hold="first_order"))
-    with pytest.raises(ValueError, match=r"forecast of 2 inputs.*expected 1"):
+    with refused(ValueError, "forecast of 2 inputs", "expected 1"):
         replace(alone, forecast=moving.forecast)
 
 

@@ -22,6 +22,7 @@ from slide_fmu.surrogate import surrogate as surrogate_module
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
+from tests.refusals import refused
 from tests.strategies import all_shapes, surrogate_shapes
 
 ROUNDING = 1e-5
@@ -60,7 +61,7 @@ def test_newest_outputs_and_estimates_do_not_depend_on_later_inputs(
     before = surrogate.predict_newest(inputs[:count])
     assert newest == pytest.approx(before, abs=ROUNDING, rel=ROUNDING)
     if surrogate.estimator is None:
-        with pytest.raises(ValueError, match="no error estimator"):
+        with refused(ValueError, "no error estimator"):
             surrogate.estimate_error(inputs)
         return
     estimates = surrogate.estimate_error(inputs)[:count]
@@ -76,7 +77,7 @@ def test_stream_of_a_batch_is_that_of_one_record_after_the_other(shape: Shape, c
     expected = np.stack([surrogate.predict_newest(inputs) for inputs in batch])
     found = surrogate.predict_newest_batch(batch)
     assert found == pytest.approx(expected, abs=ROUNDING, rel=ROUNDING)
-    with pytest.raises(ValueError, match=r"expected \(records, samples, \d\)"):
+    with refused(ValueError, "expected (records, samples"):
         surrogate.predict_newest_batch(batch[0])
     batch[2, -1, 0] = math.nan
     with pytest.raises(ValueError, match=f"'u0' at sample {count - 1} is nan"):

@@ -11,8 +11,8 @@ import pytest
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.model import describe
 from slide_fmu.systems.simulation import simulate
+from tests.refusals import refused
 from tests.systems.exudyn_models import LOAD, OSCILLATOR, SPRING, model, system_of
-from tests.systems.refusals import refused
 
 TO_FORCE = '"force": {"unit": "N", '
 LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
@@ -78,7 +78,7 @@ def test_parameter_that_does_not_fit_is_named(
 def test_explicit_integrator_refuses_parameters_that_move(tmp_path: Path) -> None:
     declared = '{"force": {"unit": "m", "parameter": "spring.offset"}}'
     path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', declared), (LOAD, "pass"))
-    with pytest.raises(LoadError, match="moves within a step"):
+    with refused(LoadError, "moves within a step"):
         system_of(path, "first_order", integrator="explicit")
 
 
@@ -86,7 +86,7 @@ def test_angle_that_turns_within_a_step_is_refused(tmp_path: Path) -> None:
     pair = """{"force": {"unit": "1", "angle": "cosine"}, "sine": {"unit": "1", "angle": "sine"}}
 hold = "first_order\""""
     path = model(tmp_path, OSCILLATOR, ('{"force": "N"}', pair))
-    with pytest.raises(LoadError, match=r"\['force', 'sine'\] are cosine and sine"):
+    with refused(LoadError, "['force', 'sine'] are cosine", "cosine and"):
         describe(path)
 
 

@@ -24,6 +24,7 @@ from slide_fmu.systems.base import State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.simulation import simulate
+from tests.refusals import refused
 
 SAME = 1e-9
 """Of the RMS: time grows in one run and starts anew in the other, the rest is rounding."""
@@ -200,7 +201,7 @@ def test_an_implicit_failure_leaves_the_state() -> None:
     towed.advance()
     kept = towed.plant.coordinates(), towed.plant.velocities()
     begin, towed.begin = towed.begin, float("nan")
-    with pytest.raises(SimulationError, match="substeps"):
+    with refused(SimulationError, "substeps"):
         towed.plant.advance()
     assert np.array_equal((towed.plant.coordinates(), towed.plant.velocities()), kept)
     towed.begin = begin

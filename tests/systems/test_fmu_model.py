@@ -20,6 +20,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.own_models import quarter_car
 from tests.own_models.tank import THRESHOLD
+from tests.refusals import refused
 from tests.systems.test_fmu_refusals import changed
 
 equations = quarter_car.equations()
@@ -288,7 +289,7 @@ def test_derivatives_that_the_fmu_refuses_are_told(slope_car: str, tmp_path: Pat
     broken = changed(slope_car, tmp_path / "broken.fmu", **{'"30"': '"99"'})  # not der(body)
     system = made(broken)
     assert isinstance(system, Linearizable)
-    with pytest.raises(SimulationError, match=r"'broken\.fmu' cannot be linearized: .*fmu-interf"):
+    with refused(SimulationError, "'broken.fmu' cannot be linearized", "fmu-interf"):
         system.linearize(system.rest_state(np.zeros(1)))
 
 

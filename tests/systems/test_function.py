@@ -19,8 +19,8 @@ from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
+from tests.refusals import refused
 from tests.systems.function_models import specifications as models
-from tests.systems.refusals import refused
 
 LAG = """
 inputs = {"u": {"unit": "1", "range": [-1, 1]}}
@@ -284,13 +284,13 @@ def test_outputs_that_the_recipe_names_are_those_of_the_system(tmp_path: Path, k
 
 def test_model_gives_all_its_outputs_also_where_the_recipe_has_fewer(tmp_path: Path) -> None:
     text = LAG.replace('"y": {"unit": "1", "range": [-1, 1]}', '"a": "m", "b": "m", "c": "m"')
-    with pytest.raises(LoadError, match=r"g gave an array of shape \(1,\); expected 3 columns"):
+    with refused(LoadError, "expected 3 columns", "shape (1,)"):
         load_system(replace(written(tmp_path, text), outputs=CHOSEN))
 
 
 def test_name_behind_a_colon_is_refused(tmp_path: Path) -> None:
     specification = written(tmp_path, LAG)
-    with pytest.raises(LoadError, match="'f' behind the colon; expected the file"):
+    with refused(LoadError, "expected the file", "'f' behind the"):
         load_system(replace(specification, model=f"{specification.model}:f"))
 
 

@@ -12,7 +12,7 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
-from tests.systems.refusals import refused
+from tests.refusals import refused
 
 PUMP = """
 import numpy as np
@@ -70,7 +70,7 @@ def test_ranges_of_a_class_may_be_numbers_of_numpy(tmp_path: Path) -> None:
 
 def test_class_whose_default_step_is_negative_is_refused(tmp_path: Path) -> None:
     model = written(tmp_path, "step=0.1", "step=-0.1")
-    with pytest.raises(LoadError, match=r"\.step is -0\.1; expected .* a positive number"):
+    with refused(LoadError, ".step is -0.1; expected", "a positive number"):
         describe_model(model)
 
 
@@ -110,5 +110,5 @@ def test_file_in_a_folder_whose_name_begins_as_this_package_is_the_users(tmp_pat
 
 @pytest.mark.parametrize("value", ["1", True, None, 1j])
 def test_signal_whose_range_is_no_number_is_refused(value: object) -> None:
-    with pytest.raises((ValueError, TypeError), match="low"):
+    with refused((ValueError, TypeError), "low"):
         Signal("y", "m", value, 2.0)  # type: ignore[arg-type]

@@ -24,6 +24,7 @@ from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe
+from tests.refusals import refused
 
 RECIPE = tiny_state_space_recipe(bound={}, data={"duration": 4.0}, validation={"adversarial": 2})
 
@@ -169,13 +170,13 @@ def test_section_shows_the_worst(attacks: list[Attack]) -> None:
 
 
 def test_search_without_a_bound_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"validation.adversarial = 2 without a table\s+\[bound"):
+    with refused(ValueError, "validation.adversarial = 2", "2 without a", "[bound"):
         tiny_state_space_recipe(validation={"adversarial": 2})
 
 
 def test_held_out_kind_that_is_learnt_from_is_refused() -> None:
     kind = {"kind": "held_random", "weight": 3.0}
-    with pytest.raises(ValueError, match=r"'held_random' that is in data\.excitation too"):
+    with refused(ValueError, "'held_random' that is", "data.excitation too"):
         tiny_state_space_recipe(data={"excitation": [kind]}, validation={"excitation": [kind]})
 
 
@@ -183,5 +184,5 @@ def test_recipe_with_held_out_kinds_draws_them() -> None:
     held_out = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
     recipe = tiny_state_space_recipe(validation={"excitation": [held_out]})
     assert [kind.kind for kind in recipe.with_held_out_kinds().data.excitation] == ["binary"]
-    with pytest.raises(ValueError, match="holds out no kinds of excitation"):
+    with refused(ValueError, "of excitation"):
         tiny_state_space_recipe().with_held_out_kinds()

@@ -20,6 +20,7 @@ from tests.data.test_failures import failing
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
+from tests.refusals import refused
 
 COUNT = 12
 
@@ -48,7 +49,7 @@ def test_another_draw_is_measured_and_the_failures_are_counted(tmp_path: Path) -
 
 
 def test_a_reference_that_always_fails_ends_the_validation(tmp_path: Path) -> None:
-    with pytest.raises(SimulationError, match=r"5 motions in a row, .*: no solution at t"):
+    with refused(SimulationError, "5 motions in a row", "no solution at t"):
         measured(-1.0, tmp_path)
 
 

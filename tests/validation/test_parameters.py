@@ -32,6 +32,7 @@ from tests.estimates import kept_estimates
 from tests.marks import needs_app
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
+from tests.refusals import refused
 from tests.validation.measured import figures_of
 
 TABLES: dict[str, Any] = {
@@ -152,7 +153,7 @@ def test_failure_names_the_corner(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> 
 def test_features_of_angles_must_be_named() -> None:
     turn = (Signal("angle", "rad", -3.0, 3.0),)
     offered = Offered(turn, range_scaling(turn), 0.01, None)
-    with pytest.raises(RecipeError, match=r"network.drive is left open, with parameters"):
+    with refused(RecipeError, "network.drive is"):
         require_chosen_features(RECIPE, offered, 1)
     named = tiny_state_space_recipe(**{**TABLES, "network": {"drive": ["direction"]}})
     require_chosen_features(named, offered, 1)

@@ -17,6 +17,7 @@ from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import tiny_recipe
+from tests.refusals import refused
 from tests.validation.measured import FINER, MODEL, PLAIN, TASK, measured, same
 
 
@@ -97,7 +98,5 @@ def test_duration_may_be_short_of_the_least_by_half_a_step(
     if fits:
         assert len(validate(fmu, surrogate, case_of(PLAIN), task, silent).comparisons) == 1
     else:
-        with pytest.raises(
-            ValueError, match=r"expected at least 0\.5 s, so that the FMU's windows"
-        ):
+        with refused(ValueError, "expected at least 0.5 s", "FMU's windows"):
             validate(fmu, surrogate, case_of(PLAIN), task, silent)

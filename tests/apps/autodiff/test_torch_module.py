@@ -11,6 +11,7 @@ import torch
 import slide_fmu as slide
 from slide_fmu.fmu.native import NativeError
 from tests.fmu.samples import sum_surrogate
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
 
@@ -64,12 +65,12 @@ def test_second_derivatives_are_refused_and_not_zero() -> None:
     records = forces(1, 5)
     outputs = slide.torch_module(duffing())(records)
     (slopes,) = torch.autograd.grad((outputs**2).sum(), records, create_graph=True)
-    with pytest.raises(RuntimeError, match="once_differentiable"):
+    with refused(RuntimeError, "once_differentiable"):
         slopes.sum().backward()
 
 
 def test_records_of_other_channels_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"records: shape \(4, 2\); expected \(B, N, 1\)"):
+    with refused(ValueError, "expected (B", "shape (4"):
         slide.torch_module(duffing())(torch.zeros(4, 2))
 
 
@@ -91,5 +92,5 @@ def test_records_whose_type_has_no_fractions_or_that_are_no_tensor_are_refused(
 def test_gradients_of_layers_are_refused_with_what_to_use() -> None:
     records = torch.zeros(20, 1, dtype=torch.float64, requires_grad=True)
     outputs = slide.torch_module(sum_surrogate())(records)
-    with pytest.raises(NativeError, match="no gradients of networks of type FeedForward"):
+    with refused(NativeError, "type FeedForward"):
         outputs.sum().backward()

@@ -19,6 +19,7 @@ from slide_fmu.record_files.record import RecordError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.calibrate.records import measured, surrogate_with
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 TRUE = {"mass": 2.6}
 SAME = 1e-3
@@ -136,7 +137,7 @@ def test_record_without_times_needs_a_step(
     del columns["time [s]"]
     path = write(tmp_path / "a.csv", columns)
     assert value(fmu, Measured((path,), step=STEP)) == pytest.approx(TRUE["mass"], abs=SAME)
-    with pytest.raises(RecordError, match="step"):
+    with refused(RecordError, "step"):
         value(fmu, Measured((path,)))
 
 
@@ -189,7 +190,7 @@ def test_values_are_written_for_an_ssp(fmu: Path, surrogate: Surrogate, tmp_path
     read = read_ssv(str(tmp_path / "fitted.ssv"))
     assert read.name == SET
     assert {p.name: float(p.value) for p in read.parameters} == found.values
-    with pytest.raises(ValueError, match=r"expected a name ending in \.ssv"):
+    with refused(ValueError, "expected a name ending", "ending in"):
         write_parameters(found, tmp_path / "fitted.xml")
 
 

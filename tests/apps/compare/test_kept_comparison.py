@@ -11,6 +11,7 @@ from slide_fmu.apps.compare.kept_comparison import KeptComparison
 from slide_fmu.apps.compare.model_figures import ModelFigures
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.data.unseen import UnseenMotion
+from tests.refusals import refused
 
 MODEL = ModelFigures(title="FIR", linear=True, structure="9 lags", cpu_seconds=1.0)
 MOTION = UnseenMotion(np.ones((3, 1)), np.zeros((4, 1)), 1, 0)
@@ -38,7 +39,7 @@ def test_damaged_files_of_a_comparison_are_named(tmp_path: Path, part: float) ->
     for name in ("fir.json", "unseen.npz"):
         whole = (tmp_path / name).read_bytes()
         (tmp_path / name).write_bytes(whole[: int(part * len(whole))])
-    with pytest.raises(DamagedFileError, match=r"fir\.json is damaged.*remove it"):
+    with refused(DamagedFileError, "fir.json is damaged", "remove it"):
         kept.figures("fir", "key", lambda: MODEL)
-    with pytest.raises(DamagedFileError, match=r"unseen\.npz is damaged.*remove it"):
+    with refused(DamagedFileError, "unseen.npz is damaged", "remove it"):
         kept.motions("key", lambda: [MOTION])

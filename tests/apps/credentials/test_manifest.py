@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-import pytest
-
 from slide_fmu.apps.credentials.manifest import (
     DESCRIPTION,
     NAMESPACE,
@@ -19,6 +17,7 @@ from slide_fmu.apps.credentials.schema import CredentialError
 from slide_fmu.fmu.export import read_member
 from tests.apps.credentials.conftest import LINEAR
 from tests.apps.credentials.standards import layered_standard_schema
+from tests.refusals import refused
 
 FILES = [
     Related("documentation/index.html", "text/html", "report", "Report & figures."),
@@ -56,7 +55,7 @@ def test_released_fmu_names_experiment_results_report_card_and_metadata() -> Non
 
 def test_unknown_role_is_refused_with_the_line() -> None:
     content = write_manifest(FILES).replace(b'role="report"', b'role="repot"')
-    with pytest.raises(CredentialError, match=r"fmi-ls-manifest.xml, line 3: .*'repot'"):
+    with refused(CredentialError, "fmi-ls-manifest.xml, line 3", "'repot'"):
         read_manifest(content)
 
 

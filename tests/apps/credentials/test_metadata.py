@@ -21,6 +21,7 @@ from slide_fmu.fmu.export import SURROGATE, read_member
 from tests.acceptance.importers import needs
 from tests.apps.credentials.conftest import LINEAR
 from tests.apps.credentials.standards import srmd_schema
+from tests.refusals import refused
 
 ENTRIES = [
     Entry("purpose", ["One sentence."]),
@@ -58,7 +59,7 @@ def test_metadata_of_a_released_fmu_is_valid_by_the_published_schema() -> None:
 def test_both_schemas_refuse_the_same_mistakes(old: bytes, new: bytes) -> None:
     content = resource_metadata("plant", "a plant", ENTRIES, b"payload").replace(old, new)
     assert not srmd_schema().is_valid(content.decode())
-    with pytest.raises(CredentialError, match=r"plant.srmd, line \d+: .* as its schema says"):
+    with refused(CredentialError, "plant.srmd, line", "as its schema says"):
         parsed(content, "plant.srmd", "metadata")
 
 
@@ -97,5 +98,5 @@ def test_entities_of_a_document_are_not_resolved() -> None:
         b'<!DOCTYPE a [<!ENTITY secret SYSTEM "file:///etc/hostname">]>'
         b'<Experiments name="&secret;"><Experiment name="x"/></Experiments>'
     )
-    with pytest.raises(CredentialError, match="is no XML"):
+    with refused(CredentialError, "is no XML"):
         parsed(content, "x.exp", "experiments")

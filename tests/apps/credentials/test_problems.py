@@ -13,6 +13,7 @@ from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.documents import CARD, PAGE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.credentials.conftest import LINEAR, Changed
+from tests.refusals import refused
 
 
 def member(name: str) -> bytes:
@@ -86,5 +87,5 @@ def test_table_of_times_alone_is_a_problem(
 
 def test_parameters_in_an_unknown_encoding_are_a_problem() -> None:
     content = b'<?xml version="1.0" encoding="nonsense"?><a/>'
-    with pytest.raises(ValueError, match=r"x.ssv is no XML document \(unknown encoding"):
+    with refused(ValueError, "(unknown encoding"):
         parameters_of(content, "x.ssv")

@@ -29,6 +29,7 @@ from slide_fmu.apps.motion.move import Move
 from slide_fmu.apps.motion.solve import solve
 from slide_fmu.network.state_space.network import StateSpace
 from tests.bounded import random_bound
+from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
 FREE = np.array([np.inf])
@@ -110,9 +111,7 @@ def test_an_answer_that_is_a_baseline_is_said_to_be_one(tmp_path: Path) -> None:
 
 def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:
     problem = with_domain(crank_problem())
-    with pytest.raises(
-        MotionError, match=r"all moves of 0\.6\S* s .* leave the domain .* more ti"
-    ):
+    with refused(MotionError, "all moves of 0.6", "leave the domain", "more ti"):
         quietest(problem, 0.7)
     require_in_domain(problem, quietest(problem, 1.5).move)
 
@@ -124,9 +123,9 @@ def test_best_candidate_is_one_in_the_domain() -> None:
 
 def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
     hard = with_domain(crank_problem(), slower=6.0)
-    with pytest.raises(MotionError, match=r"stays in the domain .* even 3 times slower"):
+    with refused(MotionError, "stays in the domain", "even 3 times slower"):
         earliest(hard)
-    with pytest.raises(MotionError, match=r"best of 40 candidates leave the domain"):
+    with refused(MotionError, "40 candidates leave", "the domain"):
         choose(hard, settled, Family(40, 1.0, 0))
 
 
@@ -141,7 +140,7 @@ def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -
         "quietest": lambda: quietest(problem, 0.6),
         "choose": lambda: choose(problem, settled, Family(10, 1.5, 0)),
     }
-    with pytest.raises(MotionError, match=r"rest at the start \[-1000\.0\] is outside of the dom"):
+    with refused(MotionError, "[-1000.0] is outside", "start [-1000.0]"):
         searches[kind]()
 
 

@@ -26,6 +26,7 @@ from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 from tests.own_models.quarter_car import build_in_c
 from tests.recipes import FMU_RECIPE
+from tests.refusals import refused
 
 
 @pytest.fixture
@@ -42,20 +43,20 @@ def test_a_co_simulation_fmu_is_copied_as_reference(car: Path, tmp_path: Path) -
     recipe = parse_open_recipe(text_of(car), "recipe").guess
     written = write_reference(case_of(recipe), tmp_path / "reference.fmu")
     assert written.read_bytes() == car.read_bytes()
-    with pytest.raises(ValueError, match=r"expected a name ending in \.fmu"):
+    with refused(ValueError, "expected a name ending", "ending in"):
         write_reference(case_of(recipe), tmp_path / "reference.zip")
 
 
 def test_an_fmu_with_parameters_is_no_reference_by_itself(car: Path, tmp_path: Path) -> None:
     recipe = parse_open_recipe(text_of(car, "parameters = { spring = 20e3 }"), "recipe").guess
-    with pytest.raises(LoadError, match=r"with parameters \['spring'\]; expected a co-simulation"):
+    with refused(LoadError, "expected a co-simulation", "parameters ['spring']"):
         write_reference(case_of(recipe), tmp_path / "reference.fmu")
 
 
 def test_a_model_exchange_fmu_is_no_reference_by_itself(tmp_path: Path) -> None:
     exchanged = build_in_c(tmp_path / "car.fmu", co_simulation=False)
     recipe = parse_open_recipe(text_of(exchanged), "recipe").guess
-    with pytest.raises(LoadError, match=r"used for model_exchange"):
+    with refused(LoadError, "used for model_exchange"):
         write_reference(case_of(recipe), tmp_path / "reference.fmu")
 
 

@@ -26,6 +26,7 @@ from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.limits import largest_file
+from tests.refusals import refused
 from tests.validation.measured import FINER
 
 SAME = 1e-12
@@ -208,9 +209,9 @@ def test_instances_of_several_fmus_do_not_disturb_each_other(tmp_path: Path) -> 
 
 
 def test_mistakes_are_named_before_anything_is_written(tmp_path: Path) -> None:
-    with pytest.raises(LoadError, match="Missing"):
+    with refused(LoadError, "Missing"):
         write_reference_fmu(Specification(dotted("Missing"), {}), tmp_path / "reference.fmu")
-    with pytest.raises(ValueError, match=r"ending in \.fmu"):
+    with refused(ValueError, "ending in .fmu"):
         write_reference_fmu(
             Specification(dotted("LinearOscillator"), {}), tmp_path / "reference.zip"
         )
@@ -231,7 +232,7 @@ def test_it_is_the_same_file_every_time(tmp_path: Path) -> None:
 def test_an_fmu_that_cannot_be_written_stays_as_it_was(tmp_path: Path) -> None:
     path = write_reference_fmu(Specification(dotted(MODELS[0]), {}), tmp_path / "reference.fmu")
     before = path.read_bytes()
-    with largest_file(len(before) // 2), pytest.raises(OSError, match="File too large"):
+    with largest_file(len(before) // 2), refused(OSError, "File too large"):
         write_reference_fmu(Specification(dotted(MODELS[1]), {}), path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]

@@ -20,6 +20,7 @@ from tests.acceptance.conftest import Finished, invoke, run_recipe
 from tests.acceptance.importers import needs, run_ecos, run_fmpy, run_libcosim
 from tests.apps.reference.test_importers import IMPORTERS, Importer
 from tests.recipes import TINY
+from tests.refusals import refused
 
 pytestmark = pytest.mark.extended
 
@@ -153,5 +154,5 @@ def test_values_are_read_as_they_were_written(tmp_path: Path) -> None:
     path.write_bytes(parameter_set(values))
     assert read_parameter_set(path) == values
     path.write_bytes(parameter_set(values).replace(b"Real", b"String"))
-    with pytest.raises(ValueError, match=r"'mass' has the values \[\] .* expected one number"):
+    with refused(ValueError, "'mass' has the values []", "expected one number"):
         read_parameter_set(path)

@@ -18,6 +18,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.acceptance.importers import needs, run_ecos, run_libcosim
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.refusals import refused
 
 GIVEN = {"mass": 2.5, "damping": -1.0}
 STEPS = 60
@@ -116,5 +117,5 @@ def in_a_loop(surrogate: Surrogate, steps: int) -> FloatArray:
 
 
 def test_parameters_of_an_unknown_component_are_refused(ssp: Path) -> None:
-    with pytest.raises(ValueError, match=r"parameters of \['arm'\]; expected components out of"):
+    with refused(ValueError, "expected components out", "parameters of"):
         write_ssp(ssp.with_name("x.ssp"), "x", {}, [], {"arm": {"mass": 1.0}})

@@ -26,6 +26,7 @@ from tests.fitting.state_space.cells import (
     random_segments,
     random_theta,
 )
+from tests.refusals import refused
 
 SAME = 1e-10
 """Roundings of float64 in outputs of order 1."""
@@ -215,5 +216,5 @@ def test_terms_of_parameters_do_not_move_a_cell_with_substeps() -> None:
 def test_pole_that_changes_its_sign_has_no_substeps() -> None:
     shape = plain(1, 1, 0, 1)
     cell = replace(shape.split(random_theta(shape)), a=torch.tensor([[-0.3]]).double())
-    with pytest.raises(ValueError, match=r"substeps = 2 with the poles \[-0\.3.*choose 1"):
+    with refused(ValueError, "substeps = 2", "2 with the", "choose 1"):
         in_substeps([cell], 2)

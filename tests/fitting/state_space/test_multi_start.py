@@ -35,6 +35,7 @@ from tests.fitting.state_space.springs import (
     problem_of,
     spring,
 )
+from tests.refusals import refused
 
 SINGLE = 1e-3
 """Of errors of a network that is kept in float32, relative to themselves."""
@@ -83,9 +84,7 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
     message = r"^network\.turned_pairs = 2 with an order of 3; expected two states for each pair"
     with pytest.raises(ValueError, match=message):
         multi_start.linear(3)
-    with pytest.raises(
-        ValueError, match=r"^network\.turned_pairs = 2 with 1 drives and 1 outputs"
-    ):
+    with refused(ValueError, "network.turned_pairs = 2", "2 with 1"):
         multi_start.shape(4, 2)
 
 
@@ -104,7 +103,7 @@ def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Pat
 
 def test_order_that_neither_shows_is_refused(tmp_path: Path) -> None:
     problem = short_records(tmp_path)
-    with pytest.raises(ValueError, match=r"network\.order = 3; expected at most 2 .* 4 samples"):
+    with refused(ValueError, "network.order = 3", "expected at most 2", "4 samples"):
         fit(problem, {"order": 3, "hidden": 0})
 
 

@@ -43,6 +43,7 @@ from tests.fitting.state_space.cells import (
 )
 from tests.fitting.state_space.springs import NONLINEAR, Pair, fit, problem_of, quick
 from tests.progress import silent
+from tests.refusals import refused
 from tests.strategies import learnt_cell_shapes
 
 EXACT = 1e-10
@@ -224,5 +225,5 @@ def test_network_of_too_many_coefficients_is_refused(tmp_path: Path) -> None:
     network = StateSpaceRecipe(order=2, hidden=8)
     training = quick(dense_limit=100)
     multi_start = MultiStart(fit_data(problem, network, training), silent)
-    with pytest.raises(ValueError, match=r"dense_limit = 100; expected at least \d+, the coef"):
+    with refused(ValueError, "dense_limit = 100", "expected at least", "the coef"):
         multi_start.dense_units(2, 8)

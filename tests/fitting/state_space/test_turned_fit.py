@@ -28,6 +28,7 @@ from tests.fitting.state_space.springs import (
     relative_error,
 )
 from tests.progress import silent
+from tests.refusals import refused
 
 SOFTER = 0.5
 """How much softer the spring is along the direction that turns; across it, 0.8."""
@@ -152,9 +153,9 @@ def test_pairs_of_what_is_no_vector_are_refused(tmp_path: Path) -> None:
         tmp_path, names=LOADS, chain=ARM, training=(inputs, outputs[:, :, :2]),
         validation=(inputs, outputs[:, :, :2]),
     )  # fmt: skip
-    with pytest.raises(ValueError, match=r"turned_pairs = 2 with 6 drives and 2 outputs"):
+    with refused(ValueError, "turned_pairs = 2", "2 with 6"):
         fit(flat, TURNED)
     frame = {**TURNED, "drive": ("frame",), "schedule": LOADS[:1]}
-    with pytest.raises(ValueError, match=r"turned_pairs = 2 with 2 drives and 3 outputs"):
+    with refused(ValueError, "turned_pairs = 2", "2 with 2"):
         fit(problem_in(tmp_path), frame)
     assert not flat.checkpoint.exists()

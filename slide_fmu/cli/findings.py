@@ -10,12 +10,12 @@ from slide_fmu.report.table import Table
 
 if TYPE_CHECKING:
     from slide_fmu.memory.decay_figures import SizingFigures
-    from slide_fmu.propose.proposal import AnyProposal
+    from slide_fmu.propose.proposal import Proposal
     from slide_fmu.propose.trial import Costs, TrialFigures
     from slide_fmu.recipe.automatic import FoundValues
 
 
-def show_draft(proposal: AnyProposal) -> None:
+def show_draft(proposal: Proposal) -> None:
     """Print the signals of a proposed recipe, and what was assumed."""
     draft = proposal.draft
     rows = []

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, cast
+from typing import cast
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.search_path import make_importable
@@ -29,7 +29,7 @@ from slide_fmu.propose.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.tables import MOST_SUBSTEPS
-from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_text
+from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.declared import Declared, SignalTable
 from slide_fmu.systems.errors import LoadError
@@ -83,42 +83,6 @@ class Wish:
     time: str | None = None
 
 
-class AnyDraft(Protocol):
-    """This says what a first recipe says of its signals and its step, whatever its kind."""
-
-    @property
-    def inputs(self) -> tuple[DraftSignal, ...]:
-        """The inputs of the surrogate, in its order."""
-
-    @property
-    def outputs(self) -> tuple[DraftSignal, ...]:
-        """Its outputs."""
-
-    @property
-    def step(self) -> float:
-        """The sample step in s."""
-
-    @property
-    def step_origin(self) -> str:
-        """Where the step comes from."""
-
-
-class AnyProposal(Protocol):
-    """This is a first recipe of any kind: its text, what it says, and remarks."""
-
-    @property
-    def text(self) -> str:
-        """The recipe as TOML."""
-
-    @property
-    def draft(self) -> AnyDraft:
-        """What it says."""
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """One sentence each on what was found and assumed."""
-
-
 @dataclass(frozen=True)
 class Proposal:
     """A Proposal is a first recipe, and what was found and assumed on the way.
@@ -163,7 +127,7 @@ class _Begun:
         return self.found.kind == "class"
 
 
-def propose_unsimulated(wish: Wish) -> AnyProposal | None:
+def propose_unsimulated(wish: Wish) -> Proposal | None:
     """Propose a recipe for what nobody simulates; None where the wish is of a model.
 
     Raises:
@@ -172,7 +136,7 @@ def propose_unsimulated(wish: Wish) -> AnyProposal | None:
     """
     for room in UNSIMULATED.values():
         module = import_module(f"{room}.proposal")
-        found = cast(AnyProposal | None, module.propose_wish(wish))
+        found = cast(Proposal | None, module.propose_wish(wish))
         if found is not None:
             return found
     return None
@@ -239,7 +203,7 @@ def _as_it_runs(found: Declared, wish: Wish) -> Declared:
     return replace(found, inputs={name: held.over(one) for name, one in found.inputs.items()})
 
 
-def _on_inputs(begun: _Begun, draft: Draft) -> list[str]:
+def _on_inputs(begun: _Begun, draft: ModelDraft) -> list[str]:
     """Say how the inputs of an FMU act as the recipe has them."""
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
     made = replace(begun.specification, step=draft.step, parameters=parameters)
@@ -273,19 +237,19 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
     return guarded(system, (found.model, found.kind), look, looking, shown)
 
 
-def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> Draft:
+def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> ModelDraft:
     """Return what the recipe says."""
     found, chain = begun.found, begun.chain.path
     step, origin, fmu_step = _run_by_steps(begun, wish, seen)
     name = proposed_name(found.model, wish.name)
-    return Draft(
+    return ModelDraft(
         name,
         f"{name}: inputs {names_of(begun.inputs)}, outputs {names_of(outputs)}",
-        replace(found, model=_from_folder(found.model, wish.folder)),
         tuple(begun.inputs),
         tuple(outputs),
         step,
         origin,
+        replace(found, model=_from_folder(found.model, wish.folder)),
         begun.tables(step),
         declares_signals=begun.own,
         kind_of_inputs=begun.kind,

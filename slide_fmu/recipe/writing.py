@@ -34,15 +34,30 @@ class DraftSignal:
 
 @dataclass(frozen=True)
 class Draft:
-    """A Draft is what a first recipe says.
+    """A Draft is what a first recipe says, whatever its kind of system.
 
     Attributes:
         name: name of the recipe, a C identifier.
         description: one line for people.
-        found: what the model declares.
         inputs, outputs: signals that the surrogate shall have, in its order.
         step: sample step h in s.
         step_origin: where the step comes from.
+    """
+
+    name: str
+    description: str
+    inputs: tuple[DraftSignal, ...]
+    outputs: tuple[DraftSignal, ...]
+    step: float
+    step_origin: str
+
+
+@dataclass(frozen=True)
+class ModelDraft(Draft):
+    """A ModelDraft is what a first recipe of a model says.
+
+    Attributes:
+        found: what the model declares.
         excitation: tables of the inputs of the training.
         declares_signals: whether the model declares its signals with their ranges itself, so that
             the recipe has no tables for them.
@@ -52,13 +67,7 @@ class Draft:
         fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
     """
 
-    name: str
-    description: str
     found: Declared
-    inputs: tuple[DraftSignal, ...]
-    outputs: tuple[DraftSignal, ...]
-    step: float
-    step_origin: str
     excitation: Sequence[Mapping[str, Any]]
     declares_signals: bool = False
     kind_of_inputs: InputKind = "held"
@@ -67,7 +76,7 @@ class Draft:
     fmu_step: float | None = None
 
 
-def recipe_text(draft: Draft) -> str:
+def recipe_text(draft: ModelDraft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
     found = draft.found
     lines = [
@@ -259,7 +268,7 @@ def _substep_lines(substeps: int) -> list[str]:
     ]
 
 
-def _excitation_lines(draft: Draft) -> list[str]:
+def _excitation_lines(draft: ModelDraft) -> list[str]:
     lines = comment_lines(
         "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
         'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '

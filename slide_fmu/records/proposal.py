@@ -6,7 +6,6 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
-from slide_fmu.propose.proposal import Wish
+from slide_fmu.propose.proposal import Proposal, Wish
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.record_files.record import Record, RecordError
@@ -40,22 +39,7 @@ MANY = 10
 """This many records and more are divided as whole ones."""
 
 
-@dataclass(frozen=True)
-class RecordProposal:
-    """A RecordProposal is a first recipe, and what was found on the way.
-
-    Attributes:
-        text: the recipe as TOML.
-        draft: what it says.
-        remarks: one sentence each on what was found and assumed.
-    """
-
-    text: str
-    draft: RecordDraft
-    remarks: tuple[str, ...]
-
-
-def propose_wish(wish: Wish) -> RecordProposal | None:
+def propose_wish(wish: Wish) -> Proposal | None:
     """Propose a recipe for the records that a wish names; None where it names none.
 
     Models are records by the kind that the user names, or else by their names.
@@ -79,7 +63,7 @@ def propose_wish(wish: Wish) -> RecordProposal | None:
     )
 
 
-def propose_record(wish: RecordWish) -> RecordProposal:
+def propose_record(wish: RecordWish) -> Proposal:
     """Propose a recipe for records, which are read and examined.
 
     Raises:
@@ -95,7 +79,7 @@ def propose_record(wish: RecordWish) -> RecordProposal:
         raise RecipeError(str(error)) from error
 
 
-def _proposed(wish: RecordWish) -> RecordProposal:
+def _proposed(wish: RecordWish) -> Proposal:
     records, parameters = read_wished(wish)
     names = wished_columns(wish, records[0])
     findings = examine(records, *names)
@@ -117,18 +101,18 @@ def _proposed(wish: RecordWish) -> RecordProposal:
     draft = RecordDraft(
         name,
         f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",
-        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
         inputs,
         outputs,
         step,
         step_origin,
+        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
         by,
         by_origin,
         whole and different >= ENOUGH,
         parameters,
     )
     draft, more = held_against(draft, wish.paths)
-    return RecordProposal(record_recipe_text(draft), draft, (*remarks, *more))
+    return Proposal(record_recipe_text(draft), draft, (*remarks, *more))
 
 
 def _division(records: int, comes_again: bool) -> tuple[By, str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from slide_fmu.recipe.writing import (
-    DraftSignal,
+    Draft,
     comment_lines,
     heading_lines,
     signals_lines,
@@ -16,30 +16,19 @@ from slide_fmu.recipe.writing import (
 
 
 @dataclass(frozen=True)
-class RecordDraft:
+class RecordDraft(Draft):
     """A RecordDraft is what a first recipe of records says.
 
     Attributes:
-        name: name of the recipe, a C identifier.
-        description: one line for people.
         paths: the files, at least one.
-        parameters: what the recipe says about the files as ``system.parameters``.
-        inputs, outputs: signals of the surrogate, in its order.
-        step: sample step h in s.
-        step_origin: where the step comes from.
         by: how the records are divided.
         by_origin: why.
         estimates: whether the recipe has an error estimator.
+        parameters: what the recipe says about the files as ``system.parameters``.
         remaining_amplitude: part of what happened before that the window leaves.
     """
 
-    name: str
-    description: str
     paths: Sequence[str]
-    inputs: tuple[DraftSignal, ...]
-    outputs: tuple[DraftSignal, ...]
-    step: float
-    step_origin: str
     by: Literal["block", "each", "record"]
     by_origin: str
     estimates: bool

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.reading import parse_open_recipe
-from slide_fmu.recipe.writing import Draft, DraftSignal, recipe_name, recipe_text
+from slide_fmu.recipe.writing import DraftSignal, ModelDraft, recipe_name, recipe_text
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
 ROAD = {
@@ -29,11 +29,11 @@ FOUND = Declared(
 )
 
 
-def draft(found: Declared = FOUND, name: str = "car", step: float = 0.01) -> Draft:
+def draft(found: Declared = FOUND, name: str = "car", step: float = 0.01) -> ModelDraft:
     inputs = tuple(DraftSignal(*pair, "Given.") for pair in ROAD.items())
     outputs = tuple(DraftSignal(*pair, "Seen.") for pair in TRAVEL.items())
-    said = name, 'a car, "quarter"', found
-    return Draft(*said, inputs, outputs, step, "It was\ngiven.", default_excitation(step))
+    said = name, 'a car, "quarter"', inputs, outputs, step, "It was\ngiven."
+    return ModelDraft(*said, found, default_excitation(step))
 
 
 def test_proposed_recipe_is_read_with_its_signals_and_defaults() -> None:
@@ -66,7 +66,7 @@ def test_commented_parameters_are_valid_when_the_mark_is_removed() -> None:
 
 
 def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
-    own = Draft("car", "", FOUND, (), (), 0.02, "Given.", (), declares_signals=True)
+    own = ModelDraft("car", "", (), (), 0.02, "Given.", FOUND, (), declares_signals=True)
     recipe = parse_open_recipe(recipe_text(own), "draft").guess
     assert (recipe.system.inputs, recipe.system.outputs) == ({}, {})
 

@@ -23,7 +23,7 @@ ROUNDING = 1e-9
 BEYOND_FACTOR = (1.0, 3.0)
 """Inputs leave their ranges by a factor from this range, where a recipe asks for that."""
 
-DEFAULTS: dict[str, dict[str, str | bool | float | list[int]]] = {
+DEFAULTS: dict[str, dict[str, object]] = {
     "network": {
         "family": "feed_forward",
         "hidden": [64, 64],

@@ -1,4 +1,4 @@
-#include "stream.h"
+#include "forecast_step.h"
 
 #include "ranges.h"
 
@@ -77,7 +77,7 @@ static void remember(const SlideModel *model, SlideState *state, const double *s
 }
 
 /* Keep what derivatives need of the state before what the inputs that were set change. */
-static void keep(const SlideModel *model, SlideState *state) {
+void slide_step_keep(const SlideModel *model, SlideState *state) {
     const SlideNetwork *network = &model->predictor;
     const size_t row = model->n_inputs * sizeof(double);
     if (slide_is_recurrent(network->family)) {
@@ -89,7 +89,7 @@ static void keep(const SlideModel *model, SlideState *state) {
 }
 
 /* A step begins. The derivatives of the inputs count for this step only. */
-static void begin(const SlideModel *model, SlideState *state, double length) {
+void slide_step_begin(const SlideModel *model, SlideState *state, double length) {
     const size_t row = model->n_inputs * sizeof(double);
     state->head->last_length = length;
     state->head->moved = state->head->moving;
@@ -132,7 +132,7 @@ static void accept_parameters(const SlideModel *model, SlideState *state) {
     }
 }
 
-static void accept_outputs(const SlideModel *model, SlideState *state) {
+void slide_step_accept(const SlideModel *model, SlideState *state) {
     accept_parameters(model, state);
     memcpy(state->outputs, model->candidate, model->n_outputs * sizeof(double));
     state->head->current = 1;
@@ -151,7 +151,7 @@ static void restart(const SlideModel *model, SlideState *state, const double *sa
 }
 
 /* The predictor goes on by what is taken in; it sees its own part of what is taken in anew. */
-static bool take_all(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
+bool slide_step_take(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
     for (uint32_t left = intake->count; left-- > 0;) {
         const double *sample = model->taken + left * model->n_inputs;
         if (intake->anew && left == intake->count - 1) {
@@ -167,7 +167,7 @@ static bool take_all(const SlideModel *model, SlideState *state, const SlideInta
 }
 
 /* The predictor goes on by samples that were forecast before. */
-static bool take_all_again(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
+bool slide_step_take_again(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
     for (uint32_t left = intake->count; left-- > 0;) {
         if (!take_again(model, state, model->taken + left * model->n_inputs)) {
             return false;
@@ -189,7 +189,7 @@ static bool hold(const SlideModel *model, SlideState *state) {
 }
 
 /* What is known of the time before the start, when the parameters were those of now. */
-static bool begin_run(const SlideModel *model, SlideState *state) {
+bool slide_step_begin_run(const SlideModel *model, SlideState *state) {
     if (model->parameters.count > 0) {
         accept_parameters(model, state);
         *state->since = INFINITY;
@@ -200,7 +200,7 @@ static bool begin_run(const SlideModel *model, SlideState *state) {
     slide_intake_recall(model, state);
     slide_intake_sample(model, state, model->memory_length, NULL);
     const SlideIntake intake = {model->memory_length, .anew = true};
-    const bool done = take_all(model, state, &intake);
+    const bool done = slide_step_take(model, state, &intake);
     *state->history.count = 0;
     return done;
 }
@@ -208,26 +208,26 @@ static bool begin_run(const SlideModel *model, SlideState *state) {
 /* The inputs that were set come after what is known of those until the start. */
 static bool reach_start(const SlideModel *model, SlideState *state) {
     state->head->reached_length = model->step;
-    keep(model, state);
+    slide_step_keep(model, state);
     const SlideIntake intake = slide_intake_end(model, state);
-    return take_all(model, state, &intake);
+    return slide_step_take(model, state, &intake);
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
     slide_model_form(model, state->parameters);
-    bool done = begin_run(model, state);
+    bool done = slide_step_begin_run(model, state);
     if (done && slide_stream_forecasts(model, state) &&
         state->head->prehistory != SLIDE_FIRST_HELD) {
         done = reach_start(model, state);
         *state->history.count = 0;
     }
     if (done) {
-        accept_outputs(model, state);
+        slide_step_accept(model, state);
     }
     return done;
 }
 
-static void count_filled(const SlideModel *model, SlideState *state, double length) {
+void slide_step_count(const SlideModel *model, SlideState *state, double length) {
     const uint32_t n_whole = slide_intake_whole(model, length);
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
     state->head->given = n_whole > 0 ? state->head->given + n_whole : 0;
@@ -240,118 +240,15 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     if (slide_stream_fresh(state) && !slide_stream_hold(model, state)) {
         return false;
     }
-    keep(model, state);
-    begin(model, state, length);
+    slide_step_keep(model, state);
+    slide_step_begin(model, state, length);
     const SlideIntake intake = slide_intake_step(model, state);
-    if (!take_all(model, state, &intake)) {
+    if (!slide_step_take(model, state, &intake)) {
         return false;
     }
-    accept_outputs(model, state);
-    count_filled(model, state, length);
+    slide_step_accept(model, state);
+    slide_step_count(model, state, length);
     return true;
-}
-
-/* Where a part of what networks have seen is kept in state->known. */
-static void *kept(const SlideState *state, const void *part) {
-    const ptrdiff_t place = (const unsigned char *)part - (const unsigned char *)state->strayed;
-    return (unsigned char *)state->known + place;
-}
-
-/* What the importer was given stays, where the bound judges it, unless all samples are others. */
-static void keep_given(const SlideModel *model, SlideState *state) {
-    const SlideBoundState *bound = &state->bound;
-    uint64_t first, restarts;
-    if (!model->bound.judges_given) {
-        return;
-    }
-    memcpy(&first, kept(state, state->samples.count), sizeof first);
-    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
-    for (uint64_t k = first; restarts == *bound->restarts && k < *state->samples.count; ++k) {
-        const float *given = slide_bound_predicted(&model->bound, bound, k);
-        memcpy(kept(state, given), given, model->n_outputs * sizeof *given);
-    }
-}
-
-/* What was only forecast is forgotten: the networks and the history are at the start of the last
- * step. */
-static void forget_forecast(const SlideModel *model, SlideState *state) {
-    slide_history_go_back(&model->history, &state->history, SLIDE_MARK_FORECAST);
-    keep_given(model, state);
-    memcpy(state->strayed, state->known, state->seen_size);
-}
-
-/* The inputs that were set are those of now. Before a step for which all samples are taken anew,
- * the networks need not see them. */
-static bool reach_now(const SlideModel *model, SlideState *state, double length) {
-    const bool first = slide_stream_fresh(state);
-    if (first) {
-        if (!begin_run(model, state)) {
-            return false;
-        }
-        state->head->reached_length = model->step;
-    } else {
-        forget_forecast(model, state);
-        state->head->reached_length = state->head->last_length;
-    }
-    keep(model, state);
-    const SlideIntake intake = slide_intake_end(model, state);
-    if (slide_intake_whole(model, length) > 0) {
-        const bool again = !first && !intake.anew;
-        if (!(again ? take_all_again : take_all)(model, state, &intake)) {
-            return false;
-        }
-    }
-    memcpy(state->known, state->strayed, state->seen_size);
-    return true;
-}
-
-static bool step_forecast(const SlideModel *model, SlideState *state) {
-    const SlideIntake intake = slide_intake_forecast(model, state);
-    bool done = take_all(model, state, &intake);
-    if (done) {
-        accept_outputs(model, state);
-    }
-    return done;
-}
-
-/* Back to before a step that failed, with what was forecast then. The room for a state holds all
- * but the steps of the history, and what the networks have seen before the forecast. */
-static void undo_forecast(const SlideModel *model, SlideState *state) {
-    unsigned char *backup = state->backup;
-    SlideHistory *history = &state->history;
-    slide_history_go_back(&model->history, history, SLIDE_MARK_STEP);
-    memcpy(state->head, backup, state->before_steps);
-    memcpy(state->known, backup + state->before_steps, state->seen_size);
-    if (!slide_stream_fresh(state)) {
-        slide_history_go_back(&model->history, history, SLIDE_MARK_FORECAST);
-        slide_history_append(&model->history, history, state->head->last_length, state->goal,
-                             false);
-    }
-}
-
-static bool step_from_now(const SlideModel *model, SlideState *state, double length) {
-    unsigned char *backup = state->backup;
-    memcpy(backup, state->head, state->before_steps);
-    memcpy(backup + state->before_steps, state->known, state->seen_size);
-    bool done = reach_now(model, state, length);
-    if (done) {
-        begin(model, state, length);
-        done = step_forecast(model, state);
-    }
-    if (!done) {
-        undo_forecast(model, state);
-        return false;
-    }
-    count_filled(model, state, length);
-    return true;
-}
-
-bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
-    const double n_before = nearbyint(state->head->last_length / model->step);
-    forget_forecast(model, state);
-    state->head->last_length = (n_before + 1) * model->step;
-    count_filled(model, state, model->step);
-    return step_forecast(model, state);
 }
 
 /* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
@@ -360,11 +257,11 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
         return false;
     }
-    keep(model, state);
-    begin(model, state, model->step);
+    slide_step_keep(model, state);
+    slide_step_begin(model, state, model->step);
     model->predictor.family->accept(&model->predictor, &state->predictor);
     remember(model, state, model->taken, true);
-    accept_outputs(model, state);
+    slide_step_accept(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;
     if (model->parameters.count > 0) {
@@ -376,7 +273,7 @@ static bool step_once(const SlideModel *model, SlideState *state) {
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
     slide_model_form(model, state->parameters); /* what is remembered is kept */
     if (slide_stream_forecasts(model, state)) {
-        return step_from_now(model, state, length);
+        return slide_forecast_step(model, state, length);
     }
     if (length == model->step && !slide_stream_fresh(state) && !state->head->moving) {
         return step_once(model, state);
@@ -405,29 +302,16 @@ void slide_stream_estimate(const SlideModel *model, SlideState *state) {
                             &state->estimate);
 }
 
-static void catch_up(const SlideModel *model, SlideState *state, uint64_t count) {
+void slide_stream_catch_up(const SlideModel *model, SlideState *state, uint64_t count) {
     slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &state->samples, count,
                          &state->bound);
 }
 
-/* What was found up to the start of a forecast stays when the forecast is forgotten. Where all
- * samples are others since, there is nothing to keep. */
-static void keep_found(const SlideModel *model, SlideState *state) {
-    const SlideBoundState *bound = &state->bound;
-    uint64_t count, restarts;
-    memcpy(&count, kept(state, state->samples.count), sizeof count);
-    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
-    if (restarts == *bound->restarts && *bound->known < count) {
-        catch_up(model, state, count);
-        memcpy(kept(state, bound->known), bound->known, bound->evaluated);
-    }
-}
-
 void slide_stream_bound(const SlideModel *model, SlideState *state) {
     if (slide_stream_forecasts(model, state) && !slide_stream_fresh(state)) {
-        keep_found(model, state);
+        slide_forecast_keep_found(model, state);
     }
-    catch_up(model, state, *state->samples.count);
+    slide_stream_catch_up(model, state, *state->samples.count);
     if (model->bound.n_expected > 0) {
         slide_stream_estimate(model, state);
     }

@@ -17,7 +17,7 @@ from tests.own_records import RECIPE, STEP, force_and_travel
 
 pytestmark = pytest.mark.extended
 
-QUICK = "starts = 2\nstart_iterations = 10\nkept = 1\nkept_iterations = 10\n"
+QUICK = "starts = 2\n[training.expert]\nstart_iterations = 10\nkept = 1\nkept_iterations = 10\n"
 UNSEEN = 5200
 """From this sample on nothing is learnt."""
 NAMED = 'model = "drifting.csv"\nnoise_record = "at_rest.csv"'

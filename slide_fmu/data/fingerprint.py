@@ -1,4 +1,4 @@
-"""What a store was made from: the values of a recipe that its data depend on, and a short motion.
+"""A store says what it was made from: values of a recipe that its data depend on, a short motion.
 
 Data of other values, or of a model that has changed since, are told by them.
 """
@@ -6,12 +6,15 @@ Data of other values, or of a model that has changed since, are told by them.
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
+from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.answers import asked_of_sources
@@ -25,37 +28,58 @@ _DO_NOT_MATTER = ("most_failures",)
 """Keys of the table ``data`` on which no trajectory depends."""
 
 
-def data_fingerprint(recipe: Recipe) -> dict[str, Any]:
-    """Return the values of a recipe that its data depend on, as plain JSON values.
+@dataclass(frozen=True, kw_only=True)
+class Fingerprint:
+    """A Fingerprint has the values of a recipe that its data depend on.
+
+    Attributes:
+        system, data, parameters: what these tables say about the data.
+        step: sample step in s.
+        estimator: what the table says about its trajectories; None without one.
+        bound: kinds of excitation of its own; None where an error bound has none.
+    """
+
+    system: Tables
+    step: float
+    data: Tables
+    parameters: Tables
+    estimator: Tables | None = optional()
+    bound: Tables | None = optional()
+
+
+def data_fingerprint(recipe: Recipe) -> Fingerprint:
+    """Return the values of a recipe that its data depend on, as JSON has them.
 
     A store that was made from other values is not used. Numbers of trajectories are no part of
     the fingerprint: a store may hold more than a recipe reads.
     """
     exclude = {"reference", "picture", "chain", "drive", "noise_record"}
-    fingerprint = {
-        "system": recipe.system.model_dump(mode="json", exclude=exclude),
-        "step": recipe.window.step,
-        "data": recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER}),
-        **recipe.model_dump(mode="json", include={"parameters"}),
-    }
+    estimator = bound = None
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         drawn = recipe.estimator.expert.model_dump(mode="json", include=keys)
-        fingerprint["estimator"] = {"expert": drawn}
+        estimator = {"expert": drawn}
     if recipe.further_kinds():
-        kinds = [kind.model_dump(mode="json") for kind in recipe.further_kinds()]
-        fingerprint["bound"] = {"excitation": kinds}
-    return dict(json.loads(json.dumps(fingerprint)))
+        bound = {"excitation": [kind.model_dump(mode="json") for kind in recipe.further_kinds()]}
+    found = Fingerprint(
+        system=recipe.system.model_dump(mode="json", exclude=exclude),
+        step=recipe.window.step,
+        data=recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER}),
+        parameters=recipe.model_dump(mode="json", include={"parameters"})["parameters"],
+        estimator=estimator,
+        bound=bound,
+    )
+    return read_figures(Fingerprint, json.loads(json.dumps(plain(found))))
 
 
-def drawn_with(fingerprint: dict[str, Any], split: str, index: int) -> tuple[float, float]:
+def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float, float]:
     """Return the range of the amplitude factor that a store's trajectory was drawn with.
 
     Without an estimator in the fingerprint no trajectory of one was made.
     """
-    estimator = fingerprint.get("estimator")
+    estimator = fingerprint.estimator
     if split == "beyond":
-        low, high = fingerprint["data"]["beyond_factor"]
+        low, high = fingerprint.data["beyond_factor"]
         return low, high
     if estimator is None or not split.startswith("estimator"):
         return 1.0, 1.0
@@ -63,11 +87,10 @@ def drawn_with(fingerprint: dict[str, Any], split: str, index: int) -> tuple[flo
     return drawn_factors((low, high), estimator["expert"]["in_range"], index)
 
 
-def same_kinds_of_draws(fingerprint: dict[str, Any]) -> dict[str, Any]:
+def same_kinds_of_draws(fingerprint: Fingerprint) -> Fingerprint:
     """Return a fingerprint without how far inputs leave their ranges (``drawn_with``)."""
-    data = {k: v for k, v in fingerprint["data"].items() if k != "beyond_factor"}
-    found = {k: v for k, v in fingerprint.items() if k != "estimator"}
-    return {**found, "data": data}
+    data = {k: v for k, v in fingerprint.data.items() if k != "beyond_factor"}
+    return replace(fingerprint, estimator=None, data=data)
 
 
 @asked_of_sources
@@ -89,12 +112,16 @@ def same_motion(before: FloatArray, now: FloatArray) -> bool:
     return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
 
 
-def first_difference(found: Any, wanted: Any, place: str = "") -> str | None:
+def first_difference(found: Fingerprint, wanted: Fingerprint) -> str | None:
     """Name the first value, in the order of the keys, that differs; None if none does."""
+    return _first_difference(plain(found), plain(wanted), "")
+
+
+def _first_difference(found: Any, wanted: Any, place: str) -> str | None:
     if isinstance(found, dict) and isinstance(wanted, dict):
         for key in sorted({*found, *wanted}):
             name = f"{place}.{key}" if place else str(key)
-            difference = first_difference(found.get(key), wanted.get(key), name)
+            difference = _first_difference(found.get(key), wanted.get(key), name)
             if difference is not None:
                 return difference
         return None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import (
+    Fingerprint,
     data_fingerprint,
     first_difference,
     same_kinds_of_draws,
@@ -32,22 +31,22 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
     """
     require_store(path)
     stated, wanted = attributes(path), data_fingerprint(recipe)
-    found = stated["fingerprint"]
+    found = stated.fingerprint
     # a store without trajectories for an estimator, or of the bound's own kinds, gets them later,
     # in streams of their own
-    for one, other in ((found, wanted), (wanted, found)):
-        for table in ("estimator", "bound"):
-            if table not in one:
-                other.pop(table, None)
+    if found.estimator is None or wanted.estimator is None:
+        found, wanted = replace(found, estimator=None), replace(wanted, estimator=None)
+    if found.bound is None or wanted.bound is None:
+        found, wanted = replace(found, bound=None), replace(wanted, bound=None)
     _require_same_values(path, found, wanted, redrawn)
-    known = np.array(stated["probe"])
+    known = stated.probe
     if not same_motion(known, probe):
         changed = rules_of(recipe).changed(recipe.system, known, probe)
         raise StoreError(f"{path}: {changed}")
 
 
 def _require_same_values(
-    path: Path, found: dict[str, Any], wanted: dict[str, Any], redrawn: bool
+    path: Path, found: Fingerprint, wanted: Fingerprint, redrawn: bool
 ) -> None:
     """Refuse fingerprints that differ, or differ in more than what is redrawn."""
     same, command = same_kinds_of_draws, "slide-fmu generate RECIPE --overwrite"
@@ -70,7 +69,7 @@ def require_motion(path: Path, probe: FloatArray, where: str) -> None:
     Raises:
         StoreError: the motions differ; the message begins with the place.
     """
-    if not same_motion(np.array(attributes(path)["probe"]), probe):
+    if not same_motion(attributes(path).probe, probe):
         raise StoreError(
             f"{where} simulates another motion than the machine where {path} was made; expected "
             "the same model there: install the same packages, and begin the workers anew, which "

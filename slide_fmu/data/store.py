@@ -13,19 +13,20 @@ import os
 import shutil
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import zarr
 
+from slide_fmu.core.figures import plain
 from slide_fmu.core.files import writing
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.claims import locked
 from slide_fmu.data.draws import split_stream
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.failures import failures_folder
-from slide_fmu.data.fingerprint import data_fingerprint, drawn_with
+from slide_fmu.data.fingerprint import Fingerprint, data_fingerprint, drawn_with
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.zarr_group import (
     FORMAT,
@@ -75,8 +76,9 @@ def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None
 
     It also names what the store was made from, which may be more now.
     """
-    found = attributes(path)["fingerprint"]
-    both = {**found, **data_fingerprint(recipe)}
+    found, wanted = attributes(path).fingerprint, data_fingerprint(recipe)
+    estimator, bound = wanted.estimator or found.estimator, wanted.bound or found.bound
+    both = replace(wanted, estimator=estimator, bound=bound)
     lacks: list[Callable[[], None]] = []
     if both != found:
         lacks = [partial(_forget_redrawn, path, recipe), partial(_name_origin, path, both)]
@@ -92,8 +94,8 @@ def _lacks(path: Path, recipe: Recipe, shapes: Shapes) -> list[Callable[[], None
 
 def _forget_redrawn(path: Path, recipe: Recipe) -> None:
     """Forget the trajectories that the recipe draws with other factors than the store did."""
-    found = attributes(path)["fingerprint"]
-    estimating = recipe.estimator is not None and "estimator" in found
+    found = attributes(path).fingerprint
+    estimating = recipe.estimator is not None and found.estimator is not None
     for split in ("beyond", *(("estimator", "estimator_validation") if estimating else ())):
         with damage_reported(path, split):
             room = range(open_group(path, "r")[f"{split}/done"].shape[0])
@@ -119,9 +121,9 @@ def forget_trajectories(path: Path, split: str, indices: Sequence[int]) -> None:
                 file.unlink(missing_ok=True)
 
 
-def _name_origin(path: Path, fingerprint: dict[str, Any]) -> None:
+def _name_origin(path: Path, fingerprint: Fingerprint) -> None:
     with writing(path):
-        open_group(path, "r+").attrs["fingerprint"] = fingerprint
+        open_group(path, "r+").attrs["fingerprint"] = plain(fingerprint)
 
 
 def _lengthen(path: Path, split: str, name: str, count: int) -> None:
@@ -138,7 +140,7 @@ def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray)
     """
     stated = {
         "format": FORMAT,
-        "fingerprint": data_fingerprint(recipe),
+        "fingerprint": plain(data_fingerprint(recipe)),
         "probe": probe.tolist(),
     }
     number = f"{os.getpid()}.{threading.get_ident()}"

@@ -156,7 +156,7 @@ def are_whole(path: Path, found: dict[str, NDArray[Any]]) -> NDArray[np.bool_]:
 
     A chunk whose file is lost reads as the fill value, which is not a number.
     """
-    rules = rules_of_tables(attributes(path)["fingerprint"])
+    rules = rules_of_tables({"system": attributes(path).fingerprint.system})
     whole = np.ones(len(found["kinds"]), dtype=bool)
     for name in found.keys() - {"kinds"}:
         # where outputs may be missing before those that are scored, not all of them are

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,10 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from slide_fmu.core.figures import read_figures
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.errors import StoreError
+from slide_fmu.data.fingerprint import Fingerprint
 
 FORMAT = 1
 """Stores of other formats are refused: it is raised when the fingerprint of a recipe has other
@@ -31,29 +35,50 @@ def open_group(path: Path, mode: Any) -> Any:
     return zarr.open_group(path, mode=mode)
 
 
-def attributes(path: Path) -> dict[str, Any]:
-    """Return what a store states about itself: ``fingerprint``, ``probe`` and ``format``.
+@dataclass(frozen=True, eq=False)
+class Attributes:
+    """These are the attributes of a store, which say what it was made from.
+
+    Attributes:
+        fingerprint: values of the recipe.
+        probe: outputs of a short motion of the model, or a digest of records
+            (``slide_fmu.data.fingerprint.identity``).
+    """
+
+    fingerprint: Fingerprint
+    probe: FloatArray
+
+
+def attributes(path: Path) -> Attributes:
+    """Return what a store states about itself.
 
     Raises:
         StoreError: it is no store, a damaged one, or one of another version.
     """
     try:
-        found: dict[str, Any] = dict(open_group(path, "r").attrs.asdict())
-        np.array(found["probe"], dtype=np.float64)
+        found = open_group(path, "r").attrs.asdict()
+        probe = np.array(found["probe"], dtype=np.float64)
         tables = [found["fingerprint"][name] for name in ("data", "system")]
         if not all(isinstance(table, dict) for table in tables):
             raise TypeError("its recipe has no tables")
     except (FileNotFoundError, LookupError, TypeError, ValueError) as error:
-        raise StoreError(
-            f"{path} is not a trajectory store, or a damaged one ({error}); remove it and "
-            "generate again"
-        ) from error
+        raise _damaged(path, error) from error
     if found.get("format") != FORMAT:
         raise StoreError(
             f"{path} was made by another version of slide-fmu; generate again (slide-fmu "
             "generate RECIPE --overwrite), or use the version that made it"
         )
-    return found
+    try:
+        return Attributes(read_figures(Fingerprint, found["fingerprint"]), probe)
+    except ValueError as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> StoreError:
+    return StoreError(
+        f"{path} is not a trajectory store, or a damaged one ({error}); remove it and "
+        "generate again"
+    )
 
 
 def require_store(path: Path) -> None:

@@ -120,7 +120,7 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     """Stores made before recipes had such a table stay valid too."""
     finer = recipe(system={"reference": {"substeps": 24}})
     open_store(store, finer, SHAPES, MOTION)
-    assert "reference" not in data_fingerprint(finer)["system"]
+    assert "reference" not in data_fingerprint(finer).system
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def test_recipe_of_a_registered_kind_makes_its_system(
     recipe = tiny_recipe(system={"kind": "twin", "model": "a twin"})
     system = case_of(recipe).system
     assert (system.step, asked) == (0.02, [case_of(recipe).systems.specification])
-    assert data_fingerprint(recipe)["system"]["kind"] == "twin"
+    assert data_fingerprint(recipe).system["kind"] == "twin"
 
 
 def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:

@@ -6,7 +6,7 @@ Each function returns a description in plain values, whose form
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
@@ -16,6 +16,28 @@ from mbs_models.robot_6r.socket import SocketMesh
 from mbs_models.slider_crank.slider_crank_plant import CRANK_LENGTH, ROD_LENGTH
 
 Expression = Any
+
+
+class Shape(TypedDict, total=False):
+    """A shape is a line through points with a width in m, or a disc about one with a radius."""
+
+    line: list[str]
+    width: float
+    disc: str
+    radius: float
+    colour: str
+
+
+class Drawing(TypedDict):
+    """A drawing is what a page is told of a machine."""
+
+    text: str
+    view: tuple[float, float, float, float]
+    camera: NotRequired[tuple[float, float]]
+    values: NotRequired[list[tuple[str, Expression]]]
+    points: dict[str, list[Expression]]
+    shapes: list[Shape]
+
 
 SPACING, CHAIN_SCALE = 0.5, 2.0
 """Masses of the chain are drawn so far apart in m, and their positions so many times as large."""
@@ -27,7 +49,7 @@ HAND, DEVIATION_SCALE = 0.1, 25.0
 """The hand is so long in m; the tool's deviation is drawn so many times as large."""
 
 
-def oscillator() -> dict[str, Any]:
+def oscillator() -> Drawing:
     """Return the drawing of a mass on a spring, which the force pushes along x."""
     points: dict[str, list[Expression]] = {
         "wall_low": [-REST, -0.6],
@@ -56,7 +78,7 @@ def oscillator() -> dict[str, Any]:
     }
 
 
-def mass_chain() -> dict[str, Any]:
+def mass_chain() -> Drawing:
     """Return the drawing of the chain: masses with an output move, those between stand between.
 
     The others are drawn halfway between their neighbours, walls included: the surrogate does not
@@ -87,22 +109,18 @@ def mass_chain() -> dict[str, Any]:
             {"line": ["right_low", "right_high"], "width": 0.03, "colour": "ground"},
             {"line": ["place_0", f"place_{MASSES + 1}"], "width": 0.02, "colour": "body"},
             *(
-                {
-                    "disc": f"place_{i}",
-                    "radius": 0.09,
-                    "colour": "accent" if i in known else "ground",
-                }
+                Shape(disc=f"place_{i}", radius=0.09, colour="accent" if i in known else "ground")
                 for i in masses
             ),
             *(
-                {"line": [f"place_{i + 1}", f"push_{i + 1}"], "width": 0.04, "colour": "joint"}
+                Shape(line=[f"place_{i + 1}", f"push_{i + 1}"], width=0.04, colour="joint")
                 for i in LOADED
             ),
         ],
     }
 
 
-def slider_crank() -> dict[str, Any]:
+def slider_crank() -> Drawing:
     """Return the drawing of the slider-crank, whose rod bends."""
     crank_x, crank_y = _times(CRANK_LENGTH, "director_x"), _times(CRANK_LENGTH, "director_y")
     values: list[tuple[str, Expression]] = [
@@ -138,12 +156,12 @@ def slider_crank() -> dict[str, Any]:
             {"line": ["slider_left", "slider_right"], "width": 0.12, "colour": "ground"},
             {"line": ["pivot", "tip"], "width": 0.05, "colour": "body"},
             {"line": rod, "width": 0.025, "colour": "accent"},
-            *({"disc": p, "radius": 0.03, "colour": "joint"} for p in ("pivot", "tip", "slider")),
+            *(Shape(disc=p, radius=0.03, colour="joint") for p in ("pivot", "tip", "slider")),
         ],
     }
 
 
-def robot() -> dict[str, Any]:
+def robot() -> Drawing:
     """Return the drawing of the Puma 560 on its socket, at the desired joint angles.
 
     The deviation of the tool grows from none at the socket's bottom to its full size at the tool.
@@ -174,7 +192,7 @@ def robot() -> dict[str, Any]:
             {"line": ["bottom", "base"], "width": 0.1, "colour": "accent"},
             {"line": arm, "width": 0.07, "colour": "body"},
             *(
-                {"disc": p, "radius": 0.045, "colour": "joint"}
+                Shape(disc=p, radius=0.045, colour="joint")
                 for p in ("link_1", "link_2", "link_3", "link_4")
             ),
             {"disc": "tool", "radius": 0.03, "colour": "accent"},

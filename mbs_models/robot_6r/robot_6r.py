@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -122,7 +121,7 @@ class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained
     def _build(self) -> ManipulatorPlant:
         return ManipulatorPlant(self._manipulator)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         return {**super().__getstate__(), "_exact": None}
 
     def linearize(self, state: State) -> Linearization:

@@ -13,6 +13,7 @@ from slide_fmu.core.extras import require_training
 from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.export import load
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
@@ -91,7 +92,7 @@ def learn(
 
 def _recipe_tables(
     system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
-) -> dict[str, Any]:
+) -> Tables:
     """Return all tables of the recipe; one about an object names it as the recipe.
 
     Raises:
@@ -99,7 +100,7 @@ def _recipe_tables(
     """
     if not isinstance(system, System | Mapping):
         raise RecipeError(NO_SYSTEM.format(name=name, found=_told(system)))
-    found: dict[str, Any] = {"name": name, "description": f"{name}, learnt from Python", **tables}
+    found: Tables = {"name": name, "description": f"{name}, learnt from Python", **tables}
     found.setdefault("data", {})
     if not isinstance(system, System):
         return {**found, "system": dict(system)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ def damaged_trajectories(path: Path, split: str, indices: Sequence[int]) -> list
     return damaged
 
 
-def _is_whole(path: Path, arrays: dict[str, Any], row: int) -> bool:
+def _is_whole(path: Path, arrays: Mapping[str, Any], row: int) -> bool:
     try:
         found = {name: read_rows(array, [row]) for name, array in arrays.items()}
         return bool(are_whole(path, found).all())

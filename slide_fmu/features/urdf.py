@@ -7,13 +7,16 @@ and which frames their links get.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.placed_chain import NO_PART, PlacedChain, RigidPart, chain_of_axes
+
+if TYPE_CHECKING:  # an extra
+    from yourdfpy import Joint, Link, Robot
 
 MOST_JOINTS = 7
 """A chain has at most so many joints."""
@@ -59,7 +62,7 @@ def read_urdf(
     return _chain(path, joints, links, (name, np.array(gravity, dtype=np.float64)))
 
 
-def _read(path: Path) -> Any:
+def _read(path: Path) -> Robot:
     """The robot as yourdfpy has it, without its meshes."""
     try:
         from yourdfpy import URDF
@@ -82,13 +85,13 @@ def _read(path: Path) -> Any:
         ) from error
 
 
-def _in_order(path: Path, robot: Any, links: dict[str, Any]) -> list[Any]:
+def _in_order(path: Path, robot: Robot, links: dict[str, Link]) -> list[Joint]:
     """All joints from the base on.
 
     Raises:
         UrdfError: they are no single row, or one is of a type that no chain has.
     """
-    behind: dict[str, Any] = {}
+    behind: dict[str, Joint] = {}
     for joint in robot.joints:
         unknown = [name for name in (joint.parent, joint.child) if name not in links]
         if unknown:
@@ -114,7 +117,7 @@ def _in_order(path: Path, robot: Any, links: dict[str, Any]) -> list[Any]:
     return row
 
 
-def _require_kind(path: Path, joint: Any) -> None:
+def _require_kind(path: Path, joint: Joint) -> None:
     """Refuse joints that a chain cannot have."""
     if joint.type not in (*MOVING, "fixed"):
         raise UrdfError(
@@ -135,7 +138,7 @@ def _require_kind(path: Path, joint: Any) -> None:
 
 
 def _chain(
-    path: Path, joints: list[Any], links: dict[str, Any], wanted: tuple[str, FloatArray]
+    path: Path, joints: list[Joint], links: dict[str, Link], wanted: tuple[str, FloatArray]
 ) -> PlacedChain:
     """The chain of joints in their order; wanted are the tool's link and gravity."""
     bodies, axes, slides, names = [NO_PART], [], [], []

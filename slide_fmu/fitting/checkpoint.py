@@ -12,7 +12,7 @@ import hashlib
 import io
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from pickle import UnpicklingError
@@ -31,7 +31,7 @@ DIGEST = hashlib.sha256().digest_size
 """Bytes of the SHA-256 hash with which a checkpoint begins."""
 
 
-def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
+def write_checkpoint(path: Path, content: Mapping[str, object]) -> None:
     """Write plain values and tensors as checkpoint; its folder is made where there is none."""
     buffer = io.BytesIO()
     torch.save(content, buffer)

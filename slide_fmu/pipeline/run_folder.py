@@ -12,13 +12,14 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.core.figures import JsonObject, plain, read_figures
+from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.files import FullDiskError, write_whole, writing
 from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.data.claims import locked
 from slide_fmu.fitting.history import History
 from slide_fmu.fmu.export import Provenance
+from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -251,7 +252,7 @@ def _told(place: Path) -> str:
     )
 
 
-def _learnt(recipe: JsonObject) -> JsonObject:
+def _learnt(recipe: Tables) -> Tables:
     """Return what a recipe says about learning: not how the result is tested and measured."""
     untaught = ("description", "equations", "stability", "validation", "apps")
     learnt = {k: v for k, v in recipe.items() if k not in untaught}

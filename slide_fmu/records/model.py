@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import cast, get_args
 
 import numpy as np
 
@@ -112,16 +112,14 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
 
 def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record, ...]:
     paths = (specification.model, *specification.further)
-    return read_records(paths, names, **_clock(specification))
+    time, step = _clock(specification)
+    return read_records(paths, names, time=time, step=step)
 
 
-def _clock(specification: Specification) -> dict[str, Any]:
+def _clock(specification: Specification) -> tuple[str | None, float | None]:
     """Return the column of times and the step, as readers get them."""
     time, step = (specification.parameters.get(key) for key in ("time", "sample_step"))
-    return {
-        "time": None if time is None else str(time),
-        "step": None if step is None else float(step),
-    }
+    return None if time is None else str(time), None if step is None else float(step)
 
 
 def _prepared(
@@ -154,7 +152,8 @@ def _noise(
     """Read the noise record, if the specification names one."""
     if specification.noise_record is None:
         return None
-    record = read_record(specification.noise_record, outputs, **_clock(specification))
+    time, step = _clock(specification)
+    record = read_record(specification.noise_record, outputs, time=time, step=step)
     return noise_at_rest(record, records, outputs, specification.sample_step())
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ PARAMETER_ROW = np.dtype(
 )
 
 
-def parameter_row(parameter: Parameter) -> dict[str, Any]:
+def parameter_row(parameter: Parameter) -> dict[str, str | float | None]:
     """Return what META says of a parameter."""
     row = asdict(parameter)
     del row["transform"]

@@ -72,7 +72,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import IO, TYPE_CHECKING, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +94,8 @@ from slide_fmu.surrogate.parameter_payload import (
 )
 
 if TYPE_CHECKING:
+    from slide_fmu.network.base import Network
+    from slide_fmu.surrogate.error_bound import ErrorBound
     from slide_fmu.surrogate.surrogate import Surrogate
 
 Made = TypeVar("Made")
@@ -235,7 +237,7 @@ def _section(tag: bytes, content: bytes) -> bytes:
     return tag + struct.pack("<I", len(content)) + content
 
 
-def _row(signal: Signal) -> dict[str, Any]:
+def _row(signal: Signal) -> dict[str, str | float | None]:
     """Give what META says of a signal."""
     row = dataclasses.asdict(signal)
     del row["hold"], row["angle"]
@@ -250,13 +252,29 @@ def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     return np.array(rows, INPUT_ROW).tobytes()
 
 
-def _decode_sections(reader: Reader, version: int) -> dict[str, Any]:
-    """Return the fields of ``Surrogate`` by their names."""
+class Fields(TypedDict, total=False):
+    """These are the fields of ``Surrogate``, those without a value left out."""
+
+    name: str
+    window: Window
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    input_scaling: Affine
+    output_scaling: Affine
+    network: Network
+    estimator: ErrorEstimator | None
+    forecast: InputForecast
+    bound: ErrorBound
+    output_ranges: FloatArray
+
+
+def _decode_sections(reader: Reader, version: int) -> Fields:
+    """Read the fields of ``Surrogate``."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
     n_in, n_out, n_inputs, n_outputs = (section.u32() for _ in range(4))
     section.done()
-    fields: dict[str, Any] = {"window": Window(step, n_in, n_out)}
+    fields: Fields = {"window": Window(step, n_in, n_out)}
     if n_inputs < 1 or n_outputs < 1:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
     section = reader.section(b"SCIN")
@@ -300,7 +318,7 @@ def _is_next(reader: Reader, tag: bytes) -> bool:
     return reader.data[reader.position : reader.position + 4] == tag
 
 
-def _described(text: str, rows: NDArray[np.void]) -> dict[str, Any]:
+def _described(text: str, rows: NDArray[np.void]) -> Fields:
     """Return the name and the signals, by META and by the rows of the inputs."""
     try:
         metadata = json.loads(text)

@@ -114,7 +114,7 @@ class ModelFile(Table):
 
     @field_validator("inputs", "outputs")
     @classmethod
-    def _have_no_columns(cls, tables: dict[str, Any]) -> dict[str, Any]:
+    def _have_no_columns(cls, tables: dict[str, SignalTable]) -> dict[str, SignalTable]:
         named = [name for name, table in tables.items() if table.column is not None]
         if named:
             raise ValueError(f"{named} name columns; expected none, which records alone have")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from types import ModuleType
-from typing import Any, cast
+from typing import cast
 
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
@@ -36,7 +36,7 @@ def make(specification: Specification) -> System:
             f"system {model!r}: unknown parameters {unknown}; expected some of "
             f"{sorted(accepted)}: correct or remove them{or_meant(unknown, accepted)}"
         )
-    arguments: dict[str, Any] = dict(specification.parameters)
+    arguments: dict[str, object] = dict(specification.parameters)
     if specification.step is not None:
         arguments["step"] = specification.step
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,14 +80,14 @@ def spectra_of(
     length = 2 ** int(np.log2(max(1, shortest // SEGMENTS)))
     if length < SHORTEST_SEGMENT:
         return None
-    sums: dict[str, Any] = {}
+    sums: dict[str, ComplexArray] = {}
     for u, y, z in _segments(comparisons, length):
         for name, one, other in (
             *(("inputs", u, u), ("to_reference", u, y), ("to_surrogate", u, z)),
             *(("reference", y, y), ("surrogate", z, z), ("error", z - y, z - y)),
         ):
             product = np.einsum("fi,fj->fij", one.conj(), other)
-            sums[name] = sums.get(name, 0.0) + product
+            sums[name] = sums[name] + product if name in sums else product
     # one-sided densities, the means over all segments
     window = np.hanning(length)
     scale = 2.0 * step / (_count(comparisons, length) * np.sum(window**2))

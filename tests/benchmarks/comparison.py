@@ -26,6 +26,7 @@ from timing import Part, TimedSurrogate, part_times, repeats
 
 from slide_fmu.apps.bench.bench import Bench
 from slide_fmu.apps.bench.effort import Effort
+from slide_fmu.core.figures import plain
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
@@ -79,7 +80,7 @@ def compare(surrogate: Surrogate, path: Path, effort: Effort) -> dict[str, Any]:
             run = bench.run_fmu(other, names)
             bench.add("pythonfmu_set_step_get", run.seconds)
             bench.add("pythonfmu_step", run.step_seconds)
-    return _with_bound({**bench.figures(), "remarks": remarks}, timed.memory)
+    return _with_bound({**plain(bench.figures()), "remarks": remarks}, timed.memory)
 
 
 def _with_bound(figures: dict[str, Any], memory: int) -> dict[str, Any]:

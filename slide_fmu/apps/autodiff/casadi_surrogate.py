@@ -6,8 +6,6 @@ it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi
 import numpy as np
 
@@ -21,7 +19,7 @@ class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
     """A CasadiSurrogate is a function of CasADi (``casadi_function`` says what it does). Final."""
 
     def __init__(
-        self, surrogate: Surrogate, samples: int, options: dict[str, Any] | None = None
+        self, surrogate: Surrogate, samples: int, options: dict[str, object] | None = None
     ) -> None:
         if not isinstance(samples, int | np.integer) or samples < 1:
             raise ValueError(
@@ -67,7 +65,7 @@ class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
         name: str,
         names_in: list[str],
         names_out: list[str],
-        options: dict[str, Any],
+        options: dict[str, object],
     ) -> casadi.Function:
         reverse = _Reverse(self._native, self._samples, count, (names_in, names_out))
         reverse.construct(name, options)

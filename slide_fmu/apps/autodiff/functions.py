@@ -63,7 +63,7 @@ def device_surrogate(surrogate: Surrogate, device: str = "cuda") -> DeviceSurrog
 
 
 def casadi_function(
-    surrogate: Surrogate, samples: int, options: dict[str, Any] | None = None
+    surrogate: Surrogate, samples: int, options: dict[str, object] | None = None
 ) -> Any:
     """Return a surrogate as a ``casadi.Function`` with derivatives in reverse mode.
 

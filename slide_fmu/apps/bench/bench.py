@@ -6,13 +6,14 @@ Comparisons with other ways to run the same network are in ``tests/benchmarks/co
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from slide_fmu.apps.bench.effort import Effort
+from slide_fmu.core.figures import spread
 from slide_fmu.cosim.check import random_record
 from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
@@ -21,8 +22,39 @@ from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
-    """Time an FMU; the figures are those of ``Bench.figures``.
+@dataclass(frozen=True, kw_only=True)
+class BenchFigures:
+    """These are the medians of what was measured.
+
+    Attributes:
+        kernel_name: that of the compiled runtime.
+        n_weights: number of the network's weights.
+        medians: times in microseconds: ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``
+            (set, doStep and get, with error estimates if there are any),
+            ``fmu_set_step_get_without_estimates``, with an error bound
+            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), and times that
+            were added.
+        batch: windows per second of processor time, of ``native`` and ``numpy``.
+        spread: the 10th and 90th percentile of the times in microseconds.
+    """
+
+    kernel_name: str
+    n_weights: int
+    medians: Mapping[str, float] = spread()
+    batch: Mapping[str, float]
+    spread: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class FmuTimes:
+    """These are the figures of an FMU, whose path they have."""
+
+    fmu: str
+    figures: BenchFigures = spread()
+
+
+def bench_fmu(path: Path, effort: Effort) -> FmuTimes:
+    """Time an FMU.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -34,7 +66,7 @@ def bench_fmu(path: Path, effort: Effort) -> dict[str, Any]:
         bench = Bench(surrogate, fmu, effort)
         for _ in range(effort.rounds):
             bench.round()
-    return {"fmu": str(path), **bench.figures()}
+    return FmuTimes(str(path), bench.figures())
 
 
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:
@@ -116,27 +148,20 @@ class Bench:
             batch()
             self.add(f"batch_{name}", [time.process_time() - begin])
 
-    def figures(self) -> dict[str, Any]:
-        """Sum up what was measured; after at least one round.
-
-        Returns:
-            ``kernel_name``; ``n_weights``, their number; medians in microseconds: ``fmu_step``
-            (doStep through fmpy), ``fmu_set_step_get`` (set, doStep and get, with error estimates
-            if there are any), ``fmu_set_step_get_without_estimates``, with an error bound
-            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), and times that
-            were added; ``batch``,
-            windows per second of processor time, of ``native`` and ``numpy``; ``spread``, the 10th
-            and 90th percentile of the times in microseconds.
-        """
+    def figures(self) -> BenchFigures:
+        """Sum up what was measured; after at least one round."""
         medians = {name: float(np.median(found)) for name, found in self._times.items()}
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}
-        return {
-            "kernel_name": kernels()[0],
-            "n_weights": self.surrogate.network.count_parameters(),
-            **{name: 1e6 * median for name, median in medians.items()},
-            "batch": batch,
-            "spread": {
-                name: [1e6 * float(value) for value in np.percentile(times, [10, 90])]
-                for name, times in self._times.items()
-            },
-        }
+        return BenchFigures(
+            kernel_name=kernels()[0],
+            n_weights=self.surrogate.network.count_parameters(),
+            medians={name: 1e6 * median for name, median in medians.items()},
+            batch=batch,
+            spread={name: _spread(times) for name, times in self._times.items()},
+        )
+
+
+def _spread(times: Sequence[float]) -> tuple[float, float]:
+    """Return the 10th and the 90th percentile of times in s, in microseconds."""
+    low, high = np.percentile(times, [10, 90])
+    return 1e6 * float(low), 1e6 * float(high)

@@ -22,7 +22,7 @@ INITIAL = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
 SAME = 1e-6
 """In sample steps: what counts as rounding."""
 
-_SPARE_REFERENCES: list[dict[str, Any]] = []
+_SPARE_REFERENCES: list[dict[str, object]] = []
 
 
 class Slave(Fmi2Slave):  # type: ignore[misc]
@@ -104,7 +104,7 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         return root
 
 
-def stored(values: Any, key: object) -> dict[str, Any]:
+def stored(values: Any, key: object) -> dict[str, Callable[..., Any]]:
     """Say how a variable is got and set whose value is ``values[key]``."""
     return {"getter": lambda: values[key], "setter": partial(values.__setitem__, key)}
 

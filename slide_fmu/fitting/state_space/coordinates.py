@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -60,8 +59,8 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
     # plain units see the states by W; LPV units by V, and the scheduling variables alone by W
     seeing = "w" if cell.v is None else "v"
     seen = cell.arrays()[seeing]
-    moved: dict[str, Any] = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
-    return replace(cell, a=a, b=b, e=e, c=cell.c @ back, **moved)
+    moved = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
+    return cell.with_arrays({"a": a, "b": b, "e": e, "c": cell.c @ back, **moved})
 
 
 def _rms(states: torch.Tensor) -> torch.Tensor:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import torch
@@ -97,10 +96,10 @@ def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
     sizes = len(cell.a), len(cell.w), start.n_values
     terms = multi_start.terms
     shape = CellShape(*sizes, start.roles, units, True, start.turned, terms, cell.substeps)
-    arrays: dict[str, Any] = {
+    arrays = {
         name: torch.from_numpy(part.astype(np.float64)) for name, part in cell.arrays().items()
     }
-    constant = shape.join(replace(cell, **arrays))
+    constant = shape.join(cell.with_arrays(arrays))
     others = constant.new_zeros(shape.n_parameters - shape.n_weights)
     theta = torch.cat([constant, others]).to(multi_start.data.whole.features)
     return Candidate(shape, Iterate(theta, theta, math.inf))
@@ -201,10 +200,8 @@ def _frozen(shape: CellShape, cell: Cell) -> Cell:
     """Return a cell of tensors as arrays of float32, with the constant terms left out as zeros."""
     if not shape.bias:
         cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
-    arrays: dict[str, Any] = {
-        n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()
-    }
-    return replace(cell, **arrays)
+    arrays = {n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()}
+    return cell.with_arrays(arrays)
 
 
 def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:

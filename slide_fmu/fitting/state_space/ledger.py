@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar
 
 import torch
 
@@ -20,6 +20,13 @@ State = TypeVar("State", Iterate, Descent)
 
 STORE_EVERY = 2.0
 """The file is written at most once in this many seconds, and at the end of every run."""
+
+
+class KeptRun(TypedDict):
+    """This is a run in the file: its iterations, and the fields of its last state, or None."""
+
+    iterations: int
+    state: Any
 
 
 class Ledger:
@@ -42,7 +49,7 @@ class Ledger:
         self._named = False
         self._before: set[str] = set()
         self._of_part: set[str] = set()
-        self._runs: dict[str, dict[str, Any]] = {}
+        self._runs: dict[str, KeptRun] = {}
         self._written = time.monotonic()
         if path.exists():
             found = read_checkpoint(path, device)
@@ -99,7 +106,7 @@ class Ledger:
             TrainingError: the file holds a run of this name that another version has written.
         """
         self._of_part.add(name)
-        stored = self._runs.get(name, {"iterations": 0, "state": None})
+        stored = self._runs.get(name, KeptRun(iterations=0, state=None))
         done, state = stored["iterations"], start
         if stored["state"] is not None:
             with reading(self._path):  # another version may have written it
@@ -108,7 +115,7 @@ class Ledger:
             state = advance(state)
             done += 1
             values = {field.name: getattr(state, field.name) for field in fields(state)}
-            self._runs[name] = {"iterations": done, "state": values}
+            self._runs[name] = KeptRun(iterations=done, state=values)
             if time.monotonic() - self._written > STORE_EVERY:
                 self._write()
             self._show(state.best_error)
@@ -121,7 +128,7 @@ class Ledger:
         self._written = time.monotonic()
 
 
-def _checked(runs: Any) -> dict[str, dict[str, Any]]:
+def _checked(runs: Any) -> dict[str, KeptRun]:
     """Check that a file held runs, and return them.
 
     Raises:

@@ -6,8 +6,7 @@ The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_reading
 from __future__ import annotations
 
 import struct
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import fields
 
 import numpy as np
 
@@ -111,8 +110,8 @@ def decode_terms(
     first = network.cell.arrays()
     terms = []
     for _ in range(count):
-        parts: dict[str, Any] = {name: section.f32(*part.shape) for name, part in first.items()}
-        terms.append(replace(network.cell, **parts))
+        parts = {name: section.f32(*part.shape) for name, part in first.items()}
+        terms.append(network.cell.with_arrays(parts))
     weights = CellPolynomial(basis, (network.cell, *terms))
     sizes = network.n_samples, network.n_out
     return StateSpace(weights, *sizes, network.features, network.roles, network.turned)

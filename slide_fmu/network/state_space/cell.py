@@ -5,8 +5,9 @@ The equations are in ``equations.py``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -93,11 +94,14 @@ class Cell:
         names = ("a", "b", "e", "w", *(["v"] if self.v is not None else []), "c", "d", "d0")
         return {name: getattr(self, name) for name in names}
 
+    def with_arrays(self, arrays: Mapping[str, Array]) -> Cell:
+        """Give the cell with other matrices, by name."""
+        return replace(self, **cast("Any", arrays))
+
 
 def in_double(cell: Cell) -> Cell:
     """Give the cell with its weights in double precision."""
-    found: dict[str, Any] = {n: array.astype(np.float64) for n, array in cell.arrays().items()}
-    return replace(cell, **found)
+    return cell.with_arrays({n: array.astype(np.float64) for n, array in cell.arrays().items()})
 
 
 def cell_shapes(

@@ -55,7 +55,7 @@ class CellPolynomial:
     def at(self, parameters: FloatArray) -> Cell:
         """Form the cell for parameters in their units, (n_parameters,), in float32."""
         parts = {name: part.astype(np.float32) for name, part in self.formed(parameters).items()}
-        return self._cell(parts)
+        return self.terms[0].with_arrays(parts)
 
     def starting_at(self, parameters: FloatArray) -> CellPolynomial:
         """Return the same polynomials of parameters with other starts, (n_parameters,)."""
@@ -67,7 +67,7 @@ class CellPolynomial:
 
     def complex_at(self, parameters: NDArray[np.complex128]) -> Cell:
         """Form the cell for complex parameters, (n_parameters,), in complex128."""
-        return self._cell(self.formed(parameters))
+        return self.terms[0].with_arrays(self.formed(parameters))
 
     def formed(self, parameters: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Return the weights by name, summed in double precision, term by term."""
@@ -80,7 +80,3 @@ class CellPolynomial:
             )
             for name in coefficients[0]
         }
-
-    def _cell(self, parts: dict[str, NDArray[Any]]) -> Cell:
-        given: dict[str, Any] = parts
-        return replace(self.terms[0], **given)

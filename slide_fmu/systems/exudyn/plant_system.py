@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class PlantSystem(Restorable, Generic[M]):
     def _apply(self, model: M, inputs: FloatArray) -> None:
         """Let inputs in their units, shape (n_inputs,), act in the next step."""
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_built": None}
 
     def _model(self) -> M:

@@ -197,7 +197,7 @@ class Wires:
 
         mbs.SetLoadParameter(number, function, force)
 
-    def _loads(self) -> dict[str, Any]:
+    def _loads(self) -> dict[str, int]:
         mbs = self._mbs
         return {mbs.GetLoad(i)["name"]: i for i in range(mbs.systemData.NumberOfLoads())}
 

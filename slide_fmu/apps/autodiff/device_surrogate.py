@@ -10,7 +10,6 @@ import torch
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.checks import checked_inputs
@@ -40,8 +39,7 @@ class DeviceSurrogate:
             ) from error
         self.surrogate, self._network = surrogate, network
         arrays = {name: self._there(part) for name, part in network.cell.arrays().items()}
-        cell = network.cell
-        self._cell = Cell(**arrays, activation=cell.activation, substeps=cell.substeps)
+        self._cell = network.cell.with_arrays(arrays)
 
     def predict(self, records: NDArray[Any]) -> FloatArray:
         """Predict records (B, N, n_inputs) in their units: outputs at samples 1 .. N.

@@ -27,7 +27,7 @@ from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.apps import Release, with_origins
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.documents import documents, write_release
-from slide_fmu.pipeline.job import open_job
+from slide_fmu.pipeline.job import checked, open_job
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
 from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
@@ -109,7 +109,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     kept = {key: value for key, value in (found or {}).items() if key not in MADE_ANEW}
     origin = {**kept, "recipe": _recipe_now(found or {}, surrogate)}
     with tempfile.TemporaryDirectory() as runs:
-        job = open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar)
+        job = checked(open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar))
         job.folder.path.mkdir()
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():

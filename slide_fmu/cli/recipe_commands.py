@@ -247,13 +247,13 @@ def window(
     from slide_fmu.core.figures import plain
     from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
-    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.job import checked, open_job
     from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar)
         show_found(job.resolved)
-        sizing = size_recipe(job, seed)
+        sizing = size_recipe(checked(job), seed)
         coarse_or_wasted = remark_on_step(job.case)
     figures = sizing.figures()
     show_sizing(figures)
@@ -301,14 +301,14 @@ def train(
     """Train the network of a recipe and its error estimator; go on if it was stopped."""
     with errors():
         require_training()
-    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.job import checked, open_job
     from slide_fmu.pipeline.stages import check_window, train_surrogate
     from slide_fmu.report.console import print_sizes
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed)
         job.folder.require_free()
-        check_window(job)
+        check_window(checked(job))
         with job.folder.alone():
             figures = train_surrogate(job, threads)
     write_json(json_path, figures)

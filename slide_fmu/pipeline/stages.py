@@ -1,4 +1,7 @@
-"""The stages up to the surrogate: check, window, data, training, and the test of stability."""
+"""The stages up to the surrogate: window, data, training, and the test of stability.
+
+Their jobs have been checked (``slide_fmu.pipeline.job.checked``), once for all stages.
+"""
 
 from __future__ import annotations
 
@@ -77,10 +80,9 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
     When the patience, in s, is gone, the rest of the motions is left out.
 
     Raises:
-        LoadError, RecipeError: as of ``check_case``.
+        LoadError: the system cannot be made.
     """
-    case = checked(job).case
-    return size_case(case.source, case, seed, patience)
+    return size_case(job.case.source, job.case, seed, patience)
 
 
 @asked_of_sources
@@ -121,10 +123,9 @@ def step_of_case(system: System, case: Case) -> str | None:
 
 
 def check_window(job: Job) -> AnySizing:
-    """Check the recipe, compute the decay times, and refuse a window that is too short.
+    """Compute the decay times, and refuse a window that is too short.
 
     Raises:
-        LoadError, RecipeError: as of ``check_case``.
         ShortWindowError: the window is too short for the system.
     """
     sizing = job.sizing or size_recipe(job)
@@ -139,13 +140,11 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     first.
 
     Raises:
-        LoadError, RecipeError: as of ``check_case``.
         StoreError: the store was made from other values.
     """
     from slide_fmu.data.failures import remove_failures
     from slide_fmu.data.store import remove_store
 
-    job = checked(job)
     if overwrite:
         remove_store(job.folder.store)
         remove_failures(job.folder.store)
@@ -157,14 +156,12 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
     """Make all trajectories that are not in the store yet.
 
     Raises:
-        LoadError, RecipeError: as of ``check_case``.
         SimulationError: too many trajectories could not be simulated.
         StoreError: the store was made from other values.
         ClusterError: the cluster cannot be used.
     """
     from slide_fmu.data.failures import kept_failures, remark_on_beyond
 
-    job = checked(job)
     job.open_recipe.resolved()
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")

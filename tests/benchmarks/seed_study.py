@@ -40,7 +40,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
-from slide_fmu.pipeline.job import open_job, with_training_seed
+from slide_fmu.pipeline.job import checked, open_job, with_training_seed
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.case import case_of
@@ -51,7 +51,7 @@ from slide_fmu.validation.validate import validate
 def studies(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Train and validate every seed on every number of trajectories."""
     torch.set_num_threads(1)
-    job = open_job(arguments.recipe, arguments.runs, bar)
+    job = checked(open_job(arguments.recipe, arguments.runs, bar))
     base = surrogate_only(job.recipe) if arguments.surrogate_only else job.recipe
     counts = sorted(set(arguments.train or [base.data.train]))
     case = job.case.with_recipe(with_train(base, counts[-1]))

@@ -16,6 +16,7 @@ from slide_fmu.fmu.export import (
     DOCUMENTATION,
     EXTRA,
     FmuError,
+    Provenance,
     export_fmu,
     read_fmu,
     read_folder,
@@ -124,7 +125,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     return Exported(found, remark)
 
 
-def _is_of(fmu: Path, surrogate: Surrogate, origin: dict[str, object]) -> bool:
+def _is_of(fmu: Path, surrogate: Surrogate, origin: Provenance) -> bool:
     """Tell whether an FMU holds this surrogate, and says that it comes from there.
 
     Raises:

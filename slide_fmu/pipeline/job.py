@@ -13,6 +13,7 @@ from shlex import quote
 from slide_fmu.bounds.known_start import start_origin
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.search_path import make_importable
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.checks import check_case
@@ -195,7 +196,7 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     return Recipe.model_validate(values)
 
 
-def provenance(job: Job, versions: Mapping[str, str]) -> dict[str, object]:
+def provenance(job: Job, versions: Mapping[str, str]) -> Provenance:
     """Return where the surrogate of a job comes from: recipe, seeds, versions of the training.
 
     What the recipe left to be found stands beside it, so that nobody need find it again.

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.cosim.check import wide_differences
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fmu.export import export_fmu
+from slide_fmu.fmu.export import Provenance, export_fmu
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
@@ -121,7 +120,7 @@ def _trainings(job: Job) -> set[str]:
 def measure_trained(
     job: Job,
     trained: Trained,
-    origin: Mapping[str, Any],
+    origin: Provenance,
     sizing: AnySizing,
     wanted: Mapping[str, Task],
     workers: int | None,
@@ -148,7 +147,7 @@ def measure_trained(
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
     require_same_answers(surrogate, recipe.name)
-    export_fmu(surrogate, fmu, provenance=dict(origin))
+    export_fmu(surrogate, fmu, provenance=origin)
     validations: dict[str, Validation] = {}
     lost: list[str] = []
     for name, task in wanted.items():

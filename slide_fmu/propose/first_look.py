@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, 
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.memory.sizing import NotForgettingError
+from slide_fmu.recipe.default_excitation import KindTable
 from slide_fmu.recipe.tables import DataRecipe
 from slide_fmu.systems.base import Linearizable, System
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -39,7 +39,7 @@ ABOVE_MODES = 3.0
 PATIENCE = 20.0
 """No further motion is begun after this time in s, nor a further rest after as much again."""
 
-MakeTables = Callable[[float], Sequence[Mapping[str, Any]]]
+MakeTables = Callable[[float], Sequence[KindTable]]
 """Makes the tables of the excitation for a sample step in s."""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from slide_fmu.recipe.automatic import Tables, with_guesses
+from slide_fmu.recipe.automatic import FoundValues, Tables, with_guesses
 from slide_fmu.recipe.checks import faults
 from slide_fmu.recipe.learning import METHODS, LeastSquaresRecipe
 from slide_fmu.recipe.mistake_lines import mistake_lines
@@ -52,7 +52,7 @@ class OpenRecipe:
             raise RecipeError(f"{source}: recipe: {error}") from error
         return _checked(whole, open_keys, source, text)
 
-    def with_found(self, values: Mapping[str, Mapping[str, Any]], source: str) -> OpenRecipe:
+    def with_found(self, values: FoundValues, source: str) -> OpenRecipe:
         """Return the recipe with values that were found in the place of first guesses.
 
         Args:

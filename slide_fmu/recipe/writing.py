@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
-from slide_fmu.recipe.default_excitation import InputKind
+from slide_fmu.recipe.default_excitation import InputKind, KindTable
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
@@ -68,7 +68,7 @@ class ModelDraft(Draft):
     """
 
     found: Declared
-    excitation: Sequence[Mapping[str, Any]]
+    excitation: Sequence[KindTable]
     declares_signals: bool = False
     kind_of_inputs: InputKind = "held"
     chain: str | None = None

@@ -6,19 +6,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from slide_fmu.cli.python_calls import Learnt, simulating_processes
+from slide_fmu.cli.python_calls import Learnt, whole_way
+from slide_fmu.cli.script_guard import simulating_processes
 from slide_fmu.core.extras import require_training
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import Signal
-from slide_fmu.fmu.export import load
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
-from slide_fmu.report.display import messages, shown
 from slide_fmu.systems.base import Bending, System
+
+if TYPE_CHECKING:  # it needs the packages of the training
+    from slide_fmu.pipeline.job import Job, Tell
 
 NO_SYSTEM = (
     "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system "
@@ -72,22 +74,16 @@ def learn(
     require_training()
     from slide_fmu.core.search_path import make_importable
     from slide_fmu.pipeline.job import job_of_text
-    from slide_fmu.pipeline.run import run_recipe
-    from slide_fmu.report.quality import require_quality
 
     text = tables_text(_recipe_tables(system, name, tables))
     make_importable(Path.cwd())
-    console = messages()
-    workers, remark = simulating_processes(system, workers)
-    if remark is not None:
-        console.print(f"remark: {remark}")
-    with shown(console) as bar:
+
+    def opened(bar: Stages, tell: Tell) -> Job:
         own = system if isinstance(system, System) else None
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar, given=own)
-        job = replace(job, command=f"slide.learn(system, {name!r})", tell=console.print)
-        finished = run_recipe(job, UNSEEN_SEED, None, workers, threads, overwrite)
-    require_quality(job.recipe, finished.figures)
-    return Learnt(load(finished.fmu), finished.fmu, finished.page, finished.figures)
+        return replace(job, command=f"slide.learn(system, {name!r})", tell=tell)
+
+    return whole_way(opened, simulating_processes(system, workers), threads, overwrite)
 
 
 def _recipe_tables(

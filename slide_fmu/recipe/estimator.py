@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from slide_fmu.excitation.base import PositiveRange
+from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.learning import (
     FeedForwardRecipe,
     NonNegativeInt,
@@ -23,7 +24,7 @@ ROUNDING = 1e-9
 BEYOND_FACTOR = (1.0, 3.0)
 """Inputs leave their ranges by a factor from this range, where a recipe asks for that."""
 
-DEFAULTS: dict[str, dict[str, object]] = {
+DEFAULTS: Tables = {
     "network": {
         "family": "feed_forward",
         "hidden": [64, 64],
@@ -37,7 +38,7 @@ DEFAULTS: dict[str, dict[str, object]] = {
         "expert": {"gradient_clip": 1.0},
     },
 }
-PRETRAINING: dict[str, Any] = {
+PRETRAINING: Tables = {
     "steps": 4000,
     "batch": 1024,
     "learning_rate": 2.5e-3,

@@ -39,31 +39,22 @@ def make(specification: Specification) -> System:
     label = f"system {specification.model!r}"
     file, values = read_model(specification.model)
     offered = chosen_outputs(file.outputs, specification.outputs)
-    inputs = chosen_signals("input", file.inputs, specification.inputs)
-    outputs = chosen_signals("output", offered, specification.outputs)
-    given, own = specification.step, file.step
-    step = own if given is None and own is not None else specification.sample_step()
-    parameters = merged_parameters(label, file.parameters, specification.parameters)
+    own = specification.step is None and file.step is not None
+    common: dict[str, Any] = {
+        "inputs": chosen_signals("input", file.inputs, specification.inputs),
+        "outputs": chosen_signals("output", offered, specification.outputs),
+        "step": file.step if own else specification.sample_step(),
+        "parameters": merged_parameters(label, file.parameters, specification.parameters),
+    }
     names = list(file.outputs)
     columns = [names.index(name) for name in offered]
     try:
         if "simulate" in values:
             simulate = with_columns("simulate", values["simulate"], len(names), columns)
-            return RecordSystem(
-                simulate, inputs=inputs, outputs=outputs, step=step, parameters=parameters
-            )
+            return RecordSystem(simulate, **common)
         solver = Solver(**{key: values[key] for key in SOLVER_KEYS if key in values})
         g = with_columns("g", values["g"], len(names), columns)
-        return FunctionSystem(
-            values["f"],
-            g,
-            inputs=inputs,
-            outputs=outputs,
-            start=values["start"],
-            step=step,
-            solver=solver,
-            parameters=parameters,
-        )
+        return FunctionSystem(values["f"], g, start=values["start"], solver=solver, **common)
     except LoadError as error:
         raise LoadError(f"{label}: {error}") from error
 

@@ -26,11 +26,7 @@ learnt = slide.learn(
     window={"step": 0.03, "n_in": 236, "n_out": 60},
     data={"train": 40, "validation": 8, "duration": 20.0, "excitation": new_at_every_sample},
     network={"order": 2, "hidden": 12},
-    training={
-        "starts": 2,
-        "iterations": 40,
-        "expert": {"part": 3, "kept": 1, "kept_iterations": 15},
-    },
+    training={"starts": 2, "iterations": 40, "expert": {"part": 3, "kept": 1}},
     validation={"trajectories": 8},
 )
 

@@ -14,10 +14,10 @@ import slide_fmu as slide
 from mbs_models.oscillators import DuffingOscillator
 
 # %%
-# The table `parameters` declares the mass with its range; the model has an argument of that name.
-# Each of the trajectories that are learnt from has a mass of its own. The response follows the
-# reciprocal of a mass most evenly ([more on parameters](../../parameters.md)).
+# The table `parameters` declares the mass, an argument of the model. Each trajectory has a mass of
+# its own. The response follows its reciprocal most evenly ([more](../../parameters.md)).
 MODEL = {"substeps": 12, "damping": 16.0}
+TUNED = {"part": 3, "kept": 1, "kept_iterations": 15}
 new_at_every_sample = [{"kind": "held_random", "weight": 1.0}]
 learnt = slide.learn(
     {"model": "mbs_models.oscillators:DuffingOscillator", "parameters": MODEL},
@@ -26,7 +26,7 @@ learnt = slide.learn(
     window={"step": 0.03, "n_in": 236, "n_out": 60},
     data={"train": 40, "validation": 8, "duration": 20.0, "excitation": new_at_every_sample},
     network={"order": 2, "hidden": 12},
-    training={"starts": 2, "iterations": 40, "expert": {"part": 3, "kept": 1}},
+    training={"starts": 2, "iterations": 40, "expert": TUNED},
     validation={"trajectories": 8},
 )
 

@@ -33,8 +33,8 @@ _OWN: dict[str, dict[str, str]] = {
         "step_of_case": "answers:no_remark_on_step",
     },
     "propose.trial": {"tried_motions": "answers:tried_records"},
-    "validation.plain_call": {"plain_call_beside": "answers:no_plain_call"},
-    "validation.validate": {"validate_beside": "validation:validate_records"},
+    "validation.plain_call": {"plain_call_against": "answers:no_plain_call"},
+    "validation.validate": {"validate_against": "validation:validate_records"},
 }
 """Questions by the module that asks them, each with the module here and the function that answers
 it."""

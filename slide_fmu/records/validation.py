@@ -18,8 +18,8 @@ from slide_fmu.records.free_run import free_run
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.stretches import unseen_stretches
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.known_truth import compare_with_truth
 
 
 def validate_records(
@@ -51,7 +51,9 @@ def validate_records(
             measured = stretch.trajectory
             drawn = Draw(stretch.file, 1.0, None, measured.inputs, stretch.lead)
             own, values = surrogate, stretch.parameters
-            comparison = beside(files, own, drawn, measured.outputs, np.empty(0), values)
+            comparison = compare_with_truth(
+                files, own, drawn, measured.outputs, np.empty(0), values
+            )
             free = _free(own.at(values) if values else own, measured)
             scored = len(comparison.reference)
             free = None if free is None else free[-scored:]

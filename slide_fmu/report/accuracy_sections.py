@@ -1,4 +1,4 @@
-"""Sections of a report show how accurate a surrogate is, and how fast."""
+"""This module makes the sections of a report on accuracy and speed of a surrogate."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ PHASE = (
 )
 
 MODEL_TEXT = (
-    " The reference is a finer model than the one that made the data; what that one errs on the "
-    "same inputs stands beside the surrogate's error."
+    " The reference is a finer model than the one that made the data; its error on the same "
+    "inputs is given next to the surrogate's error."
 )
 
 
@@ -87,18 +87,18 @@ def _kinds_section(figures: ValidationFigures, words: Words) -> Section:
 
 
 def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> Section:
-    """Return the section that says in words where the surrogate is valid."""
+    """Return the section that says in words for which inputs the surrogate is valid."""
     found = judgements(main.surrogate, main.recipe, figures)
     text = RULE if is_ruled(found) else ""
     return Section("Where it is valid", text, judgement_table(found))
 
 
 def moving_text(surrogate: Surrogate, words: Words) -> str:
-    """Say what is set before a step, of inputs with a first-order hold; nothing of others."""
+    """Say which values of moving inputs are set before a step; an empty text of held inputs."""
     if surrogate.hold == "zero_order":
         return ""
     return (
-        f" {words.get_inputs} told what the inputs reach by each "
+        f" {words.get_inputs} the values that the inputs reach by each "
         "step's end. An importer that sets what they are at its start, which is all that a plain "
         "simulation does, has the errors of the "
         f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
@@ -118,5 +118,5 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, Res
 
 
 def about_parameters(recipe: Recipe) -> str:
-    """Say at which values of the physical parameters the errors in their table were measured."""
+    """Say for which values of the physical parameters the errors in their table were measured."""
     return f"{rules_of(recipe).words.parameters} Relative RMSE is the largest of the outputs."

@@ -1,4 +1,4 @@
-"""Charts as PNG pictures, for places that run no scripts, such as a model card.
+"""This module draws charts as PNG pictures, for readers without scripts, such as a model card.
 
 Pictures are made small: line drawings have few colours, so they take a fifth of the bytes.
 """
@@ -34,10 +34,10 @@ INKS = {
 """Colours on white paper, by their names in charts."""
 
 WIDTH = 5.5
-"""A column is so many inches wide."""
+"""Width of a column in inches."""
 
 HEIGHTS = {"tall": 2.8, "short": 1.8, "square": 4.5}
-"""Panels are so many inches high."""
+"""Height of panels in inches."""
 
 
 COLOURS = 24
@@ -48,12 +48,12 @@ DPI = 96
 
 
 def chart_picture(charts: Sequence[Chart]) -> bytes:
-    """Draw charts beside each other, all of which have panels of the same heights."""
+    """Draw charts side by side; all have panels of the same heights."""
     return png(chart_figure(charts))
 
 
 def chart_figure(charts: Sequence[Chart]) -> Figure:
-    """Return the figure of charts beside each other."""
+    """Return the figure of charts side by side."""
     heights = [HEIGHTS[panel.height] for panel in charts[0].panels]
     figure = Figure(figsize=(WIDTH * len(charts), sum(heights)), layout="constrained")
     axes = figure.subplots(
@@ -91,7 +91,7 @@ def _draw_band(ax: Axes, band: Band) -> None:
 
 
 def _draw_line(ax: Axes, line: Line) -> None:
-    """Draw a line; one of which nothing is known is not named either."""
+    """Draw a line; one without finite values is left out of the legend."""
     if not np.isfinite(line.y).any():
         return
     colour, points = INKS[line.colour], line.style == "points"
@@ -128,8 +128,8 @@ def with_palette(picture: bytes) -> bytes:
 def _few_colours(image: Image.Image) -> Image.Image:
     """Return the picture with a palette, on white.
 
-    The colours are chosen by maximum coverage and refined by k-means, so that a rare one, such as
-    that of a single thin line, is not lost; pixels are not dithered.
+    The colours are chosen by maximum coverage and refined by k-means, so that a rare colour,
+    such as a single thin line has, is not lost; pixels are not dithered.
     """
     opaque = Image.new("RGBA", image.size, "white")
     opaque.alpha_composite(image.convert("RGBA"))

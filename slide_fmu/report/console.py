@@ -1,4 +1,4 @@
-"""How figures look on a console: tables that stay readable where a terminal is narrow, and lines.
+"""This module prints figures on a console, as lines and as tables that fit narrow terminals.
 
 All functions print to the console that they are given.
 """
@@ -29,7 +29,7 @@ from slide_fmu.validation.trust import HARMFUL
 
 
 class Rows:
-    """Rows are printed as a table, or one below the other where the words of a table do not fit.
+    """Rows are printed as a table, or one below the other where a table does not fit.
 
     Text is never cut, and a word is broken only where it is longer than the terminal is wide.
     Final.
@@ -66,14 +66,14 @@ def print_table(table: Table, console: Console) -> None:
 
 
 def print_plain_call(found: PlainCallFigures | None, console: Console) -> None:
-    """Print what the plain call of the FMU errs by, where that was measured."""
+    """Print the errors of the plain call of the FMU, where they were measured."""
     if found is not None:
         print_table(plain_call_table(found), console)
         console.print(found.sentence)
 
 
 def print_box(found: BoxFigures | None, console: Console) -> None:
-    """Print what the FMU errs by where all inputs are constant, where that was measured."""
+    """Print the errors of the FMU at constant inputs, where they were measured."""
     if found is not None:
         print_table(box_table(found), console)
 
@@ -81,7 +81,7 @@ def print_box(found: BoxFigures | None, console: Console) -> None:
 def print_validation(figures: ValidationFigures, title: str, console: Console) -> None:
     """Print the accuracy of every output, in its unit, of the error estimate and of the bound.
 
-    Where inputs move, what a plain importer call errs stands beside it.
+    Where inputs move, the error of a plain importer call is given too.
     """
     console.print(f"{title}: {figures.trajectories} trajectories, seed {figures.seed}")
     print_table(short_accuracy_table(figures), console)
@@ -117,7 +117,7 @@ def _print_bound(bound: BoundFigures, console: Console) -> None:
 
 
 def _noise(output: OutputFigures, floor: float) -> str:
-    """Say how much of an error beside a record is noise, and what the window costs."""
+    """Say how much of an error on a record is noise, and how much comes from the window."""
     noise = f"{output.name}: {percent(floor)} is noise"
     if output.free_relative_rmse is None:
         return noise

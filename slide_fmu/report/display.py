@@ -1,4 +1,4 @@
-"""Progress as people see it: bars on a terminal, lines in a pipe, a file or a notebook."""
+"""This module shows progress: bars on a terminal, lines in a pipe, a file or a notebook."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.report.table import ENDLESS
 
 WIDE = 90
-"""Bars are drawn, and errors named, on a terminal of so many columns."""
+"""Columns of a terminal from which on bars are drawn and errors named."""
 SOON = 10.0
 """A pipe shows how long a stage takes after this time in s, or after its first tenth."""
 
@@ -30,7 +30,7 @@ class Messages(Console):
 
     @property
     def size(self) -> ConsoleDimensions:
-        """Columns and rows: those of the terminal, or no end of columns elsewhere."""
+        """Columns and rows of the terminal; elsewhere the number of columns is ``ENDLESS``."""
         size = super().size
         return size if self.file.isatty() else ConsoleDimensions(ENDLESS, size.height)
 
@@ -66,7 +66,7 @@ class _Time(rich_progress.ProgressColumn):
     """The time that is left, or that a finished stage took. Final."""
 
     def render(self, task: rich_progress.Task) -> Text:
-        """Write the time of a stage; there is none before a part of it is done."""
+        """Write the time of a stage; the text is empty before a part of it is done."""
         if task.finished:
             return Text(f"took {_duration(task.finished_time or 0.0)}")
         left = task.time_remaining
@@ -98,13 +98,13 @@ class _Bar:
 
 @dataclass
 class _Lines:
-    """A line for every tenth of a stage, and one as soon as its time can be told. Final."""
+    """A line for every tenth of a stage, and one as soon as its time can be estimated. Final."""
 
     console: Console
     name: str
     at_most: bool = False
     printed: int = -1
-    told: bool = False
+    estimated: bool = False
     begin: tuple[float, int] | None = None
 
     def __call__(self, done: int, total: int, error: float | None = None) -> None:
@@ -113,18 +113,18 @@ class _Lines:
         if self.begin is None:
             self.begin = now, done
         tenth = 10 * done // max(1, total)
-        early = not self.told and done > self.begin[1] and now - self.begin[0] > SOON
+        early = not self.estimated and done > self.begin[1] and now - self.begin[0] > SOON
         if tenth == self.printed and not early:
             return
         self.printed = tenth
         time_left = self._time(now, done, total)
-        self.told = self.told or bool(time_left)
+        self.estimated = self.estimated or bool(time_left)
         counted = f"{done} of {_total(done, total, self.at_most)}"
         parts = (counted, time_left, _remark(error))
         self.console.print(f"{self.name}: {', '.join(part for part in parts if part)}")
 
     def _time(self, now: float, done: int, total: int) -> str:
-        """Say how long the rest takes, as it went until now; in the end how long all took."""
+        """Estimate the time left from the time passed; at the end give the time of all."""
         assert self.begin is not None
         passed, made = now - self.begin[0], done - self.begin[1]
         if made <= 0:
@@ -143,7 +143,7 @@ def _part_name(stage: str, part: str) -> str:
 
 
 def _total(done: int, total: int, at_most: bool) -> str:
-    """Say how much work there is; what may end early has at most so much before it ends."""
+    """Write the amount of work, with "at most" where a stage may end early."""
     return f"at most {total}" if at_most and done < total else str(total)
 
 
@@ -155,7 +155,7 @@ def _duration(seconds: float) -> str:
 
 
 def _percent(error: float | None) -> str:
-    """Write a relative RMSE; one that is not known is not written."""
+    """Write a relative RMSE; the text is empty where it is unknown."""
     known = error is not None and math.isfinite(error)
     return f"{100 * error:.3g} %" if known and error is not None else ""
 

@@ -1,4 +1,4 @@
-"""Tables of measured errors: by output, in the plain call, at rest, and by parameters."""
+"""This module makes tables of errors by output, in the plain call, at rest and by parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLAIN = "relative RMSE, inputs set to what they are now"
 """Columns of tables of errors."""
 
 WORST = 5
-"""So many of the values of physical parameters with the largest errors are shown."""
+"""Number of the worst values of physical parameters that are shown."""
 
 
 def percent_or_nothing(value: float | None) -> str:
@@ -77,7 +77,7 @@ def short_accuracy_table(validation: ValidationFigures) -> Table:
 
 
 def timing_table(timing: Timing) -> Table:
-    """Return what a step takes, next to one of the reference."""
+    """Return the time of a step of the FMU and of the reference."""
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
     if timing.speedup is not None:
         rows.append(("reference system, simulated", f"{timing.reference_step_us:.3g} µs"))
@@ -137,7 +137,7 @@ def box_table(found: BoxFigures) -> Table:
 def parameter_table(found: ParameterFigures) -> Table:
     """Return the errors by physical parameters.
 
-    Of the other values the worst ``WORST`` are shown; all corners are.
+    All corners are shown, and the worst ``WORST`` of the other values.
     """
 
     def rows() -> Iterator[tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""An FMU of slide-fmu is described: this is what ``slide-fmu info --json`` writes."""
+"""This module describes an FMU of slide-fmu, as ``slide-fmu info --json`` writes it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class BoundDescription:
 
     Attributes:
         companion_parameters, head_parameters: numbers of the weights of its networks.
-        confidences: those for which it has a bound.
+        confidences: the confidences for which it has a bound.
         blocks_s: lengths of the blocks of its means.
-        estimate_span_s: the time over which the error is estimated by the same networks, if so.
+        estimate_span_s: time over which the same networks estimate the error; None if they do not.
     """
 
     companion_parameters: int
@@ -48,17 +48,17 @@ class FmuDescription:
     """This describes an FMU.
 
     Attributes:
-        name: that of the surrogate.
+        name: name of the surrogate.
         inputs, outputs: its signals.
         hold: how inputs act between samples.
         window: how many samples its network sees and returns.
         memory_s: time in s for which its outputs depend on an input.
         planned: whether its inputs are planned motions.
         parameters: number of the network's weights.
-        estimator_parameters: number of those of the error estimator; None without one.
+        estimator_parameters: number of weights of the error estimator; None without one.
         error_bound: None without one.
-        physical_parameters: those that a user sets.
-        provenance: what it says about its origin; None if it says nothing.
+        physical_parameters: the parameters that a user sets.
+        provenance: its origin; None if it is unknown.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Charts over frequency: the responses of reference and surrogate, and spectra of the error."""
+"""This module draws the responses of reference and surrogate, and spectra of the error."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SPECTRA = (
 
 
 def frequency_sections(validation: Validation) -> list[Section]:
-    """Return the sections on frequencies; none where the trajectories are too short for it."""
+    """Return the sections on frequencies; empty where the trajectories are too short."""
     surrogate = validation.surrogate
     spectra = spectra_of(validation.comparisons, surrogate.window.step, surrogate.hold)
     if spectra is None:
@@ -45,7 +45,7 @@ def frequency_sections(validation: Validation) -> list[Section]:
 
 
 def _response_chart(validation: Validation, spectra: Spectra, output: int) -> Chart | None:
-    """Draw size and phase of both responses of an output, and how far they are apart."""
+    """Draw size and phase of both responses of an output, and their difference."""
     true, own = (response[:, :, output] for response in spectra.responses())
     power = np.einsum("fi,fii->i", np.abs(true) ** 2, spectra.inputs.real)
     channel = int(np.argmax(power))

@@ -1,4 +1,4 @@
-"""The report of a surrogate has its figures as JSON, charts and tables as one HTML file."""
+"""A report is written as one HTML file with charts and tables, and as JSON with its figures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slide_fmu.report.table import Table
 WEB = Path(__file__).parent / "web"
 
 LONGEST_BAR = 70.0
-"""The longest bar takes so many per cent of the width; its text stands behind it."""
+"""Width of the longest bar in per cent; its text stands behind it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +28,10 @@ class Section:
 
     Attributes:
         title: heading.
-        text: what is seen here and how to read it.
+        text: explanation of the section and how to read it.
         table: figures in words.
         charts: what the page draws itself.
-        bars: sizes beside each other.
+        bars: sizes, drawn as bars.
     """
 
     title: str
@@ -43,14 +43,14 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A report says what the FMU is, with its figures, and the sections that show them.
+    """A Report has a summary of the FMU, its figures, and the sections that show them.
 
     Attributes:
         title, summary: heading, and what stands below it.
         figures: a dataclass or plain values; JSON has their dump.
-        sections: what is shown, in this order.
-        inside: a whole page of HTML, shown behind the sections; none if None.
-        verdict: what a reader must know, in a few sentences; it stands above all else.
+        sections: the sections, in this order.
+        inside: a whole page of HTML, shown behind the sections; no page if None.
+        verdict: the most important facts in a few sentences, shown above all else.
     """
 
     title: str
@@ -84,7 +84,7 @@ class Report:
     def write(self, folder: Path) -> Path:
         """Write ``report.html`` and ``report.json``, and return the path of the page.
 
-        The folder is made where there is none.
+        A missing folder is made.
         """
         figures = self.figures
         values = figures.dump() if isinstance(figures, RunFigures) else plain(figures)
@@ -96,7 +96,7 @@ class Report:
 
 
 def _shown(section: Section) -> dict[str, object]:
-    """Return what the template shows of a section; the longest bar is as long as it may be."""
+    """Return a section for the template; the longest bar has the length ``LONGEST_BAR``."""
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
         **vars(section),

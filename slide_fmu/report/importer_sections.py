@@ -1,4 +1,4 @@
-"""Sections of a report on the plain call of an FMU, and on constant inputs."""
+"""This module makes the sections of a report on the plain call and on constant inputs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def plain_call_sections(found: PlainCallFigures | None) -> list[Section]:
     """Return the section on the plain call, where that was measured."""
     if found is None:
         return []
-    text = TEXT.replace("`", "")  # marks of code are the model card's
+    text = TEXT.replace("`", "")  # only the model card shows marks of code
     return [Section("Plain call", f"{text} {whole(found)}", plain_call_table(found))]
 
 

@@ -1,4 +1,4 @@
-"""Charts of how a surrogate was learnt, and of how system and network forget."""
+"""This module draws charts of the training, and of the fading memory of system and network."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MOST_POINTS = 2000
 """A course has no more points than about these."""
 
 FAR = 1e3
-"""Errors of more than so many times the median of the validations are left out of a course."""
+"""Errors larger than this many times the median validation error are left out of a course."""
 
 ErrorName = Literal["training_error", "validation_error"]
 
 
 def training_charts(histories: Mapping[str, History]) -> list[Chart]:
     """Draw training and validation error over the optimizer's steps, a chart per stage."""
-    # a course of one point shows nothing that the table beside does not say
+    # a course of one point shows no more than the table next to it
     courses = {stage: h for stage, h in histories.items() if len(h.step) > 1}
     axis = Axis("optimizer step or iteration")
     return [
@@ -54,7 +54,7 @@ def training_charts(histories: Mapping[str, History]) -> list[Chart]:
 
 
 def _axis_of(history: History) -> tuple[str, str]:
-    """Return title and unit of the errors: those of outputs are relative RMSE."""
+    """Return title and unit of the errors: errors of outputs are relative RMSE."""
     return ("relative RMSE", "%") if history.relative else ("error, scaled", NO_UNIT)
 
 
@@ -103,9 +103,10 @@ def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]
 
 
 def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: float) -> Chart:
-    """Draw in which time, in s, how many motions forget; a dotted line is the window's truncation.
+    """Draw the share of motions that have forgotten over time in s.
 
-    Linearized decay times are there where the system offers them.
+    A dotted line marks the window's truncation. Linearized decay times are drawn
+    where the system offers them.
     """
     found = [("measured (two motions)", measured, "truth")]
     if linearized is not None:
@@ -122,10 +123,10 @@ def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: floa
 
 
 def response_charts(learnt: FloatArray, exact: FloatArray, surrogate: Surrogate) -> list[Chart]:
-    """Draw the newest row of the learnt response matrix of each output beside the exact one.
+    """Draw the newest row of the learnt response matrix of each output and the exact one.
 
-    Below stands the largest deviation in a column of all rows. Both matrices have the shape of
-    ``slide_fmu.validation.response.learnt_matrix``; a column is an input sample.
+    The panel below shows the largest deviation in a column of all rows. Both matrices have the
+    shape of ``slide_fmu.validation.response.learnt_matrix``; a column is an input sample.
     """
     found, n_inputs, n_outputs = [], len(surrogate.inputs), len(surrogate.outputs)
     for output, other in enumerate(surrogate.outputs):

@@ -1,4 +1,4 @@
-"""Sections of a report show how a surrogate was learnt: its window, its sizes, its memory."""
+"""This module makes the sections of a report on training, window, sizes and memory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from slide_fmu.report.learning_tables import (
 
 EIGENVALUES = (
     "from the eigenvalues of the equations linearized along motions, by their mean rate over "
-    "stretches of the motions, and measured as the time in which two motions under the same "
+    "pieces of the motions, and measured as the time in which two motions under the same "
     "input meet. At an instant on the way the slowest mode may decay more slowly, or grow "
     "(without end): what counts is the mean."
 )
@@ -77,7 +77,7 @@ def stability_section(tests: tuple[AmplitudeTest, ...], step: float) -> Section:
 
 
 def training_section(histories: Mapping[str, History]) -> Section:
-    """Show how the trainings went."""
+    """Show steps and errors of the trainings."""
     return Section(
         "Training",
         "The weights of the best validation are kept. Errors in per cent are relative RMSE of the "
@@ -91,10 +91,10 @@ def training_section(histories: Mapping[str, History]) -> Section:
 
 
 def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> Section:
-    """Show which sizes of the network were tried, and what remains to be learnt."""
+    """Show the sizes of the network that were tried, and the part of the error still learnable."""
     text = (
         "Validation errors are RMSE in scaled units, after the short runs by which a size is "
-        "judged; the chosen one is trained longer. What is learnable could be predicted from the "
+        "judged; the chosen one is trained longer. The learnable part could be predicted from the "
         "inputs by a regression on the residual; no figure: the search did not ask."
     )
     text += "" if remark is None else f" Remark: {remark}."

@@ -1,4 +1,4 @@
-"""Tables of how a surrogate was learnt: window, training, sizes, learning curve, stability."""
+"""This module makes tables on the training: window, sizes, learning curve, stability."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from slide_fmu.validation.error_figures import ResponseFigures
 def decay_table(figures: SizingFigures) -> Table:
     """Return the decay times of a system, or of a linear fit of records.
 
-    Measured times are those of whole motions, so their last column is empty. Linearized ones are
-    not there where the system does not offer them, which the row says.
+    Measured times belong to whole motions, so their last column is empty. A system may offer no
+    linearized times; the row then says so.
     """
     if isinstance(figures, RecordSizingFigures):
         fitted = figures.fitted_decay_time_s
@@ -35,7 +35,7 @@ def decay_table(figures: SizingFigures) -> Table:
 
 
 def stability_table(tests: tuple[AmplitudeTest, ...]) -> Table:
-    """Return what the tests of fading memory and boundedness found."""
+    """Return the results of the tests of fading memory and boundedness."""
     heading = "amplitude", "median difference", "largest difference", "growth", "test"
     rows = (
         (
@@ -51,7 +51,7 @@ def stability_table(tests: tuple[AmplitudeTest, ...]) -> Table:
 
 
 def training_table(histories: Mapping[str, History]) -> Table:
-    """Return how the trainings went."""
+    """Return steps and errors of the trainings."""
 
     def rows() -> Iterator[Sequence[str]]:
         for stage, history in histories.items():
@@ -96,7 +96,7 @@ def curve_table(curve: Curve) -> Table:
 
 
 def response_table(found: ResponseFigures) -> Table:
-    """Return how far the learnt response matrix is from the exact one."""
+    """Return the deviations of the learnt response matrix from the exact one."""
     rows = [
         ("largest deviation, relative to the largest entry", found.max_deviation_relative),
         ("largest entry above the diagonal, absolute", found.max_above_diagonal),

@@ -1,4 +1,4 @@
-"""What a surrogate must not be used for, as sentences, for its card and its credentials."""
+"""Sentences name the limits of use of a surrogate, for its card and its credentials."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import meaning_of
 
 UNUSABLE = 0.2
-"""Relative RMSE beyond the range from which on is warned."""
+"""Relative RMSE beyond the range above which a limit is given."""
 
 
 def useless_beyond(measured: RunFigures) -> list[str]:
-    """Say at which amplitudes beyond the range the surrogate errs too much."""
+    """Say at which amplitudes beyond the range the error of the surrogate is too large."""
     found = []
     for validation in measured.ordered.values():
         low, high = validation.amplitude
@@ -28,11 +28,11 @@ def useless_beyond(measured: RunFigures) -> list[str]:
 
 
 def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[str]:
-    """Return all that is known about where the surrogate must not be trusted, one sentence each.
+    """Return the limits within which the surrogate can be trusted, one sentence each.
 
     Args:
-        surrogate: what the FMU runs.
-        recipe: what it was made from.
+        surrogate: the surrogate that the FMU runs.
+        recipe: the recipe that it was made from.
         measured: the figures of its report; None where it was not measured.
     """
     kinds = rules_of(recipe).words.trained_on
@@ -48,7 +48,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) ->
     ]
     if surrogate.hold == "first_order":
         found.append(
-            "Of inputs that an importer sets to what they are at the start of a step, "
+            "Of inputs that an importer sets to their values at the start of a step, "
             f"{meaning_of(surrogate)}."
         )
     if surrogate.parameters:

@@ -1,4 +1,4 @@
-"""The model card of a released FMU says what it is, how wrong it is, and how it was made."""
+"""The model card describes a released FMU: its use, its errors, and its origin."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def model_card(
     """Write the model card as Markdown.
 
     Args:
-        surrogate: what the FMU runs.
-        recipe: what it was made from.
+        surrogate: the surrogate that the FMU runs.
+        recipe: the recipe that it was made from.
         measured: the figures of the report.
-        picture: file name of the picture beside the card.
-        mechanism: file name of a picture of the system, beside the card; None if there is none.
+        picture: file name of the picture in the folder of the card.
+        mechanism: file name of a picture of the system, in the same folder; None without one.
     """
     validations, rules = measured.ordered, rules_of(recipe)
     named, call, box = _named(validations), measured.plain_call, measured.box
@@ -103,7 +103,7 @@ def model_card(
 
 
 def _named(validations: Mapping[str, ValidationFigures]) -> dict[str, ValidationFigures]:
-    """Return the validations by names that say at which amplitudes they are."""
+    """Return the validations; each name gives the range of amplitudes."""
     found = {}
     for name, validation in validations.items():
         low, high = validation.amplitude
@@ -117,7 +117,7 @@ def _bound_tables(validations: Mapping[str, ValidationFigures]) -> list[Table]:
 
 
 def _bound_sentences(surrogate: Surrogate, recipe: Recipe, measured: RunFigures) -> list[str]:
-    """Return what the card says of the error bound; nothing where there is none."""
+    """Return the sentences on the error bound; no sentence without a bound."""
     if surrogate.bound is None:
         return []
     return bound_sentences(recipe, surrogate.hold == "first_order", measured.in_range)
@@ -152,6 +152,6 @@ def _range_of(variable: Variable) -> str:
 
 
 def without_pictures(card: str) -> str:
-    """Return a model card without the pictures that lie beside it; the report shows them."""
+    """Return a model card without pictures, which are separate files; the report shows them."""
     lines = card.split("\n")
     return "\n".join(line for line in lines if not line.startswith("!["))

@@ -1,4 +1,4 @@
-"""This says whether a surrogate is good enough, and whether more training would improve it."""
+"""This module judges whether a surrogate is accurate enough, and how to improve it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slide_fmu.validation.comparison import IN_RANGE
 from slide_fmu.validation.error_figures import ValidationFigures
 
 LINEAR_DOES = 1.2
-"""A linear model would do where its error is at most so many times that of the best other one."""
+"""A linear model would do where its error is at most this factor above the best other one."""
 MUCH = 0.05
 """Relative RMSE above which an output is remarked where the recipe requires nothing."""
 LAST, FELL = 0.2, 0.1
@@ -21,7 +21,7 @@ LAST, FELL = 0.2, 0.1
 (the share ``LAST`` of all) would go on to lower it."""
 
 Measured = Mapping[str, ValidationFigures]
-"""Figures of validations by what was measured."""
+"""Figures by the name of the validation."""
 
 
 class QualityError(ValueError):
@@ -38,7 +38,7 @@ def require_quality(recipe: Recipe, figures: RunFigures) -> None:
     """Refuse a surrogate whose error is larger than ``validation.require``.
 
     Args:
-        recipe: what is required.
+        recipe: the recipe with the requirement.
         figures: the figures of the report.
 
     Raises:
@@ -55,20 +55,20 @@ def require_quality(recipe: Recipe, figures: RunFigures) -> None:
 
 
 def remark_on_error(recipe: Recipe, measured: Measured) -> str | None:
-    """Say that outputs are far off, where the recipe requires nothing; None if none are."""
+    """Say that outputs are far off, where the recipe requires nothing; None otherwise."""
     worse = [] if recipe.validation.require is not None else _above(measured, MUCH)
     if not worse:
         return None
     return (
         f"the surrogate is far off on unseen trajectories: {', '.join(worse)}; {REMEDY}; "
-        "validation.require refuses a surrogate that errs by more than it says"
+        "validation.require refuses a surrogate whose error is larger than its value"
     )
 
 
 def _above(measured: Measured, most: float) -> list[str]:
-    """Return the outputs that err by more than a relative RMSE in range, each with its error."""
+    """Return the outputs whose relative RMSE in range is above ``most``, each with its error."""
     return [
-        f"output {output.name!r} errs by {percent(output.relative_rmse)}"
+        f"output {output.name!r} has an error of {percent(output.relative_rmse)}"
         for output in measured[IN_RANGE].outputs
         if not output.relative_rmse <= most
     ]
@@ -78,8 +78,8 @@ def remark_on_training(recipe: Recipe, history: History) -> str | None:
     """Say that the validation error still fell when a training ended; None if it did not.
 
     Args:
-        recipe: how the network was trained.
-        history: how that went.
+        recipe: the recipe that the network was trained by.
+        history: the course of the training.
     """
     steps, errors = history.step, history.validation_error
     until = (1 - LAST) * steps[-1]
@@ -96,7 +96,7 @@ def remark_on_training(recipe: Recipe, history: History) -> str | None:
 def linear_size_remark(sizes: Sequence[TriedSize], error: float) -> str | None:
     """Say that a linear network would do, of the sizes that a search has tried; else None.
 
-    The error is that of the network that was taken, in validation and in scaled units.
+    ``error`` is the validation error of the chosen network, in scaled units.
     """
     linear = [
         (size.validation_error, size.order)
@@ -107,13 +107,13 @@ def linear_size_remark(sizes: Sequence[TriedSize], error: float) -> str | None:
     if not best <= LINEAR_DOES * error:
         return None
     return (
-        f"a linear model would do: a linear network of order {order} errs "
-        f"{best / error:.3g} times as much in validation (network.hidden = 0)"
+        f"a linear model would do: a linear network of order {order} has an error "
+        f"{best / error:.3g} times as large in validation (network.hidden = 0)"
     )
 
 
 def _longer(recipe: Recipe) -> str:
-    """Return what makes a training longer, as a recipe says it."""
+    """Return the recipe key that sets the length of a training, with its present value."""
     training = recipe.training
     if isinstance(training, LeastSquaresRecipe):
         return f"training.iterations, now {training.iterations}"

@@ -27,20 +27,19 @@ class RunFigures:
     """These are the figures of a run.
 
     Attributes:
-        name: that of the surrogate.
-        command: what the user called.
+        name: name of the surrogate.
+        command: the command that the user called.
         versions: of the packages that made it, by name.
-        validation: by what was measured, the first one in range.
-        window: how the window holds the system.
+        validation: figures by the name of the validation, the first one in range.
+        window: memory of the system, and the part that the window truncates.
         parameters: number of the network's parameters.
         response_matrix: of affine surrogates.
         stability: tests of networks that have a state.
         no_error_estimate: why there is no error estimate, although the recipe asks for one.
-        sizes_tried: what a search for sizes has judged; None where nothing is known of the
-            training.
-        remark: what one should know about training and error.
-        record_remarks: what one should know about records.
-        plain_call, box, adversarial: what was measured in range besides.
+        sizes_tried: sizes that a search has tried; None without a known training.
+        remark: remarks on training and error.
+        record_remarks: remarks on records.
+        plain_call, box, adversarial: further measurements in range.
     """
 
     name: str
@@ -61,7 +60,7 @@ class RunFigures:
     adversarial: SearchFigures | None = optional()
 
     def dump(self) -> Any:
-        """Return the figures as plain values; of a training of which nothing is known, none."""
+        """Return the figures as plain values; figures of an unknown training are left out."""
         found = plain(self)
         if self.sizes_tried is None:
             del found["remark"]
@@ -83,10 +82,10 @@ class RunFigures:
 
 
 def released_figures(provenance: Provenance | None) -> RunFigures | None:
-    """Return the figures that an FMU carries; None where it was not measured.
+    """Return the figures in an FMU; None where it was not measured.
 
     Raises:
-        ValueError: what it carries is not what this version writes.
+        ValueError: the figures are not of the form that this version writes.
     """
     measured = (provenance or {}).get("measured")
     if measured is None:

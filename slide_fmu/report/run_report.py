@@ -1,4 +1,4 @@
-"""The report of a run shows all that was found about a surrogate when its FMU was made."""
+"""This module makes the report of a run, which shows all measurements of a surrogate."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ from slide_fmu.validation.response import is_affine
 
 @dataclass(frozen=True, eq=False)
 class RunMeasurement:
-    """This is all that was found about a trained surrogate: what its report shows.
+    """A RunMeasurement holds all measurements of a trained surrogate, which its report shows.
 
     Attributes:
         surrogate: the surrogate.
-        histories: course of its trainings, by stage; none of one that was trained elsewhere.
+        histories: course of its trainings, by stage; empty if it was trained elsewhere.
         validations: by name, the one in range first.
         tests: of fading memory and boundedness.
-        sizing: how the window holds the system.
+        sizing: memory of the system, and the part that the window truncates.
         curve: the learning curve by which the number of trajectories was found.
-        plain_call, box, search: what was measured in range besides.
-        attacks: what the search found; nothing where its figures were known before.
+        plain_call, box, search: further measurements in range.
+        attacks: results of the search; empty where its figures were known before.
         remarks: on trajectories beyond the range.
     """
 
@@ -67,9 +67,9 @@ def run_figures(
     """Return the figures of a run, and the section on the response matrix, if it has one.
 
     Args:
-        case: what was learnt.
-        found: what was found about the surrogate.
-        command: what the user called.
+        case: the case that was learnt.
+        found: the measurements of the surrogate.
+        command: the command that the user called.
         versions: of the packages that made the surrogate, by name.
     """
     surrogate, source = found.surrogate, case.source
@@ -108,7 +108,7 @@ def affine_response(
 
 @asked_of_sources
 def remarks_on_data(system: System, in_range: Validation) -> tuple[str, ...] | None:
-    """Say what one should know about the data; None where all of them were simulated."""
+    """Return the remarks on the data; None where all data were simulated."""
     return None
 
 
@@ -119,13 +119,13 @@ def with_training(
     recipe: Recipe,
     more: Sequence[str],
 ) -> RunFigures:
-    """Return figures with what is known of the training: sizes tried, and all remarks.
+    """Return figures with the sizes tried in the training, and with all remarks.
 
     Args:
-        figures: what else is known.
-        surrogate: what was trained.
+        figures: the other figures.
+        surrogate: the trained surrogate.
         histories: course of its trainings, by stage; without any, the figures stay as they are.
-        recipe: how it was trained.
+        recipe: the recipe that it was trained by.
         more: further remarks.
     """
     if not histories:
@@ -150,8 +150,8 @@ def run_report(
     """Return the report of a run.
 
     Args:
-        recipe: what was learnt.
-        found: what was found about the surrogate.
+        recipe: the recipe of the surrogate.
+        found: the measurements of the surrogate.
         figures: its figures.
         response: the section on its response matrix, if it has one.
     """

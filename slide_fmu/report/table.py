@@ -1,4 +1,4 @@
-"""A table of figures in words; console, Markdown and HTML show it in their ways."""
+"""A Table holds figures as texts; console, Markdown and HTML show it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 ENDLESS = 1_000_000
-"""Columns of a pipe or a file: more than any message or table has."""
+"""Number of columns of a pipe or a file, wider than any message or table."""
 
 
 @dataclass(frozen=True)
@@ -15,8 +15,8 @@ class Table:
 
     Attributes:
         heading: names of the columns.
-        rows: cells, those of one row together.
-        title: what the table shows, for those who print it by itself.
+        rows: the cells of each row.
+        title: heading above the table where it is printed by itself.
     """
 
     heading: tuple[str, ...]
@@ -25,7 +25,7 @@ class Table:
 
     @classmethod
     def of(cls, heading: Iterable[str], rows: Iterable[Iterable[str]], title: str = "") -> Table:
-        """Return the table with a heading and rows, whatever they are held in."""
+        """Return the table with a heading and rows of any sequence type."""
         return cls(tuple(heading), tuple(tuple(row) for row in rows), title)
 
     def without_empty_columns(self) -> Table:

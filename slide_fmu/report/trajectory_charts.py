@@ -1,4 +1,4 @@
-"""Charts of single trajectories: reference, surrogate, errors and the inputs that led to them."""
+"""This module draws single trajectories: reference, surrogate, errors and inputs."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.validation.comparison import Comparison, Validation
 
 MOST_SAMPLES = 3000
-"""No chart has more samples than these; of longer trajectories it has the worst part."""
+"""Largest number of samples of a chart; of a longer trajectory it shows the worst part."""
 
 PHASE_SAMPLES, FINER, FEWEST_OF_SPLINE = 120, 8, 4
-"""A phase plot has so many samples around the largest error, and so many places for each of them
-on a spline through them, which needs a few samples."""
+"""Samples of a phase plot around the largest error, points of its spline per sample, and the
+fewest samples that a spline needs."""
 
 SHOWN_SECONDS, SHOWN_SAMPLES = 6.0, 8000
-"""The charts side by side show so many s around the largest error, and no more samples than these,
-since more of them are a black bar."""
+"""Time in s around the largest error that charts side by side show, and their largest number of
+samples: more samples look like a black bar."""
 
 INPUT_COLOURS = 6
 
@@ -109,7 +109,7 @@ def outputs_panel(validation: Validation, chosen: Comparison, part: slice, outpu
 
 
 def error_panel(validation: Validation, chosen: Comparison, part: slice, output: int) -> Panel:
-    """Draw the absolute error of an output, and what the FMU says of it."""
+    """Draw the absolute error of an output, its estimate and its bound."""
     signal, time = validation.surrogate.outputs[output], chosen.time[part]
     error = np.abs(chosen.error[part, output])
     lines, bands = [Line("|error|", time, error, "bad", width=1.1)], []
@@ -119,17 +119,17 @@ def error_panel(validation: Validation, chosen: Comparison, part: slice, output:
         span = validation.surrogate.estimated_samples
         lines.append(Line(f"RMSE of {span} samples", time, true, "truth", dashed=True))
         lines.append(Line("its estimate", time, estimate, "estimate"))
-    if chosen.told is not None:
-        bound = chosen.told.bounds[part, output]
+    if chosen.trust is not None:
+        bound = chosen.trust.bounds[part, output]
         bands.append(Band("error bound", time, np.zeros_like(bound), bound))
     return Panel("error", signal.unit, lines, bands, include=(0.0,))
 
 
 def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     """Return the parts of a trajectory, from a time to a time in s, outside of the domain."""
-    if chosen.told is None:
+    if chosen.trust is None:
         return []
-    return parts_of(chosen.told.in_domain[part] == 0, chosen.time[part])
+    return parts_of(chosen.trust.in_domain[part] == 0, chosen.time[part])
 
 
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:
@@ -139,7 +139,7 @@ def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, fl
 
 
 def around_worst(chosen: Comparison, output: int, most: int = MOST_SAMPLES) -> slice:
-    """Return the samples that are drawn: all, or so many around the largest error."""
+    """Return the samples that are drawn: all, or at most ``most`` around the largest error."""
     count = min(len(chosen.time), most)
     worst = int(np.argmax(np.abs(chosen.error[:, output])))
     first = min(max(0, worst - count // 2), len(chosen.time) - count)
@@ -147,7 +147,7 @@ def around_worst(chosen: Comparison, output: int, most: int = MOST_SAMPLES) -> s
 
 
 def true_line(validation: Validation, x: FloatArray, y: FloatArray) -> Line:
-    """Draw what the FMU is compared with, (N,) both."""
+    """Draw the reference, (N,) both."""
     return Line(rules_of(validation.recipe).words.truth, x, y, "truth", dashed=True, width=3.0)
 
 
@@ -157,7 +157,7 @@ def name_of_motion(validation: Validation, chosen: Comparison) -> str:
 
 
 def own_line(x: FloatArray, y: FloatArray) -> Line:
-    """Draw what the surrogate gives, (N,) both."""
+    """Draw the output of the surrogate, (N,) both."""
     return Line("surrogate", x, y, "line", width=1.5)
 
 

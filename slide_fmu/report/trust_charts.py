@@ -1,4 +1,4 @@
-"""Charts of how far error estimates and error bounds hold, over all samples."""
+"""This module draws charts of error estimates and error bounds over all samples."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
 
 SCATTER_POINTS = 3000
-"""A panel has no more points than about these; further ones would hide behind them."""
+"""Approximate largest number of points of a panel; more points would hide each other."""
 
 SMALLEST_SHOWN = 1e-3
 """Errors below this part of their median are drawn at this part: they hit zero by chance."""
 
 BEFORE_WORST = 120
-"""So many samples before the worst one of a search are drawn, and a fourth of them after it."""
+"""Samples that are drawn before the worst one of a search; a fourth as many are drawn after it."""
 
 BAND = 0.375
 """The band about the diagonal holds relative deviations of an estimate up to this."""
@@ -68,10 +68,10 @@ def bound_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     for title, validation in validations.items():
         error, bound, inside = [], [], []
         for c in validation.trusted:
-            assert c.told is not None
+            assert c.trust is not None
             error.append((np.abs(c.error) / scale).ravel())
-            bound.append((c.told.bounds / scale).ravel())
-            inside.append(np.repeat(c.told.in_domain == 1, c.error.shape[1]))
+            bound.append((c.trust.bounds / scale).ravel())
+            inside.append(np.repeat(c.trust.in_domain == 1, c.error.shape[1]))
         errors, bounds = _drawn(np.concatenate(error)), np.concatenate(bound)
         ends = np.array([min(errors.min(), bounds.min()), max(errors.max(), bounds.max())])
         lines = [
@@ -94,9 +94,9 @@ def novelty_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     """Draw errors over their bounds, the worst output's, over the novelty of the inputs."""
     found = []
     for title, validation in validations.items():
-        told = [c.told for c in validation.trusted if c.told is not None]
-        novelty = np.maximum(np.concatenate([one.novelty for one in told]), TINY)
-        inside = np.concatenate([one.in_domain == 1 for one in told])
+        answers = [c.trust for c in validation.trusted if c.trust is not None]
+        novelty = np.maximum(np.concatenate([one.novelty for one in answers]), TINY)
+        inside = np.concatenate([one.in_domain == 1 for one in answers])
         ratios = [error_over_bound(c).max(axis=1) for c in validation.trusted]
         ratio = _drawn(np.concatenate(ratios))
         ends = np.array([novelty.min(), max(novelty.max(), 1.0)])
@@ -120,7 +120,7 @@ def novelty_charts(validations: Mapping[str, Validation]) -> list[Chart]:
 def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     """Draw how many trajectories of each kind are covered less than a share of their samples.
 
-    The share of a trajectory is that of the output that is covered least.
+    The share of a trajectory is the smallest of its outputs.
     """
     found = []
     for title, validation in validations.items():
@@ -146,7 +146,7 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
 
 
 def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
-    """Draw the inputs before the worst step, the errors, and what the FMU says of them."""
+    """Draw the inputs before the worst step, the errors, and their bounds."""
     first = max(0, found.step - BEFORE_WORST)
     shown = slice(first, found.step + BEFORE_WORST // 4)
     count = len(found.inputs[shown])
@@ -201,7 +201,7 @@ def _inside_and_outside(x: FloatArray, y: FloatArray, inside: NDArray[np.bool_])
 
 
 def _thinned(where: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the places that are drawn, of those where something is."""
+    """Return the places that are drawn, a part of the given ones."""
     known = np.flatnonzero(where)
     return known[:: max(1, len(known) // SCATTER_POINTS)]
 

@@ -1,4 +1,4 @@
-"""Sections of a report show what error estimates and bounds are worth, and what breaks bounds."""
+"""This module makes the sections of a report on error estimates and bounds."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def estimate_section(
         "The FMU estimates the RMSE of its outputs over the last "
         f"{first.surrogate.estimated_samples} samples. Here it is compared with the true "
         "error; the band holds deviations up to 37.5 %. "
-        "The estimate of every output stands beside the best constant: the "
+        "The estimate of every output is compared with the best constant: the "
         "one number whose mean relative deviation from the true errors is least. An estimate that "
         "does no better says nothing of a single span. Then follows how often and how far it was "
-        "too small. The rank correlation is that of estimated and true errors."
+        "too small. The rank correlation is between estimated and true errors."
     )
     charts = trust_charts.estimate_charts(validations)
     return Section("Error estimate", text, estimate_table(figures), charts=charts)
@@ -61,9 +61,9 @@ def bound_sections(
         Section(
             "Error bound by kind of excitation",
             "The bound is calibrated on the mix of all kinds, so that a rare one may be covered "
-            "less. Shares are those of the output that is covered least. The charts show which "
-            "part of the trajectories of a kind have at most so many covered samples; the dotted "
-            "line is the confidence.",
+            "less. Shares are given for the output that is covered least. The charts show the "
+            "part of the trajectories of a kind with at most a share of covered samples; the "
+            "dotted line is the confidence.",
             kind_table(figures),
             charts=trust_charts.coverage_charts(validations),
         ),
@@ -74,14 +74,14 @@ def bound_sections(
 def search_section(
     figures: SearchFigures, attacks: Sequence[Attack], surrogate: Surrogate
 ) -> Section:
-    """Show the figures of a search, and the worst of what it found, if that is known."""
+    """Show the figures of a search, and its worst result, if that is known."""
     text = (
         f"A search changes the inputs of {figures.starts} unseen trajectories within their "
         f"ranges ({figures.changes_tried} changes are tried of each) so that an error becomes "
-        "large beside its bound "
-        "while the FMU counts the inputs as those of its domain. Beside a bound of 95 % one step "
-        "in twenty errs more anyway; a bound counts as broken where the error is more than "
-        f"{BROKEN:g} times as large."
+        "large relative to its bound "
+        "while the FMU counts the inputs as part of its domain. With a bound of 95 % one step "
+        "in twenty has a larger error anyway; a bound counts as broken where the error is more "
+        f"than {BROKEN:g} times as large."
     )
     worst = max(attacks, key=lambda found: found.after, default=None)
     charts = [] if worst is None else [trust_charts.attack_chart(worst, surrogate)]

@@ -1,4 +1,4 @@
-"""Where error bounds count, and what it means that inputs lie outside of the domain."""
+"""Sentences explain where error bounds count, and what inputs outside of the domain mean."""
 
 from __future__ import annotations
 
@@ -11,24 +11,23 @@ from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 COLUMNS = (
     "A sample is covered if its error stays below the bound. The width is the mean bound over the "
     "95 % quantile of the errors: a constant that knows all of them has 1. The skill is the part "
-    "of the pinball loss that the bound saves beside the best constant: with 100 % it would be "
-    "the error itself, with 0 % it says no more than the constant. The rank correlation is that "
-    f"of bound and error. A trajectory is outside of the domain if more than {percent(OFTEN)} of "
-    "its samples are."
+    "of the pinball loss that the bound saves against the best constant: with 100 % it would "
+    "be the error itself, with 0 % it says no more than the constant. The rank correlation is "
+    "between bound and error. A trajectory is outside of the domain if more than "
+    f"{percent(OFTEN)} of its samples are."
 )
-"""What stands in the columns of ``slide_fmu.report.trust_tables.bound_table``."""
+"""Explanation of the columns of ``slide_fmu.report.trust_tables.bound_table``."""
 
 
 HARM = (
-    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
-    "range are below. What matters is the last column: harmful errors of which the FMU says "
-    "nothing."
+    f"A sample is harmful if an error is more than {HARMFUL:g} times the 95 % quantile of the "
+    "errors in range. The last column matters most: harmful errors that the FMU does not report."
 )
-"""What stands in the columns of ``slide_fmu.report.trust_tables.harm_table``."""
+"""Explanation of the columns of ``slide_fmu.report.trust_tables.harm_table``."""
 
 
 def search_sentence(figures: SearchFigures) -> str:
-    """Say what the search for unnoticed errors found (``validation.adversarial``)."""
+    """Give the result of the search for unnoticed errors (``validation.adversarial``)."""
     usual, highest = (f"{100 * value:g} %" for value in figures.confidences)
     every = figures.before, figures.after, figures.after_highest
     before, after, above = (f"{max(ratios):.3g}" for ratios in every)
@@ -44,7 +43,7 @@ def search_sentence(figures: SearchFigures) -> str:
 
 
 def covered_sentence(bound: BoundFigures) -> str | None:
-    """Say which share of the samples bounds cover in both calls of an FMU; None of held inputs."""
+    """Give the share of samples that bounds cover in both calls; None with held inputs."""
     if bound.plain is None or bound.known_to_step_end is None:
         return None
     plain, known = (
@@ -58,10 +57,10 @@ def covered_sentence(bound: BoundFigures) -> str | None:
 
 
 def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | None) -> list[str]:
-    """Say where bounds count, and what the FMU says where they do not.
+    """Say where bounds count, and how the FMU reports that they do not.
 
     Args:
-        recipe: what the FMU was made from; it has the table ``bound``.
+        recipe: the recipe of the FMU; it has the table ``bound``.
         moving: whether inputs move within a step, as those with a first-order hold do.
         measured: the figures in range of the FMU's validation; None where it was not measured.
     """
@@ -85,8 +84,8 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | 
         )
     if recipe.system.reference:
         found.append(
-            "Error bounds were calibrated beside the model that made the data: what that errs "
-            "beside the finer reference is not in them."
+            "Error bounds were calibrated against the model that made the data: the error of that "
+            "model against the finer reference is not in them."
         )
     if moving and recipe.window.planned:
         found.append(

@@ -1,4 +1,4 @@
-"""Tables of how far error estimates and bounds can be trusted."""
+"""This module makes tables on the quality of error estimates and bounds."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ NORM = "norm of the outputs"
 
 
 def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
-    """Return what of estimates was measured, with its name: every output, and their norm."""
+    """Return the deviations of every output and of their norm, each with its name."""
     if found is None:
         return []
     every = [*found.without_floor, *([] if found.euclidean is None else [found.euclidean])]
@@ -76,7 +76,7 @@ def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
 
 
 def bound_table(validations: Validations) -> Table:
-    """Return what error bounds and domain are worth."""
+    """Return the measures of error bounds and domain."""
     heading = (
         "inputs",
         "output",
@@ -97,13 +97,13 @@ def bound_table(validations: Validations) -> Table:
 
 
 def short_bound_table(bound: BoundFigures) -> Table:
-    """Return what the error bounds of one validation are worth."""
+    """Return the measures of the error bounds of one validation."""
     heading = (
         "output",
         "covered samples",
         "of the 5 % worst trajectories",
         "mean bound / 95 % quantile of errors",
-        "skill beside the best constant",
+        "skill against the best constant",
         "rank correlation",
     )
     title = f"error bound, {100 * bound.confidence:g} % confidence"
@@ -122,7 +122,7 @@ def _bound_cells(output: OutputBound) -> Sequence[str]:
 
 
 def kind_table(validations: Validations) -> Table:
-    """Return bounds by kind of excitation; shares are those of the output with the least."""
+    """Return bounds by kind of excitation, with the smallest share of all outputs."""
     heading = (
         "inputs",
         "excitation",
@@ -147,9 +147,9 @@ def kind_table(validations: Validations) -> Table:
 
 
 def harm_table(validations: Validations) -> Table:
-    """Return harmful errors and what the FMU says there.
+    """Return the shares of harmful errors, and of those that the FMU reports.
 
-    It has no rows of validations that know no usual error.
+    Validations without a known usual error have no rows.
     """
     heading = (
         "inputs",
@@ -175,7 +175,7 @@ def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
 
 
 def search_table(figures: SearchFigures) -> Table:
-    """Return what a search for unnoticed errors found."""
+    """Return the results of a search for unnoticed errors."""
     usual, highest = figures.confidences
     parts = (
         (figures.before, f"unseen trajectories, confidence {usual:g}"),
@@ -196,7 +196,7 @@ def search_table(figures: SearchFigures) -> Table:
 
 
 def _bounds(validations: Validations) -> list[tuple[str, BoundFigures]]:
-    """Return the figures of bounds by validation; none of validations without bounds."""
+    """Return the figures of bounds by validation; validations without bounds are left out."""
     found = ((name, validation.error_bound) for name, validation in validations.items())
     return [(name, bound) for name, bound in found if bound is not None]
 

@@ -1,4 +1,4 @@
-"""In words where a surrogate is valid: for which kinds of inputs, by what was measured of each."""
+"""This module judges for which kinds of inputs a surrogate is valid, from measured samples."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from slide_fmu.validation.error_figures import Harm, ValidationFigures
 from slide_fmu.validation.trust import HARMFUL
 
 MOST_HARMFUL = 0.02
-"""A kind of inputs is valid if no larger part of its samples is harmful, ..."""
+"""Largest share of harmful samples of a valid kind of inputs."""
 
 MOST_UNNOTICED = 0.01
-"""... and no larger part harmful with neither a flag nor a bound that says so."""
+"""Largest share of harmful samples of a valid kind that neither flag nor bound reports."""
 
 MOSTLY = 0.5
-"""Bounds do not count for a kind of which a larger part of the harmless samples is flagged."""
+"""Bounds do not count for a kind if a larger share of its harmless samples is flagged."""
 
 VALID = "valid"
 FLAGGED = "valid, but outside of the domain"
 NOTICED = "not valid, and the FMU says so"
 SILENT = "not valid, and the FMU does not always say so"
 TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
-"""So kinds are called of which no harmful errors are known."""
+"""Names of kinds for which no harmful errors are known."""
 
 RULE = (
     f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
@@ -39,11 +39,11 @@ RULE = (
     f"FMU says so. Where more than {percent(MOSTLY)} of the harmless samples are flagged, a valid "
     "kind is outside of the domain, and its bounds are not calibrated."
 )
-"""What the verdicts mean."""
+"""Explanation of the verdicts."""
 
 
 class Judgement(NamedTuple):
-    """A Judgement is about one kind of inputs: verdict, what they do, and what was measured."""
+    """A Judgement has the verdict on a kind of inputs, their description, and measured shares."""
 
     verdict: str
     inputs: str
@@ -56,9 +56,9 @@ def judgements(
     """Judge all kinds of inputs that were trained on, or measured.
 
     Args:
-        surrogate: what the FMU runs.
-        recipe: what it was made from.
-        validations: figures by name; there may be none.
+        surrogate: the surrogate that the FMU runs.
+        recipe: the recipe that it was made from.
+        validations: figures by name; may be empty.
     """
     found: list[Judgement] = []
     rules, signals, step = rules_of(recipe), surrogate.inputs, surrogate.window.step
@@ -95,7 +95,7 @@ def is_ruled(found: Sequence[Judgement]) -> bool:
 def _of_kinds(
     kinds: Mapping[str, str], figures: ValidationFigures, unknown: str
 ) -> Iterator[Judgement]:
-    """Judge the kinds that were measured; others have no trajectories."""
+    """Judge the kinds that were measured; the others have no trajectories."""
     bounds = () if figures.error_bound is None else figures.error_bound.excitations
     harms = {kind.name: kind.harm for kind in bounds}
     for kind in figures.excitations:

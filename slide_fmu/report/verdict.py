@@ -1,4 +1,7 @@
-"""What a user must know about an FMU, in a few lines: first on console, report and card."""
+"""The verdict gives a user the most important facts about an FMU in a few lines.
+
+Console, report and card begin with it.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +24,12 @@ from slide_fmu.validation.error_figures import (
 from slide_fmu.validation.plain_call import late_words
 
 MOST_INPUTS = 3
-"""Of more inputs, the ranges stand in the table of variables alone."""
+"""Largest number of inputs whose ranges the verdict names; the table of variables has all."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """This is what a verdict is about.
+    """A Subject holds the properties of an FMU that its verdict needs.
 
     Attributes:
         inputs: name, low, high and unit of each input of the FMU.
@@ -42,7 +45,7 @@ class Subject:
 
     @classmethod
     def of(cls, surrogate: Surrogate) -> Subject:
-        """Return what a surrogate's verdict is about."""
+        """Return the properties of a surrogate that its verdict needs."""
         inputs = tuple((s.name, s.low, s.high, s.unit) for s in surrogate.inputs)
         step = surrogate.window.step
         return cls(inputs, surrogate.network.memory_length * step, step, surrogate.planned)
@@ -53,7 +56,7 @@ def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
 
     Args:
         measured: the figures of its report; None, and no lines, of an FMU that was not measured.
-        subject: what its verdict is about.
+        subject: its properties.
     """
     if measured is None:
         return ()
@@ -106,13 +109,13 @@ def _without_plain_call(in_range: ValidationFigures) -> str:
 
 
 def _smooth_or_known(found: PlainCallFigures | None, planned: bool) -> str | None:
-    """Say what inputs would cost that are smooth and held, or known ahead."""
+    """Say the error where smooth inputs are held, or where inputs are known ahead."""
     if found is None:
         return None
     held, known = found.worst("smooth_if_held"), found.worst("known_to_step_end")
     if held is not None:
-        told = late_words(found, _up_to(held, found.outputs))
-        return f"Inputs are held over each step. {told[0].upper()}{told[1:]}."
+        late = late_words(found, _up_to(held, found.outputs))
+        return f"Inputs are held over each step. {late[0].upper()}{late[1:]}."
     if known is not None:
         text = f"With inputs known to the step's end: {_up_to(known, found.outputs)}."
         jumps = " An input that jumps acts like a ramp over one step, half of one late or early."
@@ -130,7 +133,7 @@ def _box(found: BoxFigures | None) -> str | None:
 
 
 def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
-    """Say what the error bound covers, and how wide it is."""
+    """Say how much the error bound covers, and how wide it is."""
     found = in_range.error_bound
     if found is None:
         return "It has no error bound."
@@ -155,13 +158,13 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
 
 
 def _shares(values: Iterable[float]) -> str:
-    """Return shares in per cent, the least and the largest of several; nothing of none."""
+    """Return shares in per cent, the least and the largest of several; empty without shares."""
     found = sorted(values)
     return " to ".join(dict.fromkeys(map(percent, found[:1] + found[-1:])))
 
 
 def _estimate(found: EstimateFigures | None) -> str | None:
-    """Say what the error estimate is worth."""
+    """Say how far the error estimate is off."""
     if found is None or not found.without_floor:
         return None
     own, constant = max((one.mean, one.constant_mean) for one in found.without_floor)
@@ -194,7 +197,7 @@ def _valid(
 
 
 def _time(found: Timing) -> str:
-    """Say what a step takes, next to one of the model."""
+    """Say the time of a step of the FMU and of the model."""
     text = f"A step takes {found.fmu_step_us:.3g} us"
     if found.speedup is None:
         return f"{text}. "

@@ -1,4 +1,4 @@
-"""The windows in which the surrogate errs most, with the inputs that led there."""
+"""This module shows the windows with the largest errors, and the inputs that led there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
 
 WINDOWS = 10
-"""So many of the worst windows are drawn."""
+"""Number of worst windows that are drawn."""
 
 MOST_BEFORE = 400
 """A window is drawn with no more samples than these before its worst one."""
@@ -31,15 +31,16 @@ FEWEST_BEFORE = 20
 def worst_section(validation: Validation) -> Section | None:
     """Return the section on the worst windows; None where no sample counts."""
     bounded = bool(validation.trusted)
-    beside = "their bounds" if bounded else "the RMS of the reference about its mean"
+    scale = "their bounds" if bounded else "the RMS of the reference about its mean"
     found = _worst(validation)
     if not found:
         return None
     text = (
-        f"These are the samples whose errors are largest beside {beside}, one of each trajectory "
-        "at most where there are enough of them, with the inputs that the surrogate saw before. "
+        f"These are the samples whose errors are largest relative to {scale}, one of each "
+        "trajectory at most where there are enough of them, with the inputs that the surrogate "
+        "saw before. "
     )
-    shaded = "What is shaded lies outside of the domain." if bounded else ""
+    shaded = "Shaded samples lie outside of the domain." if bounded else ""
     charts = [_chart(validation, step, bounded) for step in found]
     return Section("The worst windows", text + shaded, charts=charts)
 
@@ -57,7 +58,7 @@ def _worst(validation: Validation) -> list[WorstStep]:
 
 
 def _before(validation: Validation) -> int:
-    """Return how many samples lead to a worst one: those that the surrogate remembers."""
+    """Return how many samples are drawn before a worst one: the memory of the surrogate."""
     memory = validation.surrogate.network.memory_length
     return min(max(memory, FEWEST_BEFORE), MOST_BEFORE)
 
@@ -70,7 +71,7 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
     kind = name_of_motion(validation, comparison)
     size = f"{step.ratio:.3g} times its bound" if bounded else f"{percent(step.ratio)} of the RMS"
     return Chart(
-        f"{signal.name} errs by {size}",
+        f"{signal.name} has an error of {size}",
         [
             inputs_panel(validation, comparison.time[part], comparison.inputs[part]),
             outputs_panel(validation, comparison, part, step.output),

@@ -1,11 +1,12 @@
-"""A search for inputs within their ranges whose error is large beside its bound.
+"""A search finds inputs within their ranges whose error is large relative to its bound.
 
 An error bound holds for inputs like those of its calibration. An optimiser that uses the surrogate
-looks for others: it lives off errors that the bound does not see. So a search does the same here.
-From an unseen trajectory it changes the inputs of one window before the step whose error is worst
-beside its bound, keeps what makes it worse, and goes on. It is an evolution strategy with one
-parent, one child and the one-fifth success rule (Rechenberg, 1973): the reference system needs no
-gradients. Samples outside of the domain do not count, since the FMU says so there.
+looks for others, and profits from errors that the bound does not cover. This search does the same.
+From an unseen trajectory it changes the inputs of one window before the step with the largest
+ratio of error to bound, keeps the changes that make it worse, and goes on. It is an evolution
+strategy with one parent, one child and the one-fifth success rule (Rechenberg, 1973): the
+reference system needs no gradients. Samples outside of the domain do not count, since the FMU says
+so there.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.trust import BROKEN
 
 CHILDREN = 100
-"""So many changes are tried from each start."""
+"""Number of changes that are tried from each start."""
 
 FIRST_STEP, LEAST_STEP = 0.3, 0.01
 """Standard deviation of the first changes, and of the least ones, in half ranges of the input."""
@@ -41,17 +42,17 @@ GROWTH, SHRINKAGE = 1.5, 1.5**-0.25
 
 @dataclass(frozen=True, eq=False)
 class Attack:
-    """An Attack is what the search found from one start.
+    """An Attack is the result of the search from one start.
 
     Attributes:
         before, after: largest error over its bound in the domain, of the start and at the end, at
             the usual confidence.
-        after_highest: the same at the end beside the bound of the highest confidence.
-        inputs: those at the end, in their units, shape (N, n_inputs).
+        after_highest: the same at the end, over the bound of the highest confidence.
+        inputs: the inputs at the end, in their units of measure, shape (N, n_inputs).
         errors, bounds: absolute errors on them, and their bounds at the usual confidence, in the
             outputs' units, shape (N, n_outputs).
-        in_domain: whether each sample is one of the domain, shape (N,).
-        step: sample at which the error is largest beside its bound.
+        in_domain: whether each sample lies in the domain, shape (N,).
+        step: sample with the largest ratio of error to bound.
     """
 
     before: float
@@ -67,7 +68,7 @@ class Attack:
 def attack(
     surrogate: Surrogate, case: Case, seed: int, starts: int, progress: Progress
 ) -> list[Attack]:
-    """Search from so many unseen trajectories in range.
+    """Search from ``starts`` unseen trajectories in range.
 
     Raises:
         LoadError: the reference system is not installed here.
@@ -113,11 +114,11 @@ def search_figures(attacks: Sequence[Attack], highest: float) -> SearchFigures:
 
 
 def search(target: Target, rng: np.random.Generator) -> Attack:
-    """Search from the trajectory of a target; what is found is measured on the whole record.
+    """Search from the trajectory of a target; the result is measured on the whole trajectory.
 
     Raises:
-        SimulationError: the reference could not be simulated on the trajectory, or on what was
-            found.
+        SimulationError: the reference could not be simulated on the trajectory, or on the inputs
+            that were found.
     """
     best = target.run(target.drawn.inputs)
     ratio, step = before, _ = target.worst(best)
@@ -136,9 +137,9 @@ def search(target: Target, rng: np.random.Generator) -> Attack:
 def _tried(
     target: Target, parent: Run, inputs: FloatArray, changed: slice
 ) -> tuple[Run | None, float, int]:
-    """Run changed inputs; give the run, the largest error over its bound, and its sample.
+    """Run changed inputs; return the run, the largest error over its bound, and its sample.
 
-    There is no run where the reference fails.
+    The run is None where the reference fails.
     """
     try:
         child = target.run_changed(parent, inputs, changed)
@@ -148,7 +149,7 @@ def _tried(
 
 
 def _attack(target: Target, inputs: FloatArray, before: float) -> Attack:
-    """Measure what a search has found."""
+    """Measure errors and bounds on the inputs that a search has found."""
     whole, surrogate = target.run(inputs), target.surrogate
     after, step = target.worst(whole)
     highest, _ = target.worst(whole, target.highest)

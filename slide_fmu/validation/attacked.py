@@ -1,7 +1,7 @@
-"""What a search for unnoticed errors attacks: a surrogate beside its reference.
+"""A target of the search for unnoticed errors runs a surrogate and its reference on inputs.
 
-Most of a changed record is as it was. A reference whose states can be set goes on from the change,
-and ends when the change is forgotten.
+Most of a changed trajectory stays as it was. A reference whose states can be set goes on from the
+change, and ends when the change is forgotten.
 
 Moving inputs go straight from sample to sample here, whatever the recipe's kinds of excitation do.
 A surrogate of ``data.substeps`` has learnt from inputs that bend, so what the straight lines
@@ -24,13 +24,13 @@ from slide_fmu.systems.simulation import simulate
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A Run is what the reference gave on inputs, as far as it was simulated.
+    """A Run holds the outputs of the reference on inputs, as far as it was simulated.
 
     Attributes:
         inputs: in their units, shape (N, n_inputs).
-        outputs: those of the first M <= N of them, the one at the start first, in their units,
-            shape (M + 1, n_outputs).
-        states: the states at these samples; none of a system that cannot go on from them.
+        outputs: outputs at the start and after the first M <= N inputs, in their units, shape
+            (M + 1, n_outputs).
+        states: the states at these samples; empty if the system cannot start from a state.
     """
 
     inputs: FloatArray
@@ -40,14 +40,14 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """A Target is what is attacked: a surrogate with a bound, beside its reference.
+    """A Target is a surrogate with a bound, its reference, and a trajectory to start from.
 
     Attributes:
         surrogate: the one with the bound.
         system: its reference.
         drawn: where the search starts.
-        goes_on: whether a run goes on from where its inputs were changed, and ends when that is
-            forgotten, if the drawn trajectory has a state to start from; if not, all records are
+        goes_on: whether a run starts where its inputs were changed, and ends when the change is
+            forgotten, if the drawn trajectory has an initial state; if not, every trajectory is
             simulated whole.
     """
 
@@ -57,7 +57,7 @@ class Target:
     goes_on: bool = True
 
     def run(self, inputs: FloatArray) -> Run:
-        """Run the reference on a whole record, or raise a SimulationError."""
+        """Run the reference on a whole trajectory, or raise a SimulationError."""
         initial = self.drawn.initial
         if not self.goes_on or initial is None or not isinstance(self.system, Restorable):
             return Run(inputs, simulate(self.system, inputs, initial).outputs, ())
@@ -66,9 +66,9 @@ class Target:
         return Run(inputs, outputs, tuple(states))
 
     def run_changed(self, parent: Run, inputs: FloatArray, changed: slice) -> Run:
-        """Run it on inputs that differ from those of another run in a range of samples alone.
+        """Run the reference on inputs that differ from another run in a range of samples alone.
 
-        What comes later than the window, or what the bound depends on, has forgotten the change.
+        Samples later than the window, or than the memory of the bound, have forgotten the change.
         """
         if not parent.states:
             return self.run(inputs)
@@ -84,12 +84,12 @@ class Target:
         )
 
     def errors(self, run: Run) -> FloatArray:
-        """Give absolute errors where the reference was run, shape (M, n_outputs)."""
+        """Return absolute errors where the reference was run, shape (M, n_outputs)."""
         truth = run.outputs[1:]
         return np.abs(self.surrogate.predict_newest(run.inputs[: len(truth)]) - truth)
 
     def worst(self, run: Run, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
-        """Give the largest error over its bound in the domain, and its sample."""
+        """Return the largest error over its bound in the domain, and its sample."""
         errors = self.errors(run)
         inputs = run.inputs[: len(errors)]
         ratios = (errors / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)

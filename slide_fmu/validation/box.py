@@ -1,7 +1,7 @@
-"""What an FMU errs by where all inputs are constant: at corners of their ranges and inside.
+"""This module measures the error of an FMU at constant inputs, at corners of the box and inside.
 
-From the middle of their ranges all inputs go to a point and stay there until nothing of the way is
-left in the input window. What is scored is the last part of that rest.
+From the middle of their ranges all inputs go to a point and stay there until the input window
+holds nothing of the way. The last part of that rest is scored.
 """
 
 from __future__ import annotations
@@ -30,25 +30,26 @@ from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import BoxFigures, RestFigures, RestOutput
 
 INSIDE = 8
-"""So many points inside of the box are measured."""
+"""Number of measured points inside of the box."""
 
 LATER, WAY, SCORED = 3.0, 0.25, 1.0
-"""In input windows: a point is held for so long, the way to it takes so long, and so much at the
-end is scored: a network starts anew with every window, and errs as its age tells."""
+"""Durations in input windows: how long a point is held, how long the way to it takes, and how much
+is scored at the end. A whole window is scored, since a network starts anew with every window and
+its error depends on the time since then."""
 
 TITLES = {
     "corners": "constant, at the corners of the inputs",
     "steady": "constant, inside of their ranges",
 }
 TEXT = (
-    "All inputs go from the middle of their ranges to a point and stay there. Errors are those of "
-    "the rest, relative to the RMS of the reference about its mean on the motions in range."
+    "All inputs go from the middle of their ranges to a point and stay there. Errors are measured "
+    "at the rest, relative to the RMS of the reference about its mean on the motions in range."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """What was found at one point: errors and bounds (NaN without one), (n, n_outputs) each."""
+    """Errors and bounds at one point (bounds are NaN without one), (n, n_outputs) each."""
 
     error: FloatArray
     bound: FloatArray
@@ -59,11 +60,11 @@ def box_figures(
 ) -> BoxFigures | None:
     """Measure an FMU at constant inputs; None where the inputs are never held.
 
-    These are records, and inputs that are moved as drives move them, or are angles.
+    Inputs of measured records, planned motions and angles are never held.
 
     Args:
         fmu: the FMU, whose library is run.
-        validation: its validation in range, whose reference tells what errors are relative to.
+        validation: its validation in range, whose reference gives the scale of errors.
         case: what it was made from.
         progress: hears how many points are done.
 
@@ -112,7 +113,7 @@ def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
 def _rest_at(
     fmu: UnpackedFmu, surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray
 ) -> _Rest:
-    """Go to a point, and give what is found when all rests there.
+    """Go to a point, and return errors and bounds when all rests there.
 
     Raises:
         SimulationError: the reference could not be simulated.

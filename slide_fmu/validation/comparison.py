@@ -1,4 +1,4 @@
-"""A validation compares trajectories of two FMUs, and its figures follow from them."""
+"""A validation compares trajectories of two FMUs, and computes its figures from them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from slide_fmu.validation.error_figures import (
     ValidationFigures,
 )
 from slide_fmu.validation.trust import (
-    Told,
+    TrustOutputs,
     deviation_of,
     domain_figures,
     harm_of,
@@ -39,12 +39,12 @@ from slide_fmu.validation.trust import (
 )
 
 IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
-"""Names of what a released FMU is measured on; they stand in its figures."""
+"""Names of the groups of trajectories that a released FMU is measured on; its figures use them."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A task says what is to be validated.
+    """A task names the unseen trajectories of a validation.
 
     Attributes:
         seed: entropy of the trajectories; no training, tuning or selection uses their stream.
@@ -75,20 +75,20 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Said:
-    """This is what an FMU gave along a trajectory, at N samples that are scored.
+class FmuAnswer:
+    """An FmuAnswer holds the results of an FMU along a trajectory, at N scored samples.
 
     Attributes:
         outputs: shape (N, n_outputs).
         estimate: its error estimates, same shape, or None.
         true_error: as of ``Comparison``.
-        told: what it said of its bound and its domain, or None.
+        trust: its bounds and its domain, or None.
     """
 
     outputs: FloatArray
     estimate: FloatArray | None
     true_error: FloatArray
-    told: Told | None
+    trust: TrustOutputs | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,10 +116,10 @@ class Comparison:
         free: outputs of the network run freely from the state with which a record begins, shape
             (N, n_outputs): they have no error of the truncated window. None of simulated
             trajectories, and of networks without a state.
-        parameters: values of the physical parameters, by name; none where there are none.
-        told: what the FMU said of its bound and its domain, or None.
-        first_told: the first sample at which bound and domain count.
-        plainly: with a first-order hold, all that the FMU said in the run of ``plain``.
+        parameters: values of the physical parameters, by name; empty without parameters.
+        trust: bounds and domain of the FMU, or None.
+        first_trusted: the first sample at which bound and domain count.
+        plain_answer: with a first-order hold, all results of the FMU in the run of ``plain``.
     """
 
     kind: int
@@ -135,35 +135,35 @@ class Comparison:
     plain: FloatArray | None = None
     free: FloatArray | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
-    told: Told | None = None
-    first_told: int = 0
-    plainly: Said | None = None
+    trust: TrustOutputs | None = None
+    first_trusted: int = 0
+    plain_answer: FmuAnswer | None = None
 
     def in_plain_call(self) -> Comparison | None:
-        """Return the comparison of an importer that sets u(t); None where that is no other one."""
-        said = self.plainly
-        if said is None:
+        """Return the comparison of an importer that sets u(t); None with a zero-order hold."""
+        answer = self.plain_answer
+        if answer is None:
             return None
         return replace(
             self,
-            surrogate=said.outputs,
-            estimate=said.estimate,
-            true_error=said.true_error,
-            told=said.told,
+            surrogate=answer.outputs,
+            estimate=answer.estimate,
+            true_error=answer.true_error,
+            trust=answer.trust,
             plain=None,
-            plainly=None,
+            plain_answer=None,
         )
 
-    def where_told(self) -> Comparison | None:
+    def where_trusted(self) -> Comparison | None:
         """Return the part in which the bound counts; None without a bound, or without samples."""
-        if self.told is None or self.first_told >= len(self.time):
+        if self.trust is None or self.first_trusted >= len(self.time):
             return None
-        part = slice(self.first_told, None)
-        told = Told(*(values[part] for values in vars(self.told).values()))
+        part = slice(self.first_trusted, None)
+        trust = TrustOutputs(*(values[part] for values in vars(self.trust).values()))
         # every array of a comparison has one row for each sample that is scored
         arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
         cut: Any = {name: values[part] for name, values in arrays.items()}
-        return replace(self, **cut, told=told, first_told=0, plainly=None)
+        return replace(self, **cut, trust=trust, first_trusted=0, plain_answer=None)
 
     @property
     def error(self) -> FloatArray:
@@ -176,15 +176,14 @@ class Validation:
     """A validation is all compared trajectories of one task.
 
     Attributes:
-        task, surrogate, recipe: what was validated, and how.
-        comparisons: the trajectories; those of a surrogate with physical parameters have unseen
-            values of them.
+        task, surrogate, recipe: the task, the validated surrogate, and its recipe.
+        comparisons: the trajectories; with physical parameters, each has unseen values of them.
         corners: one more trajectory at each corner of the parameters' box, which the other
-            figures do not count; none without parameters.
-        usual: what 95 % of the errors in range are below, (n_outputs,), where that is known.
+            figures do not count; empty without parameters.
+        usual: 95 % quantile of the absolute errors in range, (n_outputs,), where it is known.
         left_out: errors of the system on trajectories beyond the range, which are left out.
-        noise: RMS of the noise of what was measured, (n_outputs,); None where there is none, or
-            it is not known.
+        noise: RMS of the noise of the measured outputs, (n_outputs,); None of a simulated
+            reference, or where it is not known.
     """
 
     task: Task
@@ -198,8 +197,8 @@ class Validation:
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
-        """The trajectories where the bound counts; none without a bound."""
-        return _where_told(self.used)
+        """The trajectories where the bound counts; empty without a bound."""
+        return _where_trusted(self.used)
 
     @property
     def used(self) -> tuple[Comparison, ...]:
@@ -211,7 +210,7 @@ class Validation:
         return tuple(p or c for p, c in zip(plain, self.comparisons, strict=True))
 
     def usual_error(self) -> FloatArray:
-        """Return what 95 % of the absolute errors are below, (n_outputs,)."""
+        """Return the 95 % quantile of the absolute errors, (n_outputs,)."""
         _, error = _joined(self.used)
         return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
@@ -302,7 +301,7 @@ class Validation:
         )
 
     def _noise_floor(self, index: int) -> float | None:
-        """Return the RMS of the noise of records over that of the output, where it is known."""
+        """Return the RMS of the noise of records over the RMS of the output, where it is known."""
         return None if self.noise is None else float(self.noise[index]) / self._size(index)
 
     def _free_error(self, index: int) -> float | None:
@@ -354,50 +353,52 @@ class Validation:
         return estimates[scored], errors[scored]
 
     def _bound(self) -> BoundFigures | None:
-        """Return how far bound and domain can be trusted, where there are some."""
+        """Return how far bound and domain can be trusted; None without a bound."""
         trusted = self.trusted
-        told = [c.told for c in trusted if c.told is not None]
-        if self.surrogate.bound is None or not told:
+        answers = [c.trust for c in trusted if c.trust is not None]
+        if self.surrogate.bound is None or not answers:
             return None
         outputs = []
         for index, signal in enumerate(self.surrogate.outputs):
             errors = [np.abs(c.error[:, index]) for c in trusted]
-            outputs.append(output_bound(signal.name, errors, [t.bounds[:, index] for t in told]))
+            outputs.append(
+                output_bound(signal.name, errors, [t.bounds[:, index] for t in answers])
+            )
         plain = [c.in_plain_call() for c in self.comparisons]
         moving = None not in plain
-        plainly = _where_told([c for c in plain if c is not None])
+        in_plain_call = _where_trusted([c for c in plain if c is not None])
         return BoundFigures(
             confidence=USUAL_CONFIDENCE,
             outputs=tuple(outputs),
-            **vars(domain_figures(told)),
-            plain=_covered(plainly) if moving else None,
-            known_to_step_end=_covered(_where_told(self.comparisons)) if moving else None,
+            **vars(domain_figures(answers)),
+            plain=_covered(in_plain_call) if moving else None,
+            known_to_step_end=_covered(_where_trusted(self.comparisons)) if moving else None,
             harm=self._harm_of(trusted),
             excitations=tuple(self._bounds_by_kind()),
         )
 
     def _harm_of(self, chosen: Sequence[Comparison]) -> Harm | None:
-        told = [c.told for c in chosen if c.told is not None]
+        answers = [c.trust for c in chosen if c.trust is not None]
         if self.usual is None:
             return None
-        return harm_of([np.abs(c.error) for c in chosen], told, self.usual)
+        return harm_of([np.abs(c.error) for c in chosen], answers, self.usual)
 
     def _bounds_by_kind(self) -> Iterator[KindBound]:
         for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
             chosen = [c for c in self.trusted if c.kind == index]
-            shares = [(np.abs(c.error) <= c.told.bounds).mean(axis=0) for c in chosen if c.told]
+            shares = [(np.abs(c.error) <= c.trust.bounds).mean(axis=0) for c in chosen if c.trust]
             if shares:
                 yield KindBound(
                     name=motion.name,
                     trajectories=len(chosen),
                     coverage=tuple(np.mean(shares, axis=0).tolist()),
                     lowest_coverage=tuple(np.min(shares, axis=0).tolist()),
-                    **vars(domain_figures([c.told for c in chosen if c.told])),
+                    **vars(domain_figures([c.trust for c in chosen if c.trust])),
                     harm=self._harm_of(chosen),
                 )
 
     def _timing(self) -> Timing:
-        """Return median times per step; records have none beside that of the FMU."""
+        """Return median times per step; with measured records only the FMU has one."""
         times = [np.concatenate([c.step_seconds[i] for c in self.comparisons]) for i in (0, 1)]
         fmu = float(np.median(times[0]))
         if not len(times[1]):
@@ -409,7 +410,7 @@ class Validation:
 
 
 def meaning_of(surrogate: Surrogate) -> str:
-    """Say what becomes of inputs that an importer sets to what they are at the start of a step."""
+    """Say how the FMU uses inputs that an importer sets to their values at the start of a step."""
     if surrogate.inputs_at_step_end:
         return (
             "the FMU takes them as reached by the step's end, as its parameter inputs_at_step_end "
@@ -418,15 +419,15 @@ def meaning_of(surrogate: Surrogate) -> str:
     return "the FMU forecasts what they do within the step, until they are set again"
 
 
-def _where_told(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
+def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     """Return the parts in which bounds count, of comparisons that have some."""
-    found = [comparison.where_told() for comparison in comparisons]
+    found = [comparison.where_trusted() for comparison in comparisons]
     return tuple(one for one in found if one is not None)
 
 
 def _covered(comparisons: Sequence[Comparison]) -> Covered:
     """Return the share of samples that bounds cover, of each output."""
-    shares = [np.abs(c.error) <= c.told.bounds for c in comparisons if c.told is not None]
+    shares = [np.abs(c.error) <= c.trust.bounds for c in comparisons if c.trust is not None]
     return Covered(coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()))
 
 

@@ -1,7 +1,7 @@
-"""The figures of an FMU beside its reference, as ``report.json`` and the FMU itself hold them.
+"""Dataclasses hold the errors of an FMU against its reference, for ``report.json`` and the FMU.
 
-Errors are in the outputs' units; those that are called relative are over the RMS of the reference
-about its mean. None stands for what was not measured. Lists of shares have a value per output.
+Errors are in the outputs' units; relative errors are divided by the RMS of the reference about its
+mean. None stands for a figure that was not measured. Lists of shares have a value per output.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ class OutputFigures:
     """These are the errors of one output.
 
     Attributes:
-        p95_error: what 95 % of the absolute errors are below, as an importer runs the FMU.
-        relative_rmse_of_trajectories: of the trajectories one by one.
-        model_relative_rmse: that of the model that made the data, where the reference is another.
-        plain_relative_rmse: where an importer sets moving inputs to what they are now.
-        relative_noise_floor: RMS of the noise of what was measured, where that is known.
-        free_relative_rmse: that of the network run freely along records.
+        p95_error: 95 % quantile of the absolute errors, as an importer runs the FMU.
+        relative_rmse_of_trajectories: relative RMSE of the trajectories one by one.
+        model_relative_rmse: error of the model that made the data, where the reference is another.
+        plain_relative_rmse: error where an importer sets moving inputs to their present values.
+        relative_noise_floor: RMS of the noise of the measured output, where it is known.
+        free_relative_rmse: error of the network run freely along records.
     """
 
     name: str
@@ -65,12 +65,12 @@ class KindFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviation:
-    """This is how far error estimates are from true errors.
+    """This is the deviation of error estimates from true errors.
 
     Attributes:
         name: the output; None of the norm of all outputs.
         mean, p95: mean and 95 % quantile of the relative deviation.
-        constant_mean, constant_p95: those of the best constant.
+        constant_mean, constant_p95: the same figures of the best constant.
         too_small_share: share of errors that are much larger than their estimate.
         too_small_factor: 95 % quantile of error over estimate.
         rank_correlation: of estimates and errors; None where one of both is constant.
@@ -90,7 +90,7 @@ class Deviation:
 class EstimateFigures:
     """These are the deviations of error estimates over a span of samples.
 
-    Outputs without any error are not there; the norm is one of outputs that have one unit.
+    Outputs without any error are left out; the norm is given where all outputs have one unit.
     """
 
     span_samples: int
@@ -100,13 +100,13 @@ class EstimateFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class OutputBound:
-    """This is what the error bound of one output is worth.
+    """These are the measures of the error bound of one output.
 
     Attributes:
         coverage: share of the samples whose error stays below the bound.
         coverage_of_worst_trajectories: the 5 % worst trajectories have less.
         width: mean bound over the quantile of the errors.
-        skill: 1 minus the pinball loss over that of the best constant.
+        skill: 1 minus the ratio of the pinball losses of the bound and of the best constant.
         rank_correlation: of bounds and errors; None where one of both is constant.
     """
 
@@ -131,9 +131,9 @@ class Harm:
     """This is the harm that errors do, as shares of samples.
 
     Attributes:
-        harmful: samples with an error far above what is usual.
-        harmful_flagged: of these, those outside of the domain; None without any.
-        harmless_flagged: of the harmless ones the same.
+        harmful: samples with an error far above the usual one.
+        harmful_flagged: share of these outside of the domain; None without any.
+        harmless_flagged: the same share of the harmless samples.
         harmful_unnoticed: harmful ones in the domain whose bound does not cover the error.
     """
 
@@ -145,7 +145,7 @@ class Harm:
 
 @dataclass(frozen=True, kw_only=True)
 class KindBound(DomainFigures):
-    """This is what bound and domain are worth on one kind of excitation."""
+    """These are the measures of bound and domain on one kind of excitation."""
 
     name: str
     trajectories: int
@@ -163,7 +163,7 @@ class Covered:
 
 @dataclass(frozen=True, kw_only=True)
 class BoundFigures(DomainFigures):
-    """This is what error bound and domain are worth.
+    """These are the measures of error bound and domain.
 
     Attributes:
         plain, known_to_step_end: coverage in both calls of an FMU whose inputs move.
@@ -180,7 +180,7 @@ class BoundFigures(DomainFigures):
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """These are median times of a step; that of the reference is not known of records."""
+    """These are median times of a step; the reference has none where it was measured."""
 
     fmu_step_us: float
     reference_step_us: float | None = optional()
@@ -197,7 +197,7 @@ class ParameterPoint:
     @model_validator(mode="before")
     @classmethod
     def _gathered(cls, given: Any) -> Any:
-        """Gather the values of a dump, which stand beside the errors."""
+        """Gather the parameter values of a dump, which holds them and the errors in one table."""
         if not isinstance(given, dict):
             return given
         values = {key: value for key, value in given.items() if key != "relative_rmse"}
@@ -206,7 +206,7 @@ class ParameterPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterFigures:
-    """These are errors at unseen values of the physical parameters, and at their corners."""
+    """These are the errors at unseen values of the physical parameters, and at their corners."""
 
     names: tuple[str, ...]
     unseen: tuple[ParameterPoint, ...]
@@ -217,16 +217,16 @@ class ParameterFigures:
 class PlainOutput:
     """These are the errors of an output in the plain call.
 
-    Those that end in ``_rmse`` are in the output's unit, all others relative.
+    Errors whose name ends in ``_rmse`` are in the output's unit, all others are relative.
 
     Attributes:
         smooth: under sums of sines.
-        smooth_worst: the largest of one such motion, beside its own truth.
+        smooth_worst: largest error of one such motion, relative to its own truth.
         smooth_covered: part of the samples under smooth inputs that the error bound covers.
         rough: under the recipe's kinds of excitation.
         known_to_step_end: with moving inputs that are known ahead.
-        smooth_if_held: of inputs that are held, the error if they are smooth for the user: what
-            the delay of half a step costs, and the FMU's own error.
+        smooth_if_held: where inputs are held, the error if the user's inputs are smooth: the
+            effect of the delay of half a step, and the FMU's own error.
     """
 
     name: str
@@ -265,7 +265,7 @@ class PlainCallFigures:
 PlainError = Literal[
     "smooth", "smooth_worst", "smooth_covered", "rough", "known_to_step_end", "smooth_if_held"
 ]
-"""Figures of the plain call that are no numbers in a unit."""
+"""Names of the relative errors of the plain call."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -309,12 +309,12 @@ class BoxFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class SearchFigures:
-    """This is what a search for unnoticed errors found, from each start.
+    """These are the results of a search for unnoticed errors, from each start.
 
     Attributes:
         starts: number of unseen trajectories that the search began with.
-        changes_tried: of each of them.
-        confidences: the usual one of bounds, and the highest.
+        changes_tried: number of changes from each start.
+        confidences: the usual confidence of bounds, and the highest.
         before, after: largest error over its bound in the domain, at the usual confidence.
         after_highest: the same after the search, at the highest confidence.
         broken, broken_at_highest: number of starts after which a bound is broken.
@@ -332,7 +332,7 @@ class SearchFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseFigures:
-    """This is how far the learnt response matrix is from the exact one, and from causal."""
+    """These are deviations of a learnt response matrix from the exact one, and from causality."""
 
     largest_entry: float
     max_deviation_relative: float
@@ -349,7 +349,7 @@ class ValidationFigures:
         left_out: errors of the system on trajectories beyond the range.
         amplitude: range of the factor on the excitation's amplitude.
         held_out: whether the kinds of excitation are those that the recipe holds out.
-        plain_call, box: where a validation in range was measured by itself.
+        plain_call, box: errors of the plain call and at constant inputs, of a validation in range.
     """
 
     fmu: str

@@ -1,4 +1,4 @@
-"""Spectra of a validation: what the surrogate answers, and what it errs, at each frequency."""
+"""This module estimates spectra of a validation: responses and errors at each frequency."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DRIVEN = 1e-7
 """Frequencies where an input has less than this part of its largest density are not driven."""
 
 RIDGE = 1e-9
-"""Inputs that cannot be told apart at a frequency share its response."""
+"""Relative regularisation: inputs that move alike at a frequency share its response."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,8 @@ class Spectra:
     Attributes:
         frequency: in Hz, (F,).
         inputs: cross spectral densities of the inputs, (F, n_inputs, n_inputs).
-        to_reference, to_surrogate: those of inputs and outputs, (F, n_inputs, n_outputs).
+        to_reference, to_surrogate: cross spectral densities of inputs and outputs, (F, n_inputs,
+            n_outputs).
         reference, surrogate, error: densities of the outputs and of the error, (F, n_outputs).
         held: time in s for which each input is held before its sample; 0 where it moves.
     """
@@ -50,10 +51,11 @@ class Spectra:
     def responses(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the frequency responses of reference and surrogate, (F, n_inputs, n_outputs).
 
-        They are those of the linear system that comes nearest (the H1 estimator), found from the
-        same inputs for both, so that they may be compared where the system is nonlinear too. That
-        of the hold is taken out of them: stairs that end at their samples come half a step before
-        these, and are smaller than them by sin(x) / x, with x = pi times frequency times step.
+        They are the responses of the nearest linear system (the H1 estimator). Both are estimated
+        from the same inputs, so they can be compared for nonlinear systems too. The response of
+        the hold is removed: an input that is held until its sample is half a step ahead of the
+            sample,
+        and its amplitude is smaller by sin(x) / x, with x = pi times frequency times step.
         """
         size = np.trace(self.inputs, axis1=1, axis2=2).real / self.inputs.shape[1]
         whole = self.inputs + RIDGE * size[:, None, None] * np.eye(self.inputs.shape[1])
@@ -74,7 +76,7 @@ def spectra_of(
 ) -> Spectra | None:
     """Estimate spectra by Welch's method, over all trajectories; None where they are too short.
 
-    Inputs with a zero-order hold are stairs, each of which ends at the time of its sample.
+    Inputs with a zero-order hold are stairs, and each stair ends at the time of its sample.
     """
     shortest = min(len(c.time) for c in comparisons)
     length = 2 ** int(np.log2(max(1, shortest // SEGMENTS)))
@@ -113,7 +115,7 @@ def _segments(
     window = np.hanning(length)[:, None]
     for comparison in comparisons:
         courses = [comparison.inputs, comparison.reference, comparison.surrogate]
-        # the same mean is taken from both outputs, or a constant error would be lost
+        # one mean is subtracted from both outputs: two means would hide a constant error
         means = [courses[0].mean(axis=0), courses[1].mean(axis=0), courses[1].mean(axis=0)]
         for first in _starts(comparison, length):
             one, other, third = (

@@ -1,8 +1,8 @@
-"""What the plain call of an FMU errs by: inputs are known at communication points alone.
+"""This module measures the error of the plain call, which knows inputs at communication points.
 
-That is ``fmpy.simulate_fmu(fmu, input=table)``, and what other importers do. Under the recipe's
-own kinds of excitation the reference moves from one communication point to the next as its inputs'
-hold says; under smooth inputs it goes on by its own fine step.
+The plain call is ``fmpy.simulate_fmu(fmu, input=table)``; other importers do the same. Under the
+recipe's own kinds of excitation the inputs of the reference move between communication points as
+their hold says; under smooth inputs the reference advances by its own fine step.
 """
 
 from __future__ import annotations
@@ -28,20 +28,19 @@ from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import PlainCallFigures, PlainError, PlainOutput
 
 SAMPLES = 16
-"""A smooth input has at least so many samples in a period."""
+"""A smooth input has at least this many samples in a period."""
 DECADES = 1.5
-"""Its slowest sine is so many decades below the fastest one."""
+"""Its slowest sine is this many decades below the fastest one."""
 TRAJECTORIES, PERIODS, SINES = 6, 4, 3
-"""So many smooth trajectories, each of so many periods of the slowest sine, are sums of so many
-sines an input."""
+"""Number of smooth trajectories, periods of the slowest sine in each, and sines in an input."""
 MOST_SAMPLES = 1000
-"""What holding costs is measured on so many samples."""
+"""Largest number of samples on which the error of holding inputs is measured."""
 FILLED = 0.9
 """A smooth input fills this part of its declared range at most."""
 SEED = 0x5A007
 """Entropy of the sines; no training uses it."""
 OWN_PART = 0.1
-"""An error of the FMU itself that is a larger part of what held inputs err by is told with it."""
+"""The FMU's own error is named if it is a larger part of the error under held inputs."""
 TEXT = (
     "Relative RMSE of `fmpy.simulate_fmu(fmu, input=table)`, which sets before each step what the "
     "inputs are then."
@@ -68,22 +67,22 @@ def plain_call_figures(fmu: Path, validation: Validation, case: Case) -> PlainCa
         validation: its validation in range.
         case: what it was made from.
 
-    Of inputs that are held, the FMU has ``smooth_if_held`` in the place of ``smooth``, but for a
-    model that itself holds its inputs over the same step, which makes nothing late. Smooth inputs
-    are not measured of planned motions, which are so in the recipe, and of references that have
-    no finer step.
+    If inputs are held, the figures have ``smooth_if_held`` in the place of ``smooth``. A model
+    that itself holds its inputs over the same step is an exception, since nothing is late there.
+    Smooth inputs are not measured for planned motions, which are smooth in the recipe, nor for
+    references without a finer step.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    return plain_call_beside(case.source, fmu, validation, case)
+    return plain_call_against(case.source, fmu, validation, case)
 
 
 @asked_of_sources
-def plain_call_beside(
+def plain_call_against(
     system: System, fmu: Path, validation: Validation, case: Case
 ) -> PlainCallFigures | None:
-    """Measure the plain call of an FMU beside the reference of the system that made its data."""
+    """Measure the plain call of an FMU against the reference of the system that made its data."""
     surrogate = validation.surrogate
     late = surrogate.hold == "zero_order" and case.finer_steps > 1
     turning = any(signal.angle is not None for signal in surrogate.inputs)
@@ -104,7 +103,7 @@ def plain_call_beside(
 
 
 def _outputs(validation: Validation, smooth: _Smooth | None, late: bool) -> list[PlainOutput]:
-    """Return the figures of all outputs; smooth inputs may be late, since they are held."""
+    """Return the figures of all outputs; held smooth inputs may be late."""
     comparisons, held = validation.comparisons, validation.surrogate.hold == "zero_order"
     truth = np.concatenate([c.reference for c in comparisons])
     plain = [c.surrogate if c.plain is None else c.plain for c in comparisons]
@@ -160,9 +159,9 @@ def _sentence(found: PlainCallFigures, refusal: str | None) -> str:
         return f"smooth inputs were not measured: {refusal}"
     if found.smooth_hz is None:
         if found.hold == "zero_order":
-            return f"the plain call errs by up to {rough} under the kinds of the training"
+            return f"the plain call has errors of up to {rough} under the kinds of the training"
         return (
-            f"the plain call errs by up to {rough}, since what inputs do within a step is "
+            f"the plain call has errors of up to {rough}, since what inputs do within a step is "
             f"forecast; with inputs that are known to the step's end it is "
             f"{up_to('known_to_step_end')}"
         )
@@ -173,8 +172,8 @@ def _sentence(found: PlainCallFigures, refusal: str | None) -> str:
     if found.late_s:
         return late_words(found, error)
     return (
-        f"the plain call errs by up to {error} under smooth inputs, and by up to {rough} under "
-        "the kinds of the training"
+        f"the plain call has errors of up to {error} under smooth inputs, and of up to {rough} "
+        "under the kinds of the training"
     )
 
 
@@ -243,7 +242,7 @@ def _under_smooth_inputs(fmu: Path, surrogate: Surrogate, case: Case) -> _Smooth
 def cost_of_holding(case: Case) -> str | None:
     """Say by how much a smooth input is late where a recipe holds its inputs over a step.
 
-    The model alone tells it: it is simulated under inputs that are held, and at its own fine step.
+    Only the model is needed: it is simulated under held inputs, and at its own fine step.
 
     Returns:
         A sentence; None where inputs move or turn, where the model itself holds them over that
@@ -280,8 +279,8 @@ def _truth(
 ) -> FloatArray:
     """Return the outputs of the model at the FMU's samples, (count + 1, n_outputs).
 
-    Moving inputs are set to what they reach by the end of a fine step, held ones to their value in
-    its middle; a model that names its own step gets what they are when it begins.
+    Moving inputs are set to their values at the end of a fine step, held ones to their values in
+    its middle; a model that names its own step gets their values at its begin.
     """
     count, times = counts
     moving = system.inputs[0].hold == "first_order"
@@ -291,7 +290,7 @@ def _truth(
 
 
 def late_words(found: PlainCallFigures, error: str) -> str:
-    """Say by how much a smooth input is late that is held, and what the FMU then errs by.
+    """Say by how much a held smooth input is late, and how large the error of the FMU then is.
 
     Args:
         found: the figures of the plain call.
@@ -300,5 +299,5 @@ def late_words(found: PlainCallFigures, error: str) -> str:
     late = f"a smooth input is late by {found.late_s:g} s"
     held, own = found.worst("smooth_if_held"), found.worst("rough")
     if held is not None and own is not None and own > OWN_PART * held:
-        return f"{late}; the FMU errs by {error} under it, its own error included"
+        return f"{late}; the FMU has an error of {error} under it, its own error included"
     return f"{late}: {error}"

@@ -1,4 +1,4 @@
-"""Response matrices of linear systems are what an affine network should have learnt."""
+"""This module compares the response matrix of an affine network with the exact one."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def learnt_matrix(surrogate: Surrogate) -> FloatArray:
 def exact_matrix(system: System, window: Window) -> FloatArray:
     """Return the same matrix from pulses of one sample on the reference system at rest.
 
-    It rests in the middle of the ranges of its inputs, and pulses go to their ends.
+    The system rests in the middle of the ranges of its inputs, and pulses go to their ends.
 
-    Entries are zero where an input comes after an output; shape and order are as of
+    Entries are zero where an input comes after an output; shape and order are the same as in
     ``learnt_matrix``.
     """
     n_inputs, n_outputs = len(system.inputs), len(system.outputs)

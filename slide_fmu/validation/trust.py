@@ -1,7 +1,7 @@
-"""How far what an FMU says about its own error can be trusted: measures without any floor.
+"""This module measures how far error estimates and bounds of an FMU can be trusted.
 
-Each stands beside that of the best constant on the same samples, which is what somebody would say
-who knows the errors of all of them, but of no single one.
+The measures have no floor. Each is compared with its value for the best constant on the same
+samples: the constant knows the distribution of the errors, but not the error of a single sample.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from slide_fmu.validation.error_figures import (
 )
 
 WORST = 0.05
-"""Beside the mean over trajectories stands the one that this part of them are worse than."""
+"""Share of the worst trajectories whose best one is given, in addition to the mean of all."""
 
 TINY = sys.float_info.min
 """Pictures with logarithmic axes show nothing smaller."""
 
 BROKEN = 2.0
-"""A bound counts as broken where the error is more than so many times as large."""
+"""A bound counts as broken where the error is more than this many times as large."""
 
 HARMFUL = 3.0
-"""An error is harmful if it is so many times what is usual."""
+"""An error is harmful if it is larger than the usual error by this factor."""
 
 TOO_SMALL = 2.0
-"""An error estimate was too small where the true error is more than so many times as large."""
+"""An error estimate was too small where the true error is more than this many times as large."""
 
 MOST_TOO_SMALL = 1e9
 """An estimate of zero counts as too small by this factor."""
@@ -46,13 +46,13 @@ OFTEN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """This says what an FMU with an error bound said along a trajectory; N samples.
+class TrustOutputs:
+    """TrustOutputs are bounds, novelty and domain that an FMU gave along N samples.
 
     Attributes:
         bounds: of the errors, at the usual confidence, in the outputs' units, (N, n_outputs).
         novelty: 1 at the edge of the domain, (N,).
-        in_domain: whether the FMU counted the sample as one of its domain, (N,).
+        in_domain: 1 where the FMU counted the sample as part of its domain, else 0, (N,).
     """
 
     bounds: FloatArray
@@ -81,25 +81,27 @@ def output_bound(
     )
 
 
-def domain_figures(told: Sequence[Told]) -> DomainFigures:
+def domain_figures(answers: Sequence[TrustOutputs]) -> DomainFigures:
     """Return the share of samples outside of the domain, and of trajectories often outside."""
-    outside = [float(np.mean(t.in_domain == 0)) for t in told]
-    samples = np.concatenate([t.in_domain == 0 for t in told])
+    outside = [float(np.mean(t.in_domain == 0)) for t in answers]
+    samples = np.concatenate([t.in_domain == 0 for t in answers])
     return DomainFigures(
         flagged=float(np.mean(samples)),
         trajectories_flagged=float(np.mean(np.array(outside) > OFTEN)),
     )
 
 
-def harm_of(errors: Sequence[FloatArray], told: Sequence[Told], usual: FloatArray) -> Harm:
-    """Measure what harm errors do that nobody is told of.
+def harm_of(
+    errors: Sequence[FloatArray], answers: Sequence[TrustOutputs], usual: FloatArray
+) -> Harm:
+    """Measure how many errors are harmful, and how many of them the FMU does not report.
 
     A sample is harmful if an error, absolute, (N, n_outputs) of each trajectory, is larger than
-    ``HARMFUL`` times what 95 % of the errors in range are below, (n_outputs,).
+    ``HARMFUL`` times the 95 % quantile of the errors in range, ``usual``, (n_outputs,).
     """
     error = np.concatenate(errors)
-    above = error > np.concatenate([t.bounds for t in told])
-    flagged = np.concatenate([t.in_domain for t in told]) == 0
+    above = error > np.concatenate([t.bounds for t in answers])
+    flagged = np.concatenate([t.in_domain for t in answers]) == 0
     large = error > HARMFUL * usual
     harmful, unnoticed = large.any(axis=1), (large & above).any(axis=1) & ~flagged
     return Harm(
@@ -117,7 +119,7 @@ def _share(flags: NDArray[np.bool_]) -> float | None:
 def deviation_of(estimates: FloatArray, errors: FloatArray, name: str | None = None) -> Deviation:
     """Measure estimates of RMS errors, both (N,), where the errors are positive.
 
-    At least one error must be. The name is that of the output, None of a norm of all outputs.
+    At least one error must be positive. The name is the output's; None for a norm of all outputs.
     Errors of more than ``TOO_SMALL`` times their estimate count as much larger than it.
     """
     known = errors > 0
@@ -151,7 +153,7 @@ def rank_correlation(one: FloatArray, other: FloatArray) -> float | None:
     """Return Spearman's rank correlation, or None where one of both is constant."""
     if np.ptp(one) == 0 or np.ptp(other) == 0:
         return None
-    from scipy.stats import spearmanr  # slow to import, and the command line needs none of it
+    from scipy.stats import spearmanr  # slow to import, and the command line does not need it
 
     return float(spearmanr(one, other).statistic)
 

@@ -1,4 +1,4 @@
-"""A surrogate FMU runs next to its reference system on unseen inputs; the error is measured."""
+"""This module runs a surrogate FMU and its reference system on unseen inputs and compares them."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.beside import beside
 from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.known_truth import compare_with_truth
 
 WORTH_PROCESSES = 20.0
-"""Work in s from which on worker processes, which take seconds to start, do the rest."""
+"""Work in s above which worker processes are used; they take seconds to start."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """A bench is what every trajectory is measured with; it goes to worker processes."""
+    """A bench holds all that a trajectory is measured with; it is sent to worker processes."""
 
     fmu: UnpackedFmu
     surrogate: Surrogate
@@ -50,9 +50,8 @@ def validate(
 ) -> Validation:
     """Run an FMU and the reference system of its recipe on the same unseen trajectories.
 
-    Where the task is about kinds that are held out, the trajectories are of these.
-
-    Trajectories beyond the range on which the reference fails are left out.
+    A task of held-out kinds draws trajectories of these kinds. Trajectories beyond the range on
+    which the reference fails are left out.
 
     Where the recipe has physical parameters, every trajectory has unseen values of them, from a
     Sobol sequence of the task's seed; one more is at each corner of their box.
@@ -60,8 +59,8 @@ def validate(
     Samples are scored from the end of the burn-in on, and not before the input window is filled
     with inputs of the trajectory. Where the estimate is scored, its span is filled too. Where the
     recipe has a reference of its own, the model that made the data is simulated on the same
-    inputs, so that its error is known apart from that of the surrogate. Worker processes (one per
-    core if None, none if 0) measure when there is much to do.
+    inputs, so that its error and the error of the surrogate are known separately. Worker processes
+    (one per core if None, 0 for no processes) measure when there is much to do.
 
     Raises:
         CoSimulationError: an FMU reports an error.
@@ -70,11 +69,11 @@ def validate(
             nor on other draws; beyond the range on no trajectory at all.
         ValueError: the trajectories are too short to score anything.
     """
-    return validate_beside(case.source, fmu, surrogate, case, task, progress, workers)
+    return validate_against(case.source, fmu, surrogate, case, task, progress, workers)
 
 
 @asked_of_sources
-def validate_beside(
+def validate_against(
     system: System,
     fmu: Path,
     surrogate: Surrogate,
@@ -83,7 +82,7 @@ def validate_beside(
     progress: Progress,
     workers: int | None,
 ) -> Validation:
-    """Run an FMU beside the reference of the system that made its data, as ``validate`` does."""
+    """Run an FMU and the reference of the system that made its data, as ``validate`` does."""
     if task.held_out:
         case = case.with_recipe(case.recipe.with_held_out_kinds())
     recipe = case.recipe
@@ -112,7 +111,7 @@ def validate_beside(
 
 
 def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
-    """Return the comparisons, and what was wrong with trajectories that are left out."""
+    """Return the comparisons, and the errors of trajectories that are left out."""
     lost = tuple(one for one in measured if isinstance(one, str))
     if len(lost) == len(measured):
         raise SimulationError(lost[0])
@@ -120,7 +119,7 @@ def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], 
 
 
 def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ...]:
-    """Return the comparisons, of which at least one tells what a step of the reference takes.
+    """Return the comparisons; at least one has the time of a step of the reference.
 
     Where the inputs of all of them bend, the reference runs once more, straight between samples.
     """
@@ -173,7 +172,7 @@ def _unpickled(bench: bytes) -> _Bench:
 
 
 def _measure_or_leave(bench: _Bench, index: int) -> Comparison | str:
-    """Measure a trajectory; beyond the range, where the system may fail, return its words."""
+    """Measure a trajectory; if the system fails beyond the range, return its message."""
     try:
         return _measure(bench, index)
     except SimulationError as error:
@@ -185,7 +184,7 @@ def _measure_or_leave(bench: _Bench, index: int) -> Comparison | str:
 def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = None) -> Comparison:
     """Draw a trajectory and run everything on it; where the system fails on it, another one.
 
-    Physical parameters are those of a corner of their box, or unseen ones.
+    Physical parameters have the values of a corner of their box, or unseen values.
     """
     recipe, stream = bench.case.recipe, bench.stream
     values = corner or drawn_parameters(recipe, stream, index)
@@ -231,4 +230,4 @@ def compare(
         SimulationError: the system could not be simulated.
     """
     truth, seconds = _true_outputs(system, drawn)
-    return beside(fmu, surrogate, drawn, truth, seconds, parameters)
+    return compare_with_truth(fmu, surrogate, drawn, truth, seconds, parameters)

@@ -1,4 +1,4 @@
-"""The steps at which errors are largest beside what is usual, at different places."""
+"""This module finds the steps with the largest errors relative to the usual ones."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class WorstStep(NamedTuple):
     Attributes:
         comparison: the trajectory.
         sample: index of the sample.
-        output: index of the output whose error is the largest one beside what is usual.
-        ratio: that error over what is usual.
+        output: index of the output whose error is largest relative to the usual one.
+        ratio: that error over the usual one.
     """
 
     comparison: Comparison
@@ -34,12 +34,12 @@ def worst_steps(
     apart: int,
     ratios_of: Callable[[Comparison], FloatArray],
 ) -> list[WorstStep]:
-    """Find the steps with the largest errors over what is usual, the largest one first.
+    """Find the steps with the largest ratios of error to usual error, the largest one first.
 
-    ``ratios_of`` gives the errors over what is usual of a trajectory, (N, n_outputs).
+    ``ratios_of`` gives these ratios of a trajectory, (N, n_outputs).
 
-    There is one for each trajectory at most. Where there are fewer trajectories than steps wanted,
-    those have further ones, which lie so many samples ``apart``.
+    There is one step for each trajectory at most. Where there are fewer trajectories than steps
+    wanted, a trajectory has further steps, which lie ``apart`` samples from each other.
     """
     left = [ratios_of(c) for c in comparisons]
     found: list[WorstStep] = []
@@ -59,6 +59,6 @@ def worst_steps(
 
 def error_over_bound(comparison: Comparison) -> FloatArray:
     """Return absolute errors over their bounds of a trajectory that has some, (N, n_outputs)."""
-    assert comparison.told is not None
-    ratios = np.abs(comparison.error) / np.maximum(comparison.told.bounds, TINY)
+    assert comparison.trust is not None
+    ratios = np.abs(comparison.error) / np.maximum(comparison.trust.bounds, TINY)
     return np.asarray(ratios)

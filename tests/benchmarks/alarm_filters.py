@@ -28,7 +28,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import Told, domain_figures, harm_of
+from slide_fmu.validation.trust import TrustOutputs, domain_figures, harm_of
 
 SEED = 20290001
 FILTERS = ((1, 1), (2, 2), (2, 3), (3, 5), (5, 5), (5, 8), (1, 5), (1, 17))
@@ -81,11 +81,11 @@ def filtered(novelty: FloatArray, k: int, m: int) -> FloatArray:
     return np.asarray(np.sort(np.lib.stride_tricks.sliding_window_view(before, m), axis=1)[:, -k])
 
 
-def told(found: Seen, k: int, m: int, threshold: float) -> list[Told]:
+def told(found: Seen, k: int, m: int, threshold: float) -> list[TrustOutputs]:
     """Return what an FMU with such a filter would say."""
     rows = zip(found.bounds, found.novelty, found.in_range, strict=True)
     return [
-        Told(bounds, novelty, in_range * (filtered(novelty, k, m) <= threshold))
+        TrustOutputs(bounds, novelty, in_range * (filtered(novelty, k, m) <= threshold))
         for bounds, novelty, in_range in rows
     ]
 

@@ -37,7 +37,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import Told, harm_of, output_bound
+from slide_fmu.validation.trust import TrustOutputs, harm_of, output_bound
 
 PARTS = "bound", "calibration", FURTHER
 NETWORKS = ("train", "validation", "estimator", "estimator_validation", "companion")
@@ -141,7 +141,9 @@ def _figures(surrogate: Surrogate, runs: Sequence[Run], usual: FloatArray) -> di
     for run in runs:
         ((bounds, inside),) = surrogate.error_bounds_and_domain(run.inputs[None])
         last = slice(len(bounds) - len(run.errors), None)
-        told.append(Told(bounds[last], np.zeros(len(run.errors)), inside[last].astype(float)))
+        told.append(
+            TrustOutputs(bounds[last], np.zeros(len(run.errors)), inside[last].astype(float))
+        )
     kinds = {run.kind for run in runs}
     errors = [run.errors for run in runs]
     return {

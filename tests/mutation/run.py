@@ -40,7 +40,7 @@ MODULES = {
     "window": Module(("slide_fmu/core/window.py",), ("tests/core/test_window.py",)),
     "validation": Module(
         (
-            "slide_fmu/validation/beside.py",
+            "slide_fmu/validation/known_truth.py",
             "slide_fmu/validation/validate.py",
             "slide_fmu/validation/comparison.py",
         ),

@@ -33,7 +33,7 @@ from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.validation.comparison import Comparison, Validation
 from tests.charts import line_of, panel_of
 from tests.recipes import tiny_recipe
-from tests.validation.handmade import bounded, comparison, told, validation
+from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 
 BAD = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
 GOOD = comparison([[0.0, 2.0], [0.0, 2.0]], kind=1)
@@ -43,8 +43,8 @@ BEST = comparison([[0.0, 0.0]] * 3, kind=1)
 def _along(errors: list[float], kind: int = 0, outside: tuple[int, ...] = ()) -> Comparison:
     """A trajectory of two outputs with a bound of 2; the second output makes no error."""
     novelty = [3.0 if index in outside else 0.5 for index in range(len(errors))]
-    bounds = told([[2.0, 2.0]] * len(errors), novelty)
-    return comparison([[error, 0.0] for error in errors], kind, told=bounds)
+    bounds = trust_outputs([[2.0, 2.0]] * len(errors), novelty)
+    return comparison([[error, 0.0] for error in errors], kind, trust=bounds)
 
 
 def test_worst_and_median_trajectory_of_every_output_are_drawn() -> None:
@@ -126,21 +126,21 @@ def test_short_trajectories_have_no_sections_on_frequencies() -> None:
     assert frequency_sections(validation(BAD, GOOD)) == []
 
 
-def test_worst_windows_are_those_beside_the_bound_where_there_is_one() -> None:
+def test_worst_windows_are_those_relative_to_the_bound_where_there_is_one() -> None:
     section = worst_section(bounded(_along([0.5] * 9 + [6.0] + [0.5] * 9), _along([1.0] * 19, 1)))
     assert section is not None
-    assert section.charts[0].title == "y0 errs by 3 times its bound"
+    assert section.charts[0].title == "y0 has an error of 3 times its bound"
     assert section.charts[0].text == "held_random, at 9 s"
     assert list(section.charts[0].marks) == [9.0]
     assert len(section.charts) <= 10
-    assert "beside their bounds" in section.text
+    assert "relative to their bounds" in section.text
 
 
-def test_worst_windows_without_a_bound_are_those_beside_the_reference() -> None:
+def test_worst_windows_without_a_bound_are_those_relative_to_the_reference() -> None:
     section = worst_section(validation(BAD, GOOD))
     assert section is not None
-    assert section.charts[0].title == "y0 errs by 200 % of the RMS"
-    assert section.charts[1].title == "y1 errs by 57.1 % of the RMS"
+    assert section.charts[0].title == "y0 has an error of 200 % of the RMS"
+    assert section.charts[1].title == "y1 has an error of 57.1 % of the RMS"
     panels = [panel.title for panel in section.charts[0].panels]
     assert panels == ["input", "y0", "error"]
 

@@ -55,7 +55,7 @@ def nonlinear() -> Surrogate:
 def test_report_says_that_a_linear_network_would_do(nonlinear: Surrogate) -> None:
     remark = remarked(nonlinear, 0.11)
     assert remark is not None
-    assert "a linear model would do: a linear network of order 2 errs 1.1 times" in remark
+    assert "a linear model would do: a linear network of order 2 has an error 1.1 times" in remark
     both = remarked(nonlinear, 0.11, "more could be learnt")
     assert both == f"more could be learnt; {remark}"
 
@@ -78,13 +78,13 @@ def requiring(most: float | None) -> Recipe:
 
 def test_surrogate_that_errs_by_more_than_is_required_is_refused() -> None:
     message = (
-        r"surrogate 'tiny' is not accurate enough: output 'position' errs by 23 % on unseen "
-        r"trajectories; expected at most 2 % \(validation\.require = 0\.02\): give more or other "
-        r"data \(data\.train, data\.excitation\), a larger network"
+        r"surrogate 'tiny' is not accurate enough: output 'position' has an error of 23 % on "
+        r"unseen trajectories; expected at most 2 % \(validation\.require = 0\.02\): give more or "
+        r"other data \(data\.train, data\.excitation\), a larger network"
     )
     with pytest.raises(QualityError, match=message):
         require_quality(requiring(0.02), errors_of(0.23))
-    with refused(QualityError, "errs by nan %"):
+    with refused(QualityError, "has an error of nan %"):
         require_quality(requiring(0.02), errors_of(float("nan")))
     require_quality(requiring(0.02), errors_of(0.02))
     require_quality(requiring(None), errors_of(0.23))
@@ -93,7 +93,10 @@ def test_surrogate_that_errs_by_more_than_is_required_is_refused() -> None:
 def test_surrogate_that_is_far_off_is_remarked_where_nothing_is_required() -> None:
     remark = remark_on_error(requiring(None), errors_of(0.23).validation)
     assert remark is not None
-    assert "far off on unseen trajectories: output 'position' errs by 23 %; give more" in remark
+    assert (
+        "far off on unseen trajectories: output 'position' has an error of 23 %; give more"
+        in remark
+    )
     assert "validation.require refuses" in remark
     assert remark_on_error(requiring(None), errors_of(0.01).validation) is None
     assert remark_on_error(requiring(0.5), errors_of(0.23).validation) is None
@@ -125,6 +128,6 @@ def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> Non
     ]
     remark = linear_size_remark(sizes, 0.1)
     assert remark is not None
-    assert "order 4 errs 1.1 times" in remark
+    assert "order 4 has an error 1.1 times" in remark
     assert linear_size_remark(sizes, 0.09) is None
     assert linear_size_remark([], 0.1) is None

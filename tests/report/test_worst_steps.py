@@ -9,14 +9,14 @@ import numpy as np
 from slide_fmu.report.trust_charts import coverage_charts
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.worst_steps import error_over_bound, worst_steps
-from tests.validation.handmade import bounded, comparison, told
+from tests.validation.handmade import bounded, comparison, trust_outputs
 
 
 def along(errors: list[float], kind: int = 0, outside: tuple[int, ...] = ()) -> Comparison:
     """A trajectory of two outputs with a bound of 2; the second output makes no error."""
     novelty = [3.0 if index in outside else 0.5 for index in range(len(errors))]
-    bounds = told([[2.0, 2.0]] * len(errors), novelty)
-    return comparison([[error, 0.0] for error in errors], kind, told=bounds)
+    bounds = trust_outputs([[2.0, 2.0]] * len(errors), novelty)
+    return comparison([[error, 0.0] for error in errors], kind, trust=bounds)
 
 
 def test_worst_steps_are_the_largest_of_each_trajectory_in_falling_order() -> None:

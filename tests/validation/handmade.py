@@ -16,7 +16,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, Task, Validation
-from slide_fmu.validation.trust import Told
+from slide_fmu.validation.trust import TrustOutputs
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, sum_surrogate
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
@@ -74,10 +74,10 @@ def validation(*comparisons: Comparison, **more: Any) -> Validation:
     return replace(plain, **more)
 
 
-def told(bounds: list[list[float]], novelty: list[float]) -> Told:
-    """What an FMU says: samples whose novelty is above 1 are outside of its domain."""
+def trust_outputs(bounds: list[list[float]], novelty: list[float]) -> TrustOutputs:
+    """Bounds and domain of an FMU: samples whose novelty is above 1 are outside of its domain."""
     values = np.array(novelty)
-    return Told(np.array(bounds), values, (values <= 1).astype(float))
+    return TrustOutputs(np.array(bounds), values, (values <= 1).astype(float))
 
 
 def bounded(*comparisons: Comparison, **more: Any) -> Validation:

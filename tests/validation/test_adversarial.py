@@ -1,4 +1,4 @@
-"""The search for inputs whose error is large beside its bound."""
+"""The search for inputs whose error is large relative to its bound."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def attacks() -> list[Attack]:
     return attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
 
 
-def test_search_makes_errors_larger_beside_their_bounds(attacks: list[Attack]) -> None:
+def test_search_makes_errors_larger_relative_to_their_bounds(attacks: list[Attack]) -> None:
     assert all(found.after > found.before > 0 for found in attacks)
 
 

@@ -1,4 +1,4 @@
-"""What an FMU errs by at constant inputs is measured at the corners of their ranges and inside."""
+"""The error of an FMU at constant inputs is measured at the corners of their ranges and inside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is scored of a trajectory, and the true error beside an estimate, by explicit loops."""
+"""The scored samples of a trajectory and the true error of an estimate, by explicit loops."""
 
 from __future__ import annotations
 

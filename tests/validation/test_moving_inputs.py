@@ -1,4 +1,4 @@
-"""An FMU whose inputs move, beside its reference: with known inputs, and by the plain call."""
+"""An FMU with moving inputs and its reference: with known inputs, and in the plain call."""
 
 from __future__ import annotations
 

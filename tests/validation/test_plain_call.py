@@ -189,9 +189,9 @@ def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None
         assert cost is None
         return
     assert cost is not None
-    told = re.search(r"late by 0.03125 s: ([\d.]+) %", cost)
-    assert told is not None
-    assert float(told[1]) == pytest.approx(100 * found.outputs[0].smooth_if_held, rel=0.3)
+    late = re.search(r"late by 0.03125 s: ([\d.]+) %", cost)
+    assert late is not None
+    assert float(late[1]) == pytest.approx(100 * found.outputs[0].smooth_if_held, rel=0.3)
 
 
 def test_figures_come_first_in_report_and_card(case: Case) -> None:
@@ -250,7 +250,7 @@ def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training
     assert found is not None
     assert found.smooth_hz is None
     rough = f"{100 * found.outputs[0].rough:.3g} %"
-    assert found.sentence.startswith(f"the plain call errs by up to {rough}")
+    assert found.sentence.startswith(f"the plain call has errors of up to {rough}")
 
 
 def test_model_that_names_its_step_runs_as_its_importer_would(
@@ -276,7 +276,7 @@ def test_model_that_holds_its_inputs_over_the_step_makes_nothing_late(
     assert found is not None
     (output,) = found.outputs
     assert found.late_s is output.smooth_if_held is None
-    assert found.sentence.startswith("the plain call errs by up to")
+    assert found.sentence.startswith("the plain call has errors of up to")
     if before.hold == "zero_order":
         assert output.known_to_step_end is None
         assert output.smooth < 1e-5  # the surrogate is exact for inputs that are held

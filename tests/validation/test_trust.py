@@ -15,7 +15,7 @@ from slide_fmu.validation.trust import (
     pinball_loss,
     rank_correlation,
 )
-from tests.validation.handmade import told
+from tests.validation.handmade import trust_outputs
 
 LEVELS = np.linspace(0.01, 8, 4000)
 """Constants that brute force tries."""
@@ -119,8 +119,8 @@ def test_bound_figures_of_errors_of_zero_have_neither_width_nor_skill() -> None:
 
 def test_trajectory_counts_as_flagged_above_a_twentieth_of_its_samples() -> None:
     length = 40
-    seldom = told([[1.0]] * length, [2.0] * 2 + [0.5] * 38)  # a twentieth: not more
-    often = told([[1.0]] * length, [2.0] * 3 + [0.5] * 37)
+    seldom = trust_outputs([[1.0]] * length, [2.0] * 2 + [0.5] * 38)  # a twentieth: not more
+    often = trust_outputs([[1.0]] * length, [2.0] * 3 + [0.5] * 37)
     found = domain_figures([seldom, often])
     assert found == DomainFigures(flagged=5 / 80, trajectories_flagged=1 / 2)
 
@@ -129,8 +129,8 @@ def test_harm_is_counted_sample_by_sample_whatever_the_output() -> None:
     """Three times the usual errors of 1 and 2 is still harmless: 3 and 6."""
     errors = [np.array([[3.0, 6.0], [3.1, 0.0], [0.0, 6.1]]), np.array([[9.0, 0.0], [1.0, 1.0]])]
     says = [
-        told([[1.0, 1.0], [1.0, 1.0], [1.0, 1.0]], [2.0, 2.0, 0.5]),
-        told([[9.0, 9.0], [9.0, 9.0]], [0.5, 0.5]),  # a harmful error that is covered
+        trust_outputs([[1.0, 1.0], [1.0, 1.0], [1.0, 1.0]], [2.0, 2.0, 0.5]),
+        trust_outputs([[9.0, 9.0], [9.0, 9.0]], [0.5, 0.5]),  # a harmful error that is covered
     ]
     found = harm_of(errors, says, np.array([1.0, 2.0]))
     assert found == Harm(
@@ -139,7 +139,7 @@ def test_harm_is_counted_sample_by_sample_whatever_the_output() -> None:
 
 
 def test_harm_without_harmful_errors_has_no_share_of_them() -> None:
-    found = harm_of([np.ones((2, 1))], [told([[2.0]] * 2, [0.5, 0.5])], np.array([1.0]))
+    found = harm_of([np.ones((2, 1))], [trust_outputs([[2.0]] * 2, [0.5, 0.5])], np.array([1.0]))
     assert found.harmful == found.harmful_unnoticed == found.harmless_flagged == 0
     assert found.harmful_flagged is None
 
@@ -168,5 +168,5 @@ def test_estimate_figures_say_how_often_and_how_far_an_estimate_was_too_small() 
 def test_harm_of_one_output_is_noticed_whatever_another_one_does() -> None:
     """The first output errs much, below its bound; the second one a little, above its own."""
     errors = [np.array([[9.0, 0.5]])]
-    found = harm_of(errors, [told([[10.0, 0.1]], [0.5])], np.array([1.0, 1.0]))
+    found = harm_of(errors, [trust_outputs([[10.0, 0.1]], [0.5])], np.array([1.0, 1.0]))
     assert (found.harmful, found.harmful_unnoticed) == (1.0, 0.0)

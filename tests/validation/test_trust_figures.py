@@ -15,22 +15,22 @@ from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_table, kind_table
 from slide_fmu.surrogate.input_forecast import InputForecast
-from slide_fmu.validation.comparison import Said, Validation
+from slide_fmu.validation.comparison import FmuAnswer, Validation
 from slide_fmu.validation.error_figures import Covered, SearchFigures
 from tests.recipes import whole_recipe
-from tests.validation.handmade import bounded, comparison, told, validation
+from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 
 STILL = [0.5, 0.5, 0.5, 0.5]
 FIRST = comparison(
     [[1.0, 0.1], [-2.0, 0.1], [3.0, 0.2], [4.0, 0.1]],
-    told=told([[2.0, 0.2], [3.0, 0.2], [2.0, 0.3], [5.0, 0.4]], STILL),
+    trust=trust_outputs([[2.0, 0.2], [3.0, 0.2], [2.0, 0.3], [5.0, 0.4]], STILL),
 )
 SECOND = comparison(
     [[-1.0, 0.1], [2.0, 0.9], [3.0, 0.9], [1.0, 0.1]],
     kind=1,
-    told=told([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
+    trust=trust_outputs([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
 )
-THIRD = replace(SECOND, told=told([[9.0, 9.0]] * 4, STILL))
+THIRD = replace(SECOND, trust=trust_outputs([[9.0, 9.0]] * 4, STILL))
 
 
 def test_bound_is_measured_for_each_output_over_all_trajectories() -> None:
@@ -172,19 +172,19 @@ def test_report_has_two_sections_on_the_bound_with_charts() -> None:
 
 
 def test_samples_before_the_bound_counts_are_left_out() -> None:
-    late = replace(SECOND, first_told=2)
+    late = replace(SECOND, first_trusted=2)
     whole, part = (bounded(one).figures().error_bound for one in (SECOND, late))
-    cut = late.where_told()
+    cut = late.where_trusted()
     assert cut is not None
     assert len(cut.time) == len(SECOND.time) - 2
     assert bounded(cut).figures().error_bound == part != whole
-    assert replace(SECOND, first_told=99).where_told() is None
+    assert replace(SECOND, first_trusted=99).where_trusted() is None
 
 
 def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:
     """Estimates would be drawn beside other samples else, or not at all."""
     arrays = {name: SECOND.reference + i for i, name in enumerate(("estimate", "plain", "model"))}
-    cut = replace(SECOND, first_told=2, **arrays).where_told()
+    cut = replace(SECOND, first_trusted=2, **arrays).where_trusted()
     assert cut is not None
     for name, values in arrays.items():
         np.testing.assert_array_equal(getattr(cut, name), values[2:])
@@ -197,7 +197,7 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
     finer = own.model_copy(update={"system": system})
     window = own.window.model_copy(update={"planned": True})
     planned = own.model_copy(update={"window": window})
-    known, model = "known to the end of each step", "errs beside the finer reference"
+    known, model = "known to the end of each step", "against the finer reference"
     forecast = "the error of forecasting them to its end is in them"
     assert model in " ".join(bound_sentences(finer, False, None))
     assert forecast in " ".join(bound_sentences(own, True, None))
@@ -208,11 +208,11 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
 
 def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     """Known to the step's end the errors are 1 and 1, set to what they are now 3 and 1."""
-    inside = told([[2.0, 2.0]] * 2, STILL[:2])
-    known = comparison([[1.0, 1.0]] * 2, told=inside)
+    inside = trust_outputs([[2.0, 2.0]] * 2, STILL[:2])
+    known = comparison([[1.0, 1.0]] * 2, trust=inside)
     outputs = known.reference + [[3.0, 1.0]] * 2
-    said = Said(outputs, np.full((2, 2), 1.0), np.array([[3.0, 1.0]] * 2), inside)
-    found = bounded(replace(known, plain=outputs, plainly=said))
+    answer = FmuAnswer(outputs, np.full((2, 2), 1.0), np.array([[3.0, 1.0]] * 2), inside)
+    found = bounded(replace(known, plain=outputs, plain_answer=answer))
     figures = found.figures()
     bound = figures.error_bound
     assert [output.coverage for output in bound.outputs] == [0.0, 1.0]

@@ -12,20 +12,20 @@ from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sentences import bound_sentences
 from tests.recipes import whole_recipe
-from tests.validation.handmade import bounded, comparison, told
+from tests.validation.handmade import bounded, comparison, trust_outputs
 from tests.validation.measured import figures_of
 
 STILL = [0.5, 0.5, 0.5, 0.5]
 FIRST = comparison(
     [[1.0, 0.1], [-2.0, 0.1], [3.0, 0.2], [4.0, 0.1]],
-    told=told([[2.0, 0.2], [3.0, 0.2], [2.0, 0.3], [5.0, 0.4]], STILL),
+    trust=trust_outputs([[2.0, 0.2], [3.0, 0.2], [2.0, 0.3], [5.0, 0.4]], STILL),
 )
 SECOND = comparison(
     [[-1.0, 0.1], [2.0, 0.9], [3.0, 0.9], [1.0, 0.1]],
     kind=1,
-    told=told([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
+    trust=trust_outputs([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
 )
-THIRD = replace(SECOND, told=told([[9.0, 9.0]] * 4, STILL))
+THIRD = replace(SECOND, trust=trust_outputs([[9.0, 9.0]] * 4, STILL))
 
 
 def test_harm_stands_by_kind_where_usual_errors_are_known() -> None:

@@ -1,4 +1,4 @@
-"""An FMU runs on inputs whose true outputs are known, and both are compared."""
+"""This module runs an FMU on inputs whose true outputs are known, and compares both."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
 from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Comparison, Said
-from slide_fmu.validation.trust import Told
+from slide_fmu.validation.comparison import Comparison, FmuAnswer
+from slide_fmu.validation.trust import TrustOutputs
 
 
-def beside(
+def compare_with_truth(
     fmu: UnpackedFmu,
     surrogate: Surrogate,
     drawn: Draw,
@@ -27,7 +27,7 @@ def beside(
     """Run an FMU on inputs whose true outputs are known.
 
     Args:
-        drawn: the inputs, (N, n_inputs), of which the burn-in is not scored.
+        drawn: the inputs, (N, n_inputs); their burn-in is not scored.
         truth: outputs, (N + 1, n_outputs).
         seconds: wall time in s of each step that made them; empty where they were measured.
         parameters: values of the FMU's physical parameters, by name; its start values if None.
@@ -48,19 +48,19 @@ def beside(
     own = run_fmu(fmu, inputs, every, {**known, **at_end}, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)
 
-    def said(values: FloatArray) -> Said:
+    def answer(values: FloatArray) -> FmuAnswer:
         ends = np.cumsum([len(names), len(estimates), len(bounds)])
         predicted, estimated, bounded, about = np.split(values[first:], ends, 1)
         error = predicted - truth[first:]
         true_error = np.full_like(error, np.nan)
         if len(error) >= span:
             true_error[span - 1 :] = moving_rms(error, span)
-        told = Told(bounded, *about.T) if bounds else None
-        return Said(predicted, estimated if estimates else None, true_error, told)
+        trust = TrustOutputs(bounded, *about.T) if bounds else None
+        return FmuAnswer(predicted, estimated if estimates else None, true_error, trust)
 
-    at_once = said(own.values)
+    at_once = answer(own.values)
     now = _now(drawn, surrogate)
-    plain = None if now is None else said(run_fmu(fmu, now, every, known, step).values)
+    plain = None if now is None else answer(run_fmu(fmu, now, every, known, step).values)
     return Comparison(
         drawn.kind,
         step * np.arange(first, len(truth), dtype=np.float64),
@@ -73,16 +73,16 @@ def beside(
         None,
         plain=None if plain is None else plain.outputs,
         parameters=known,
-        told=at_once.told,
-        first_told=max(0, filling - first),
-        plainly=plain,
+        trust=at_once.trust,
+        first_trusted=max(0, filling - first),
+        plain_answer=plain,
     )
 
 
 def _now(drawn: Draw, surrogate: Surrogate) -> dict[str, FloatArray] | None:
-    """Return what an importer sets before each step that says what inputs are now.
+    """Return the inputs of an importer that sets u(t) before each step; None with zero-order hold.
 
-    ``drawn.inputs[k]`` is reached at t_k+1: so it is set before the step from there.
+    ``drawn.inputs[k]`` is reached at t_k+1, so it is set before the step from there.
     """
     if surrogate.hold == "zero_order":
         return None

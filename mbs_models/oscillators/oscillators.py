@@ -39,7 +39,7 @@ class _OscillatorSystem(SpringMassSystem):
 class LinearOscillator(_OscillatorSystem):
     """The linear oscillator follows m x'' + d x' + k x = F, with a zero-order hold of the force.
 
-    Arguments are as of ``DuffingOscillator``, without alpha. 12 substeps give 3e-10 of the
+    Arguments are as for ``DuffingOscillator``, without alpha. 12 substeps give 3e-10 of the
     response's RMS, and no force in range moves the mass further than the default position limit of
     8 m.
 
@@ -104,7 +104,7 @@ class DuffingBaseMotion(_OscillatorSystem):
 
     This is the excitation of the paper's code. The input is the position b of the base in m,
     within plus and minus ``base_limit``, with a first-order hold: it goes linearly from the last
-    input to the new one and arrives at the end of the step. Other arguments are as of
+    input to the new one and arrives at the end of the step. Other arguments are as for
     ``DuffingOscillator``; the damping acts on the absolute velocity.
 
     Raises:

@@ -25,22 +25,22 @@ from slide_fmu.excitation.speed_ramps import SpeedRamps
 from slide_fmu.systems.base import State, System
 
 DARK, STEEL, BLUE, ORANGE, GROUND = "#222222", "#6b7785", "#1f77b4", "#ff7f0e", "#8a8f96"
-"""The slider-crank's picture has these colours."""
+"""Colours of the slider-crank's picture."""
 CRANK_RADIUS, ROD_THICKNESS, BLOCK, RAIL = 0.03, 0.02, (0.17, 0.12), 0.065
-"""The sizes in m are half the crank's width, the rod's thickness, the slider's length and height,
-and the rails' distance from the middle."""
+"""Half the crank's width, the rod's thickness, the slider's length and height, and the rails'
+distance from the middle, in m."""
 POSES = 7
-"""This many instants are drawn, the last one in full colour."""
+"""Number of instants that are drawn, the last one in full colour."""
 POSE_STEP = 3
-"""Two instants that are drawn are this many samples apart."""
+"""Number of samples between two drawn instants."""
 BEFORE, DURATION = 2.0, 4.0
-"""The first part of a motion is left out, the second is drawn; both are in s."""
+"""Times in s: the first part of a motion is left out, the second is drawn."""
 
 
 def motion(system: System, kind: Kind, seed: int) -> list[State]:
     """Simulate a random motion, and return its states at all samples of ``DURATION``.
 
-    The time before, in which the start decays, is left out. The system ends in the last state.
+    The first part, in which initial effects decay, is left out. The system ends in the last state.
     """
     count = round((BEFORE + DURATION) / system.step)
     time = system.step * np.arange(count + 1, dtype=np.float64)

@@ -11,9 +11,9 @@ from matplotlib.colors import to_rgb
 from slide_fmu.core.signals import FloatArray
 
 AROUND, SLICE = 36, 0.01
-"""A tube has this many facets around it, and they are about so long in m."""
+"""Number of facets around a tube, and their approximate length in m."""
 CAP_RINGS = 5
-"""Each end of a tube has this many rings of facets."""
+"""Number of rings of facets at each end of a tube."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
-"""The machines as pages draw them in motion (``slide-fmu page --drawing``).
+"""Pages draw the machines in motion from these descriptions (``slide-fmu page --drawing``).
 
-Each function returns a description in plain values, whose form
-``slide_fmu/apps/page/drawing.py`` says.
+Each function returns a description in plain values; ``slide_fmu/apps/page/drawing.py`` defines its
+form.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Expression = Any
 
 
 class Shape(TypedDict, total=False):
-    """A shape is a line through points with a width in m, or a disc about one with a radius."""
+    """A Shape is a line through points with a width in m, or a disc about one with a radius."""
 
     line: list[str]
     width: float
@@ -29,7 +29,7 @@ class Shape(TypedDict, total=False):
 
 
 class Drawing(TypedDict):
-    """A drawing is what a page is told of a machine."""
+    """A Drawing describes a machine for a page."""
 
     text: str
     view: tuple[float, float, float, float]
@@ -40,13 +40,13 @@ class Drawing(TypedDict):
 
 
 SPACING, CHAIN_SCALE = 0.5, 2.0
-"""Masses of the chain are drawn so far apart in m, and their positions so many times as large."""
+"""Distance of the chain's masses in m, and the factor on their drawn positions."""
 COILS, REST = 12, 3.2
-"""The spring of an oscillator has so many half turns, and this length in m at rest."""
+"""Number of half turns of an oscillator's spring, and its length at rest in m."""
 ROD_PARTS, DEFLECTION_SCALE = 12, 3.0
-"""The rod is drawn in so many parts, with its deflection so many times as large."""
+"""Number of parts of the rod, and the factor on its drawn deflection."""
 HAND, DEVIATION_SCALE = 0.1, 25.0
-"""The hand is so long in m; the tool's deviation is drawn so many times as large."""
+"""Length of the hand in m, and the factor on the drawn deviation of the tool."""
 
 
 def oscillator() -> Drawing:
@@ -79,10 +79,10 @@ def oscillator() -> Drawing:
 
 
 def mass_chain() -> Drawing:
-    """Return the drawing of the chain: masses with an output move, those between stand between.
+    """Return the drawing of the chain; masses with an output move.
 
     The others are drawn halfway between their neighbours, walls included: the surrogate does not
-    know them.
+    know their positions.
     """
     known: dict[int, Expression] = {i + 1: f"position_{i + 1}" for i in OBSERVED}
     moved = {0: 0.0, **known, MASSES + 1: 0.0}
@@ -164,7 +164,7 @@ def slider_crank() -> Drawing:
 def robot() -> Drawing:
     """Return the drawing of the Puma 560 on its socket, at the desired joint angles.
 
-    The deviation of the tool grows from none at the socket's bottom to its full size at the tool.
+    The deviation of the tool grows from zero at the socket's bottom to its full size at the tool.
     """
     values, places = _arm()
     names = ["bottom", "base", *(f"link_{i}" for i in range(1, JOINTS + 1)), "tool"]
@@ -242,7 +242,7 @@ def _named(values: list[tuple[str, Expression]], name: str, entry: Expression) -
 
 
 def _times(a: Expression, b: Expression) -> Expression:
-    """Return a product; what is zero or one is left out."""
+    """Return a product, without factors of one; it is zero if a factor is."""
     if 0.0 in (a, b):
         return 0.0
     if a == 1.0 or b == 1.0:
@@ -251,7 +251,7 @@ def _times(a: Expression, b: Expression) -> Expression:
 
 
 def _plus(a: Expression, b: Expression) -> Expression:
-    """Return a sum; what is zero is left out."""
+    """Return a sum, without zeros."""
     if a == 0.0 or b == 0.0:
         return b if a == 0.0 else a
     return ["+", a, b]

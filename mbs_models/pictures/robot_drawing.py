@@ -21,13 +21,13 @@ from slide_fmu.systems.base import State, System
 ARM, JOINT, PLASTICS, METAL, HAND = "#d7dde5", "#2f7fc1", "#f0913a", "#8d97a3", "#3a4450"
 PATH, GRID, SHADOW = "#d62728", "#d5d9de", "#e9ebee"
 AXES = {"x": "#1f77b4", "y": "#2ca02c", "z": "#9467bd"}
-"""The components of the deviation have these colours."""
+"""Colours of the components of the deviation."""
 CAMERA = Camera(np.deg2rad(-52.0), np.deg2rad(20.0))
-"""The robot is seen by this camera."""
+"""Camera that views the robot."""
 SOCKET_RADIUS, HAND_LENGTH = 0.05, 0.1
-"""These lengths are in m."""
+"""Lengths in m."""
 POSES, POSE_STEP = 6, 12
-"""This many instants are drawn, this many samples apart."""
+"""Number of instants that are drawn, and the number of samples between them."""
 
 
 def draw_robot(system: Robot6R, states: Sequence[State]) -> bytes:

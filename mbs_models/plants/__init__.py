@@ -1,2 +1,1 @@
-"""The models share what is here: rows of masses and springs, driven plants, and checks of
-parameters."""
+"""The models share these parts: rows of masses, driven plants, and checks of parameters."""

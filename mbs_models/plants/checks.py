@@ -31,6 +31,6 @@ def expect_not_negative(**values: float) -> None:
 
 
 def expect_substeps(substeps: float) -> None:
-    """Refuse substeps that are no whole number from 1; ``expect`` raises the ValueError."""
+    """Refuse substeps that are not a whole number from 1; ``expect`` raises the ValueError."""
     whole = math.isfinite(substeps) and substeps == int(substeps) and substeps >= 1
     expect("substeps", substeps, whole, "a whole number from 1")

@@ -54,9 +54,9 @@ class SetPoints:
 class DrivenPlant:
     """The drives of a plant follow set points along a quadratic B-spline (SetPoints).
 
-    The coordinates are those of the plant and then the desired positions of the drives; the
-    velocities are their rates, in the same order. Without a new set point before ``advance`` the
-    drives go on with constant rate.
+    The coordinates are the plant's and then the desired positions of the drives; the velocities
+    are their rates, in the same order. Without a new set point before ``advance`` the drives
+    continue at a constant rate.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class DrivenPlant:
         return np.concatenate([self._plant.velocities(), self._desired.rate])
 
     def advance(self) -> None:
-        """Go on by one sample step.
+        """Advance by one sample step.
 
         Raises:
             SimulationError: the integration failed; the state is still the one before.
@@ -108,8 +108,8 @@ class DrivenPlant:
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
         """Linearize the plant with its drives at a state, shape (n + drives,) each, in SI units.
 
-        The matrices are those of the plant's n coordinates: the desired motion is given from
-        outside and does not vary.
+        The matrices belong to the plant's n coordinates: the desired motion is prescribed and does
+        not vary.
         """
         kept = self._desired, self._acceleration
         self._plan(SetPoints(coordinates[-self._drives :], velocities[-self._drives :]))

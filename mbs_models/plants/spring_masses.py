@@ -1,6 +1,6 @@
 """Equal masses stand in a row that begins at a wall; cubic springs join neighbours.
 
-The numbers of such a row and its statics are here, and how it is built in exudyn.
+This module has the parameters of such a row, its statics, and how it is built in exudyn.
 """
 
 # mypy: allow-untyped-calls
@@ -74,10 +74,10 @@ class SpringMasses:
     def equilibrium(self, forces: FloatArray) -> FloatArray:
         """Return the static positions in m, shape (n,), under loads in N, shape (len(loaded),).
 
-        Behind each load the spring force is smaller by it. So one number is unknown, the force
-        of the first spring. It carries all loads where the row ends free; between two walls the
-        springs' lengths must add up to the distance of the walls: one equation with one root,
-        since the deflection grows with the force.
+        After each load the spring force is smaller by the load. So the only unknown is the force
+        of the first spring. It carries all loads if the row ends free. Between two walls the
+        springs' lengths must add up to the distance of the walls: this is one equation with one
+        root, since the deflection grows with the force.
         """
         loads = np.zeros(self.count)
         loads[list(self.loaded)] = forces

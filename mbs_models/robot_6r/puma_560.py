@@ -1,4 +1,4 @@
-"""The Puma 560 has these lengths, masses and limits, and these gains of its joints' control.
+"""The Puma 560 has these lengths, masses and limits, and these gains of its joint control.
 
 Lengths and masses are those of the robotics toolbox with the changes of the paper: link 1 has a
 mass and full inertia, because the base moves; inertias obey the triangle inequality.
@@ -12,15 +12,15 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
 
 JOINTS = 6
-"""The arm has this many joints."""
+"""Number of joints of the arm."""
 LIMITS = np.array([2.7925, 1.9199, 2.3562, 0.99 * np.pi, 1.7453, 0.99 * np.pi])
 """Joint angles lie within plus and minus these limits in rad."""
 STIFFNESS = np.array([4e4, 4e4, 4e4, 100.0, 100.0, 10.0])
-"""The joints' control has these proportional gains P in N m/rad, those of the paper."""
+"""Proportional gains P of the joint control in N m/rad, as in the paper."""
 DAMPING = np.array([400.0, 400.0, 100.0, 1.0, 1.0, 0.1])
-"""The joints' control has these differential gains D in N m s/rad, those of the paper."""
+"""Differential gains D of the joint control in N m s/rad, as in the paper."""
 GRAVITY = np.array([0.0, 0.0, -9.81])
-"""Gravity acts along minus z, in m/s^2."""
+"""Acceleration of gravity, along minus z, in m/s^2."""
 
 _QUARTER = np.pi / 2.0
 _INERTIAS = [

@@ -1,4 +1,4 @@
-"""A Puma 560 stands on a flexible socket; the output is how far this puts its tool off.
+"""A Puma 560 stands on a flexible socket; the output is the deviation of its tool.
 
 Inputs are the desired joint angles, one set per sample; the output is the deviation of the tool
 from the rigid forward kinematics of the actual joint angles: p_e in the paper's section "Spatial
@@ -28,9 +28,9 @@ SOCKET_DAMPING = 8e-3
 ROTATION_LIMIT = 0.05
 """Components of the rotation vector lie within plus and minus this, in rad."""
 _RELEASED = np.repeat([200.0, 100.0], 3)
-"""In random states extra forces in N and torques in N m up to these had bent the socket."""
+"""Largest extra forces in N and torques in N m that had bent the socket in random states."""
 _ROUNDS, _SETTLED = 100, 1e-13
-"""The search for the static equilibrium ends after this many rounds, or at this change in rad."""
+"""Limit of rounds, and of the change in rad, that ends the search for the static equilibrium."""
 
 
 class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained):
@@ -42,8 +42,8 @@ class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained
 
     World axes are those of the flange without load: z up, the origin in its middle. The flange
     moves by the displacement u and turns by R. Then p_e = u + R p(q) - p(q) with the rigid
-    forward kinematics p(q) of the *actual* joint angles, so the lag of the drives is no part of
-    it: what deviates is the socket alone.
+    forward kinematics p(q) of the *actual* joint angles. So it does not contain the lag of the
+    drives, only the deviation by the socket.
 
     A state holds u, the flange's angles (about x, the new y, the new z), the six joint angles,
     internal coordinates of the socket if there are any, and then s; its velocities are the rates

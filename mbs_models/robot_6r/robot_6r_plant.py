@@ -38,7 +38,7 @@ from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.exudyn.plant import Plant
 
 _INITIAL, _CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
-_MATRICES: Any = exu.Matrix3DList  # exudyn's stubs know no arguments of these
+_MATRICES: Any = exu.Matrix3DList  # exudyn's stubs have no arguments for these
 _VECTORS: Any = exu.Vector3DList
 _JOINT = exu.JointType
 _FLANGE_JOINTS = [
@@ -83,12 +83,12 @@ class Manipulator:
 
     @property
     def coordinates(self) -> int:
-        """The number of coordinates counts those of flange, joints and internal modes."""
+        """The number of coordinates: flange, joints and internal modes."""
         return JOINTS + len(self.socket.mass)
 
 
 class ManipulatorPlant:
-    """This plant is the robot in exudyn.
+    """A ManipulatorPlant is the robot in exudyn.
 
     The coordinates of ``plant`` are the flange's displacement in m and angles in rad (turning
     about x, then the new y, then the new z), the joint angles, the socket's internal coordinates,

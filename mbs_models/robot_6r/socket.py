@@ -18,9 +18,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 FILE = Path(__file__).parent / "data" / "socket.json"
-"""This file holds the reduced socket that comes with the package."""
+"""File of the reduced socket that comes with the package."""
 FLANGE = 6
-"""The flange has this many coordinates: u in m and theta in rad."""
+"""Number of coordinates of the flange: u in m and theta in rad."""
 _MATRICES = ("mass", "stiffness", "weight")
 _BENT, _SHEARED = [3, 4], [0, 1]
 """Bending about x and y has the first two coordinates, shear along x and y the other two."""
@@ -43,7 +43,7 @@ class SocketMesh:
         density: density in kg/m^3.
         element_size: largest edge of an element in m.
         element_order: 1 for linear, 2 for quadratic tetrahedra.
-        internal_modes: number of modes kept beside the flange's coordinates.
+        internal_modes: number of modes in addition to the flange's coordinates.
     """
 
     radius: float = 0.05
@@ -66,7 +66,7 @@ class Socket:
     The coordinates s are u, theta and the internal coordinates, all in SI units.
 
     Attributes:
-        mesh: geometry, material and mesh of what was reduced.
+        mesh: geometry, material and mesh of the full socket.
         mass: M, shape (n, n), n = 6 + internal modes.
         stiffness: K, shape (n, n); zero between flange and internal coordinates.
         weight: W, force in s per acceleration of gravity, shape (n, 3).
@@ -92,7 +92,7 @@ class Socket:
     def symmetric(self) -> Socket:
         """Return the socket with a flange stiffness as symmetric about z as the cylinder is.
 
-        The mesh is not quite symmetric; ``SocketSpring`` needs what is.
+        The mesh is not quite symmetric, but ``SocketSpring`` needs symmetry.
         """
         stiffness = self.stiffness.copy()
         stiffness[:FLANGE, :FLANGE] = _symmetric(stiffness[:FLANGE, :FLANGE])
@@ -121,7 +121,7 @@ class Socket:
 
     @staticmethod
     def read(path: Path = FILE) -> Socket:
-        """Read the socket from a file that ``write`` made; by default it is that of the package.
+        """Read the socket from a file that ``write`` made; by default from the package.
 
         Raises:
             ValueError: the file has changed since it was written.

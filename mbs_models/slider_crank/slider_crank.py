@@ -1,4 +1,4 @@
-"""The rod of a slider-crank bends while a drive turns the crank; the output is how far.
+"""The rod of a slider-crank bends while a drive turns the crank; the output is its deflection.
 
 This is the machine of the paper's section "Planar flexible slider-crank". The drive follows the
 desired angle of the crank, given once per sample by its director (cosine, sine).
@@ -17,7 +17,7 @@ from slide_fmu.systems.base import Linearizable, RandomStates, State
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
 
 _SHORTEST_DIRECTOR = 1e-6
-"""A director that is shorter than this has no direction."""
+"""Shorter directors have no direction."""
 
 
 class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):

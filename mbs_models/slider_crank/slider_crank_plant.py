@@ -41,9 +41,9 @@ CRANK_LENGTH, CRANK_MASS = 0.5, 2.0
 ROD_LENGTH, ROD_MASS = 1.0, 4.0
 """Lengths are in m and masses in kg; the crank and the rod are uniform."""
 AXIAL_STIFFNESS = 414e3
-"""The rod has this axial stiffness E A in N."""
+"""Axial stiffness E A of the rod in N."""
 BENDING_DELAY, AXIAL_DELAY = 0.015, 0.01
-"""The rod's damping in bending and in stretching is its stiffness times these, in s."""
+"""Damping of the rod in bending and in stretching, relative to its stiffness, in s."""
 CRANK_COORDINATES, NODE_COORDINATES = 3, 4
 """The crank's coordinates are the displacement of its middle and its angle; those of a node of the
 rod are the displacement of the node and the deviation of the slope vector. All count from crank
@@ -54,8 +54,8 @@ and rod stretched along x."""
 class Mechanism:
     """A mechanism holds the numbers of a slider-crank with a flexible rod in the plane.
 
-    It has no gravity and no friction. The numbers are the arguments of ``SliderCrank``; that of
-    the elements is even, so that a node is in the rod's middle.
+    It has no gravity and no friction. The numbers are the arguments of ``SliderCrank``; the number
+    of elements is even, so that a node is in the rod's middle.
 
     Raises:
         ValueError: a value is out of its range.
@@ -79,7 +79,7 @@ class Mechanism:
 
     @property
     def coordinates(self) -> int:
-        """There are coordinates of the crank, of the rod, and the slider's displacement."""
+        """The number of coordinates: the crank's, the rod's, and the slider's displacement."""
         return CRANK_COORDINATES + NODE_COORDINATES * (self.elements + 1) + 1
 
     def rod_nodes(self, coordinates: FloatArray) -> FloatArray:
@@ -136,7 +136,7 @@ def _turned(direction: FloatArray) -> FloatArray:
 
 
 class SliderCrankPlant:
-    """This plant is a slider-crank in exudyn; its reference configuration is stretched along x.
+    """A SliderCrankPlant is a slider-crank in exudyn; its reference is stretched along x.
 
     The last coordinate of ``plant`` is the desired angle in rad.
     """

@@ -1,6 +1,6 @@
-"""This room makes a fitted network a surrogate that says how wrong it may be.
+"""This room completes a fitted network to a surrogate that knows its own error.
 
-``fit`` goes the whole way, from trajectories to forecast of inputs, error estimator and error
-bound. The network stays as it was fitted in ``fitting``. How estimates and bounds are evaluated is
+``fit`` has all stages, from trajectories to forecast of inputs, error estimator and error bound.
+The network itself is fitted in ``fitting`` and stays unchanged. Estimates and bounds are evaluated
 in ``surrogate``.
 """

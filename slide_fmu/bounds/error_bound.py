@@ -1,16 +1,16 @@
-"""The error bound is learnt and calibrated while surrogate and companion stay as they are.
+"""The error bound is trained and calibrated while surrogate and companion stay unchanged.
 
-The head learns the 95 % quantile of the absolute error by the pinball loss (Koenker and Bassett,
-1978), from trajectories that neither network has learnt from. Where an error estimate is made of
-it, it learns the RMS error to be expected as well, by the likelihood of normally distributed
-errors (Nix and Weigend, 1994). Further trajectories say how large the watched means usually are,
-and make bounds by conformal calibration: factors with which a scale of the error becomes a bound.
+The head learns the 95 % quantile of the absolute error with the pinball loss (Koenker and Bassett,
+1978), from trajectories that neither network was trained on. If an error estimate is made of it,
+it also learns the expected RMS error, by the likelihood of normally distributed errors (Nix and
+Weigend, 1994). Further trajectories give the usual size of the watched means, and calibrate the
+bounds by conformal prediction: a factor turns a scale of the error into a bound.
 
-Samples of one trajectory resemble each other, so a trajectory counts as one observation: a factor
-is the least one such that the share of its samples that a trajectory has covered is, on average
-over N trajectories, at least c (N + 1) / N. For a further trajectory that is exchangeable with
-these, the expected share is then at least c (pooled-CDF split conformal prediction: Dunn,
-Wasserman, Ramdas, 2023, "Distribution-free prediction sets for two-layer hierarchical models").
+Samples of one trajectory resemble each other, so a trajectory counts as one observation. A factor
+is the smallest one for which the share of covered samples per trajectory, averaged over N
+trajectories, is at least c (N + 1) / N. For a new trajectory that is exchangeable with these, the
+expected share is then at least c (pooled-CDF split conformal prediction: Dunn, Wasserman, Ramdas,
+2023, "Distribution-free prediction sets for two-layer hierarchical models").
 """
 
 from __future__ import annotations
@@ -61,38 +61,38 @@ from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
 
 PARTS = "data.bound", "data.calibration", "bound.expert.further"
-"""The parts of the data of an error bound, in their order."""
+"""The splits for an error bound, by their keys in recipes, in their order."""
 
 VALIDATION_SHARE = 0.1
-"""The head's weights are chosen by this part of the trajectories that it is given."""
+"""Share of the trajectories that selects the head's weights."""
 
 WEIGHT_OF_RMS = 0.1
-"""The likelihood of RMS errors counts as much beside the pinball loss of local scales."""
+"""Weight of the likelihood of RMS errors, relative to the pinball loss of local scales."""
 
 SMALL = 0.05
-"""An error below this part of the usual one, which is the 95 % quantile of all, counts as small:
-its bound need not be close."""
+"""An error is small below this fraction of the usual one, the 95 % quantile of all: its bound need
+not be close."""
 
 FAR = 3.0
-"""The logarithm of a squared error over the expected one from which on it is far outside."""
+"""Logarithm of a squared error over the expected one, above which the error is an outlier."""
 
 FURTHER_SHARE = 0.05
-"""Samples of further kinds are about this part of the others that the head learns from, at most.
+"""Largest share of samples of further kinds, relative to the others that the head learns from.
 
-Bounds in range are hardly wider for them then. Neighbouring samples resemble each other, so that
+With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
 USUAL = 0.999
-"""The domain has the shape of the box of watched means below this quantile of them."""
+"""Quantile of the watched means that gives the shape of the domain, a box."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """This says what a split shows beside surrogate and companion, where the window is filled.
+    """A _Seen has results of surrogate and companion along a split, once the window is filled.
 
     Attributes:
-        statistics: while a sample is the newest one, shape (n_trajectories, N, n_statistics).
-        afterwards: the same once its inputs are known, as an error estimate over a span needs it.
+        statistics: computed while a sample is the newest, shape (n_trajectories, N, n_statistics).
+        afterwards: computed when its inputs are known, for an error estimate over a span.
         watched: shape (n_trajectories, N, n_watched).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
@@ -113,25 +113,25 @@ def fit_bound(
     device: torch.device,
     progress: Progress,
 ) -> tuple[ErrorBound, History]:
-    """Train the head and calibrate the bound of a surrogate; the history is that of the head.
+    """Train the head and calibrate the bound of a surrogate; the history is the head's.
 
-    Where inputs are forecast, the bound holds in the plain call and where they are known to the
-    step's end: the head learns from both, and the larger factor counts.
+    If inputs are forecast, the bound holds both in the plain call and with inputs known up to the
+        end of the step: the head learns from both, and the larger factor counts.
 
-    The head sees what the surrogate's error estimator expects, if there is one. The splits are
-    trajectories to learn from, others to calibrate by, and perhaps further ones to learn from,
-    which are of kinds outside of the domain; no network has learnt from any of them. The
-    checkpoint is the file for the state of an interrupted training.
+    The head takes the estimates of the surrogate's error estimator, if there is one. The splits
+    are trajectories to train on, others for calibration, and possibly further ones to train on, of
+    kinds outside the domain. No network was trained on any of them. ``checkpoint`` is the file for
+    the state of an interrupted training.
 
     Raises:
         TrainingError: the training diverged, or the checkpoint cannot be read.
-        ValueError: the surrogate makes no error at all, one of the networks gives numbers that are
-            not finite, or there are too few trajectories.
+        ValueError: the surrogate makes no error at all, a network gives values that are not
+            finite, or there are too few trajectories.
     """
     blocks = block_lengths(
         surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
     )
-    with np.errstate(all="ignore"):  # what is not finite is refused below
+    with np.errstate(all="ignore"):  # values that are not finite are refused below
         plain = plain_predictions(surrogate, splits)
     see = partial(_seen, surrogate, companion, blocks)
     learnt, calibration, *further = (see(*pair) for pair in zip(splits, plain, strict=True))
@@ -156,7 +156,7 @@ def fit_bound(
 
 
 def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
-    """Return the head's local scales, and RMS errors, (n_trajectories, N, n_values)."""
+    """Return the head's local scales, and RMS errors if any, (n_trajectories, N, n_values)."""
     exponents = head.evaluate(_samples(statistics)).astype(np.float64)
     return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
 
@@ -164,11 +164,11 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
 def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
     """Return the factors for all confidences, (3, n_outputs).
 
-    Too few trajectories for a confidence above the usual one bound nothing.
+    If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """
     n_outputs = calibration.errors.shape[2]
     found = _scales(head, calibration.statistics)[..., :n_outputs]
-    # errors of zero count as the least that the head knows: factors are positive
+    # factors must be positive, so errors of zero count as the smallest that the head knows
     ratios = np.maximum(calibration.errors / found, 2.0**-MOST_EXPONENT)
     enough = calibrated(len(ratios))
     return np.stack(
@@ -182,11 +182,11 @@ def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
 
 
 def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
-    """Give the factor of every output, (n_outputs,).
+    """Return the factor of every output, (n_outputs,).
 
     Args:
         ratios: absolute errors over the scale of the error, shape (n_trajectories, N, n_outputs).
-        confidence: expected share of covered samples in a further trajectory.
+        confidence: expected share of covered samples in a new trajectory.
 
     Raises:
         ValueError: there are too few trajectories for the confidence.
@@ -216,16 +216,16 @@ def _require_finite(name: str, mix: _Seen) -> None:
 
 
 def _thinned(mix: _Seen, most: float) -> _Seen:
-    """Take every n-th sample of each trajectory, with the least n that leaves so many errors."""
+    """Take every n-th sample of each trajectory, so that at most ``most`` errors remain."""
     every = max(1, math.ceil(mix.errors.size / most))
     return _Seen(*(values[:, ::every] for values in vars(mix).values()))
 
 
 def _span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray:
-    """Return what makes an error over a span of those expected of each sample, (n_outputs,).
+    """Return the factors from expected errors of samples to errors over a span, (n_outputs,).
 
-    Both have the shape (n_trajectories, N, n_outputs). Estimates of the calibration are as often
-    too large as too small.
+    Both arrays have the shape (n_trajectories, N, n_outputs). On the calibration, estimates are
+    too large as often as too small.
     """
     known = slice((N_BLOCKS + 1) * block, None)
     true, found = (block_means(values**2, block)[:, known] for values in (errors, rms))
@@ -240,10 +240,10 @@ def _seen(
     split: Split,
     plain: FloatArray | None,
 ) -> _Seen:
-    """Run both networks along trajectories. What is not finite is refused afterwards.
+    """Run both networks along trajectories; values that are not finite are refused later.
 
-    Errors are those of the outputs in a plain call, (n_trajectories, N, n_outputs), if they are
-    given; else those of the outputs where all inputs are known to the step's end.
+    Errors are those of ``given``, outputs in a plain call, (n_trajectories, N, n_outputs), if it
+    is not None; otherwise of the outputs with all inputs known up to the end of the step.
     """
     scaled = surrogate.input_scaling.apply(split.inputs)
     networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
@@ -271,10 +271,10 @@ def _fit_head(
     device: torch.device,
     progress: Progress,
 ) -> tuple[FeedForward, History]:
-    """Learn the logarithm of the local scale, about the error's quantile in all samples.
+    """Train the head on the logarithm of the local scale, near the quantile of all errors.
 
-    With ``estimate_span``, that of the RMS error follows. Of each mix of kinds a part of the
-    trajectories chooses the weights. Errors count relative to the quantile of the first mix.
+    With ``estimate_span``, the logarithm of the RMS error follows. In each mix of kinds, some of
+    the trajectories select the weights. Errors are relative to the quantile of the first mix.
     """
     errors = learnt[0].errors.reshape(-1, learnt[0].errors.shape[2])
     usual = np.quantile(errors, USUAL_CONFIDENCE, axis=0)
@@ -328,15 +328,15 @@ def _fit_head(
 
 
 def _samples(values: FloatArray) -> FloatArray:
-    """Take trajectories apart, (n_trajectories, N, n) to (n_trajectories * N, 1, n)."""
+    """Split trajectories into samples, (n_trajectories, N, n) to (n_trajectories * N, 1, n)."""
     return values.reshape(-1, 1, values.shape[2])
 
 
 def _objective(usual: torch.Tensor) -> Objective:
-    """Return the loss of exponents, (B, n_values), beside errors relative to the usual ones.
+    """Return the loss of exponents, (B, n_values), for errors relative to the usual ones.
 
     The errors have the shape (B, n_outputs), the exponents of the usual ones (n_outputs,). The
-    first n_outputs exponents are those of the local scales, others those of RMS errors.
+    first n_outputs exponents are local scales, the others are RMS errors.
     """
     n_outputs = len(usual)
 
@@ -351,21 +351,21 @@ def _objective(usual: torch.Tensor) -> Objective:
 
 
 def _pinball(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
-    """Return the mean pinball loss at ``USUAL_CONFIDENCE``, both relative to the usual errors.
+    """Return the mean pinball loss at ``USUAL_CONFIDENCE``, relative to the usual errors.
 
-    Both count on a logarithmic scale, down to a small part of the usual error: kinds of inputs
-    with errors a hundred times as large would decide alone, and small errors would be bounded by
-    anything. A quantile is the same on any such scale.
+    Errors are on a logarithmic scale, down to a small fraction of the usual error. Otherwise kinds
+    of inputs with errors a hundred times larger would decide alone, and small errors would get
+    loose bounds. A quantile is the same on any such scale.
     """
     below = (errors / SMALL).log1p() - (exponents.exp2() / SMALL).log1p()
     return torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below).mean()
 
 
 def _likelihood(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
-    """Return the mean negative logarithm of the likelihood of errors, but for a constant.
+    """Return the mean negative logarithm of the likelihood of errors, without its constant.
 
-    It is that of normally distributed errors with these RMS values. One far outside of them counts
-    as one by its logarithm: few of them would decide alone.
+    The errors are normally distributed with these RMS values. An outlier counts by its logarithm:
+    otherwise a few outliers would decide alone.
     """
     levels = math.log(4) * exponents  # of squares
     apart = errors.square().clamp(min=SMALLEST).log() - levels
@@ -374,14 +374,14 @@ def _likelihood(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
 
 
 SINGLE = 1e-6
-"""Of numbers in single precision, changes below this part of them are rounding."""
+"""Relative changes of numbers in single precision below this are rounding."""
 
 
 def scaling_of_statistics(statistics: FloatArray) -> Affine:
-    """Return what centres and scales statistics, (N, n_statistics), by their standard deviations.
+    """Return the scaling of statistics, (N, n_statistics), by mean and standard deviation.
 
-    One that never changes, but for rounding of itself or of others (``STILL``), stays as it is:
-    another rounding would be another value of the head.
+    A statistic that never changes, except by rounding of itself or of others (``STILL``), is not
+    scaled: otherwise rounding would change the values of the head.
     """
     deviation = statistics.std(axis=0)
     rounding = np.maximum(SINGLE * np.abs(statistics).max(axis=0), STILL * deviation.max())
@@ -392,8 +392,8 @@ def scaling_of_statistics(statistics: FloatArray) -> Affine:
 def _limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) -> FloatArray:
     """Return the watched means at the edge of the domain, (n_watched,).
 
-    The box of the usual ones, (n_trajectories, N, n_watched), is blown up in all directions until
-    the share of the samples of the calibration outside of it is that of false alarms.
+    The box of the usual means, (n_trajectories, N, n_watched), is enlarged in all directions until
+    the share of calibration samples outside equals the share of false alarms.
     """
     usual = np.quantile(learnt.reshape(-1, learnt.shape[2]), USUAL, axis=0)
     usual = np.maximum(usual, SMALLEST)

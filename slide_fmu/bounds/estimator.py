@@ -1,7 +1,7 @@
-"""The error estimator is a second network, trained while the surrogate stays as it is.
+"""The error estimator is a second network, trained while the surrogate stays unchanged.
 
-The paper's section "Error Estimation Network" has the method: the network learns the logarithm of
-the RMSE over an output window from the surrogate's inputs. A time-invariant estimator is an
+The method is in the paper's section "Error Estimation Network": the network learns the logarithm
+of the RMSE over an output window from the surrogate's inputs. A time-invariant estimator is an
 addition: one network gives mean and variance of the error at single samples, and the estimate is
 their moving RMS.
 """
@@ -36,33 +36,34 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 
 POSITIONS, BLOCKS = "error at single samples", "error estimator"
-"""The stages have these names in the progress and in the figures."""
+"""Names of the stages in the progress and in the figures."""
 HEADROOM = 0.1
-"""The map's range ends this many decades above the largest error seen."""
+"""The map's range ends by this number of decades above the largest error found."""
 
 LIMIT = 8.0
-"""A square of errors has at most this decimal exponent: single precision stays finite at first."""
+"""Largest decimal exponent of a squared error: it keeps single precision finite at first."""
 
 HUBER = 0.03
-"""Deviations of eps count squared below this, linearly above it: bursts do not rule the fit."""
+"""Deviations of eps count squared below this, linearly above it: bursts do not dominate the
+fit."""
 ROUNDING = 1e-6
-"""Two programs may differ by this part of a feature's size (of one, at least) by rounding."""
+"""Two programs may differ by this fraction of a feature's size (of 1, at least) by rounding."""
 MARGIN = 0.05
-"""The estimator counts as trained up to this part of a feature's range beyond either end."""
+"""The estimator counts as trained up to this fraction of a feature's range beyond either end."""
 OUTLIER = 4.0
-"""The likelihood of an error falls only exponentially from this many standard deviations on."""
+"""The likelihood of an error falls only exponentially beyond this number of standard
+deviations."""
 AT_RESOLUTION = -1.0 + 1e-6
 """A target eps up to this value lies at the resolution: any smaller estimate is right too."""
 
 
 class EstimatorModule(torch.nn.Module):
-    """An estimator module evaluates one network along a stretch and gives its moving RMS. Final.
+    """An EstimatorModule evaluates one network along a sequence and gives its moving RMS. Final.
 
     Args:
-        network: gives eps of the features (B, n_samples, n_features) that it sees, or the mean
-            and eps.
-        positions: number of evaluations that one RMS is made of, each one sample later; with 1
-            the network sees the whole window.
+        network: gives eps, or the mean and eps, from features (B, n_samples, n_features).
+        positions: number of evaluations in one RMS, each one sample later; with 1 the network
+            takes the whole window.
         log_error: map between eps and relative errors.
         n_outputs: number of outputs.
     """
@@ -75,7 +76,7 @@ class EstimatorModule(torch.nn.Module):
         self.n_outputs = n_outputs
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Map stretches of features to eps at the ends of all whole windows in them.
+        """Map sequences of features to eps at the ends of all whole windows in them.
 
         Features (B, n_samples + positions - 1 + n, n_features) give eps (B, (n + 1) * n_outputs),
         flattened sample by sample.
@@ -84,7 +85,7 @@ class EstimatorModule(torch.nn.Module):
         values = self.network.values_of(self.network.seen(views).flatten(0, 1))
         mean, variance = split_values(values, self.log_error, self.n_outputs)
         squares = (mean.square() + variance).view(len(windows), -1, self.n_outputs)
-        # sums of few samples are differences of sums of many: double precision
+        # double precision: sums of few samples are differences of sums of many
         sums = torch.nn.functional.pad(squares.double().cumsum(1), (0, 0, 1, 0))
         blocks = (sums[:, self.positions :] - sums[:, : -self.positions]) / self.positions
         logarithms = 0.5 * blocks.clamp_min(10.0 ** (-2 * LIMIT)).log10()
@@ -95,11 +96,11 @@ class EstimatorModule(torch.nn.Module):
 def split_values(
     values: torch.Tensor, log_error: LogError, n_outputs: int
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Split what the network gives into the mean and the variance of the relative error.
+    """Split the values of the network into the mean and the variance of the relative error.
 
-    The values are eps alone, shape (B, n_outputs), for the mean 0; or the mean in standard
-    deviations, then eps, (B, 2 * n_outputs). Errors differ by orders of magnitude along a motion,
-    so the mean is learnt as a multiple of the standard deviation. Both results have the shape (B,
+    The values are eps only, shape (B, n_outputs), for the mean 0; or the mean in standard
+    deviations, then eps, (B, 2 * n_outputs). Errors vary by orders of magnitude along a motion, so
+    the mean is learnt as a multiple of the standard deviation. Both results have the shape (B,
     n_outputs).
     """
     eps = values[:, -n_outputs:]
@@ -111,7 +112,7 @@ def split_values(
 
 
 def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
-    """Return the Huber loss of the deviations of eps, with none for estimates below resolution."""
+    """Return the Huber loss of the deviations of eps; zero for estimates below resolution."""
     deviation = values - targets
     deviation = torch.where(targets <= AT_RESOLUTION, deviation.clamp_min(0), deviation)
     nothing = torch.zeros_like(deviation)
@@ -119,16 +120,16 @@ def _huber(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
 
 
 ROBUST = Objective(_huber, lambda value: value, odd=False)
-"""The objective is about the mean absolute deviation of eps: the usual deviation counts."""
+"""Objective near the mean absolute deviation of eps: the usual deviation counts."""
 
 
 def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Objective:
     """Return the objective of maximum likelihood for normally distributed errors.
 
-    Errors further than ``OUTLIER`` standard deviations from the mean count linearly: a surrogate
-    that has left its range errs by orders of magnitude more than the network can have learnt yet.
-    The loss is reported as exp(loss - 1/2), which is the geometric mean of the standard deviations
-    where these are right. The resolution is the smallest relative error that is of interest.
+    Errors further than ``OUTLIER`` standard deviations from the mean count linearly: outside its
+    range a surrogate has errors that are orders of magnitude larger than the network can have
+    learnt so far. The loss is reported as exp(loss - 1/2), the geometric mean of the standard
+    deviations if these are right. ``resolution`` is the smallest relative error of interest.
     """
 
     def loss(values: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
@@ -153,29 +154,29 @@ def fit_estimator(
     device: torch.device,
     progress: Stages,
 ) -> tuple[ErrorEstimator, dict[str, History]]:
-    """Train the error estimator of a surrogate, which stays as it is.
+    """Train the error estimator of a surrogate, which stays unchanged.
 
-    It is returned with the history of each stage by its name. The splits are trajectories to learn
-    from and to validate by; not those that the surrogate has learnt from, on which its errors are
-    small (paper, "Error Estimation Network"). The checkpoint is the file for the state of an
-    interrupted training; that of the pretraining lies beside it.
+    It is returned with the history of each stage by its name. The splits are trajectories for
+    training and validation; they differ from the surrogate's training trajectories, on which its
+    errors are small (paper, "Error Estimation Network"). ``checkpoint`` is the file for the state
+    of an interrupted training; the pretraining's file is next to it.
 
     Raises:
         TrainingError: the training diverged, or a checkpoint cannot be read.
-        ValueError: the surrogate makes no error above the resolution, or signs shall be flipped
+        ValueError: the surrogate makes no error above the resolution, or signs are to be flipped
             of features that do not change their sign with the inputs.
     """
-    records = _records(surrogate, offered, splits, recipe, device)
-    log_error, step, n_outputs = records.log_error, surrogate.window.step, len(surrogate.outputs)
+    found = _errors_along(surrogate, offered, splits, recipe, device)
+    log_error, step, n_outputs = found.log_error, surrogate.window.step, len(surrogate.outputs)
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
     network = FeedForwardModule(
-        recipe.network, records.n_samples, records.features, n_values, records.ages
+        recipe.network, found.n_samples, found.features, n_values, found.ages
     )
-    network.to(device, records.inputs[0].dtype)
+    network.to(device, found.inputs[0].dtype)
     network.initialise(torch.Generator(device).manual_seed(recipe.training.seed))
     histories = {}
     if recipe.expert.pretraining is not None:
-        training, validation = records.single_samples(step, recipe)
+        training, validation = found.single_samples(step, recipe)
         histories[POSITIONS] = train(
             network,
             training,
@@ -185,29 +186,29 @@ def fit_estimator(
             progress(POSITIONS),
             likelihood(log_error, recipe.expert.resolution, n_outputs),
         )
-    module = EstimatorModule(network, records.positions, log_error, n_outputs)
-    training, validation = records.stretches(step, recipe.expert.resolution)
+    module = EstimatorModule(network, found.positions, log_error, n_outputs)
+    training, validation = found.windows(step, recipe.expert.resolution)
     histories[BLOCKS] = train(
         module, training, validation, recipe.training, checkpoint, progress(BLOCKS), ROBUST
     )
-    # the changes of the first samples are wrong: what was before them is not stored
-    ranges = _ranges(records.inputs[0][:, BEFORE:])
-    return ErrorEstimator(network.freeze(), log_error, records.positions, ranges), histories
+    # the changes of the first samples are wrong: the inputs before them are not stored
+    ranges = _ranges(found.inputs[0][:, BEFORE:])
+    return ErrorEstimator(network.freeze(), log_error, found.positions, ranges), histories
 
 
 @dataclass(frozen=True, eq=False)
-class _Records:
-    """The records that an estimator learns from, and those that it is validated by.
+class _Errors:
+    """_Errors has features and errors along trajectories, for training and for validation.
 
     Attributes:
-        features: what the network sees of the inputs.
+        features: the features of the network.
         log_error: map between eps and relative errors.
         inputs: features, shape (n_trajectories, N, n_features) each.
         errors: relative errors of the newest outputs, shape (n_trajectories, N + 1, n_outputs).
         blocks: RMSE over the span that ends at each sample, of the same shape.
-        n_samples: number of samples between the oldest and the newest that the network sees.
-        ages: ages of those that it sees, falling; it sees all if there are none.
-        positions: number of evaluations that one estimate is made of.
+        n_samples: number of samples from the oldest to the newest that the network takes.
+        ages: ages of the samples that it takes, falling; empty if it takes all.
+        positions: number of evaluations in one estimate.
     """
 
     features: FeatureMap
@@ -229,11 +230,11 @@ class _Records:
             ]
             yield WindowData(inputs[kept], torch.as_tensor(errors[kept]).to(inputs), window)
 
-    def stretches(self, step: float, resolution: float) -> Iterator[WindowData]:
+    def windows(self, step: float, resolution: float) -> Iterator[WindowData]:
         """Return windows whose targets are eps of the RMSE at all ends of spans in them.
 
         Windows are longer than one estimate needs, so that evaluations are used again:
-        neighbouring estimates share all positions but one.
+            neighbouring estimates share all positions but one.
         """
         seen = self.n_samples + self.positions - 1
         more = min(self.positions - 1, self.inputs[0].shape[1] - seen)
@@ -243,14 +244,14 @@ class _Records:
             yield WindowData(inputs, torch.as_tensor(eps).to(inputs), window)
 
 
-def _records(
+def _errors_along(
     surrogate: Surrogate,
     offered: Offered,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     device: torch.device,
-) -> _Records:
-    """Run the surrogate along trajectories and return its errors beside its features."""
+) -> _Errors:
+    """Run the surrogate along trajectories and return its errors with its features."""
     window, time_invariant = surrogate.window, recipe.network.time_invariant
     span = recipe.span or window.n_out
     errors = [streamed_errors(surrogate, split) for split in splits]
@@ -266,10 +267,10 @@ def _records(
     most = window.memory_length if time_invariant else window.n_in
     ages = tuple(reversed(recipe.expert.lags or ()))
     n_samples = ages[0] + 1 if ages else most
-    first = most - n_samples  # no error counts before the surrogate's window is filled
+    first = most - n_samples  # errors count once the surrogate's window is filled
     dtype = getattr(torch, recipe.training.expert.precision)
     inputs = [torch.as_tensor(features.along(v)).to(device, dtype) for v in scaled]
-    return _Records(
+    return _Errors(
         features,
         log_error,
         [values[:, first:].contiguous() for values in inputs],
@@ -282,7 +283,7 @@ def _records(
 
 
 def _ranges(features: torch.Tensor) -> Float32Array:
-    """Return the least and the largest value of every feature with a margin, (2, n_features)."""
+    """Return the least and largest value of every feature with a margin, (2, n_features)."""
     values = features.flatten(0, 1)
     least, largest = values.min(0).values, values.max(0).values
     size = values.abs().max(0).values.clamp_min(1.0)
@@ -293,8 +294,8 @@ def _ranges(features: torch.Tensor) -> Float32Array:
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
     """Return errors of the newest outputs, relative to the outputs' scale, as in a plain call.
 
-    The shape is (n_trajectories, N + 1, n_outputs), with zero at sample 0, where nothing is
-    predicted.
+    The shape is (n_trajectories, N + 1, n_outputs). Sample 0 is zero, since nothing is predicted
+    there.
     """
     result = np.zeros_like(split.outputs)
     (predicted,) = plain_predictions(surrogate, [split])
@@ -306,7 +307,7 @@ def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
     """Return the RMSE over the span that ends at each sample (paper).
 
     Errors and result have the shape (n_trajectories, N + 1, n_outputs). Entries are zero where the
-    span goes back before the first sample whose error counts, that of n_in - n_out + 1 inputs.
+    span begins before the first valid error, after n_in - n_out + 1 inputs.
     """
     first, result = window.memory_length, np.zeros_like(errors)
     for row, error in zip(result, errors, strict=True):
@@ -315,7 +316,7 @@ def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
 
 
 def _log_error(errors: FloatArray, resolution: float) -> LogError:
-    """Return the map whose range holds all errors from the resolution on.
+    """Return the map whose range covers all errors above the resolution.
 
     Raises:
         ValueError: no error is above the resolution.

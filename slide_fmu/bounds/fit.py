@@ -1,11 +1,11 @@
-"""From a recipe and its trajectories to a surrogate with error estimator and error bound.
+"""A recipe and its trajectories are fitted to a surrogate with error estimator and error bound.
 
-The companion of a bound is the same network again, or a larger one, from other trajectories. It
-shows the scale of the surrogate's error only when it is about as accurate: else the difference of
-both is its own error. Where it is more accurate, the difference is the surrogate's error itself.
-So a recipe may give it more hidden units and a longer training (``bound.expert.companion``).
-Sizes that the recipe leaves open are the ones that were found for the surrogate. A training may
-end in a worse minimum, so there are several attempts (``bound.expert.attempts``).
+The companion of a bound is the same network again, or a larger one, trained on other trajectories.
+It shows the scale of the surrogate's error only if it is about as accurate; otherwise the
+difference of both is its own error. If it is more accurate, the difference is the surrogate's
+error. So a recipe may give it more hidden units and a longer training
+(``bound.expert.companion``). Sizes that the recipe leaves open are those found for the surrogate.
+A training may end in a worse minimum, so there are several attempts (``bound.expert.attempts``).
 """
 
 from __future__ import annotations
@@ -31,32 +31,31 @@ from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
-"""The estimator's weights are chosen by these trajectories."""
+"""Name of the split whose trajectories select the estimator's weights."""
 
 COMPANION = "companion"
-"""The stage has this name in the progress and in the figures."""
+"""Name of the companion's stage in the progress and in the figures."""
 
 ACCURATE = 1.3
-"""A companion is accurate enough if its validation error is at most this factor on the
-surrogate's. A less accurate one makes bounds wider, since its own error is most of the
-disagreement."""
+"""Largest ratio of the validation errors of companion and surrogate. A less accurate companion
+makes bounds wider, since its own error is most of the disagreement."""
 
 BOUND = "error bound"
-"""The stage of the head has this name in the progress and in the figures."""
+"""Name of the head's stage in the progress and in the figures."""
 
 
 def fit_surrogate(work: Work) -> Fit:
     """Train the surrogate of a recipe, then its error estimator and its error bound.
 
-    The store has the recipe's trajectories.
+    The store contains the recipe's trajectories.
 
     Raises:
-        RecipeError: the recipe leaves something to be found.
+        RecipeError: the recipe has open values.
         StoreError: trajectories are missing, or were made from another recipe or model.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
         RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the system's.
-        ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
+        ValueError: signs are to be flipped of signals that are not symmetric, or a signal never
             moves in the training data.
     """
     recipe = work.recipe
@@ -69,7 +68,7 @@ def fit_surrogate(work: Work) -> Fit:
 
 
 def _with_forecast(work: Work, fit: Fit) -> Fit:
-    """Fit the forecast of inputs that move."""
+    """Fit the forecast of moving inputs."""
     recipe, source = work.recipe, work.case.source
     (learnt,) = work.splits("train")
     forecast = fit_forecast(source.inputs, learnt.inputs, recipe.window.planned)
@@ -80,13 +79,13 @@ def _with_forecast(work: Work, fit: Fit) -> Fit:
 
 
 def _with_remark(histories: dict[str, History], remark: str | None) -> dict[str, History]:
-    """Return histories, the last of which carries a remark."""
+    """Return histories with a remark in the last one."""
     *_, last = histories
     return {**histories, last: replace(histories[last], remark=remark)}
 
 
 def _with_estimator(work: Work, fit: Fit) -> Fit:
-    """Fit the error estimator of a surrogate; it is left out where a constant says as much."""
+    """Fit the error estimator of a surrogate; omit it if a constant estimates as well."""
     recipe, surrogate = work.recipe.estimator, fit.surrogate
     assert recipe is not None
     learnt, validation = work.splits("estimator", OF_ESTIMATOR)
@@ -108,7 +107,7 @@ def _with_estimator(work: Work, fit: Fit) -> Fit:
 
 
 def _in_range(recipe: Recipe, split: Split) -> Split:
-    """Return the trajectories in range that chose the estimator; all if there are none."""
+    """Return the trajectories in range that selected the estimator; all if there are none."""
     assert recipe.estimator is not None
     beyond = partial(rules_of(recipe).draws_beyond, recipe.estimator)
     kept = [i for i in range(len(split.inputs)) if not beyond(i)]
@@ -117,7 +116,7 @@ def _in_range(recipe: Recipe, split: Split) -> Split:
 
 
 def _with_bound(work: Work, fit: Fit) -> Fit:
-    """Fit the companion, then the bound of a surrogate; a useless error estimate is left out."""
+    """Fit the companion, then the bound of a surrogate; omit an error estimate without use."""
     recipe, surrogate = work.recipe, fit.surrogate
     assert recipe.bound is not None
     fitted, course = _fit_companion(work, fit)
@@ -157,7 +156,7 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
     assert recipe.bound is not None
     split = "train" if recipe.data.companion == "train" else "companion"
     accurate = ACCURATE * min(fit.histories[SURROGATE].validation_error)
-    # where features were tried, the companion tries them too, and finds its own sizes
+    # if features were searched, the companion searches them too, with its own sizes
     searched = any(name.startswith(FEATURES) for name in fit.histories)
     sized = recipe if searched else fit.recipe
     found: list[tuple[float, Surrogate, History]] = []

@@ -1,4 +1,4 @@
-"""The forecast of inputs that move, fitted to those of the training."""
+"""The forecast of moving inputs is fitted to the training inputs."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.surrogate.input_forecast import BETTER, InputForecast, changes_of
 
 POLYNOMIALS = np.array([[-1.0, 0.0, 0.0], [-3.0, 1.0, 0.0], [-6.0, 4.0, -1.0]])
-"""A straight line, a parabola and a cubic: the candidates before they are fitted."""
+"""A straight line, a parabola and a cubic: the candidates before the fit."""
 
-STRETCH = 16
-"""Samples of which one candidate shall forecast all: excitations change within a trajectory."""
+PIECE = 16
+"""Number of samples that one candidate must forecast: excitations change in a trajectory."""
 
 ROUNDS = 4
-"""How often stretches are given to candidates, and these are fitted to them; it settles soon."""
+"""Number of rounds that assign pieces to candidates and refit them; it converges soon."""
 
 PLANNED = np.array([-6.0, 4.0, -1.0, 0.0])
-"""The only candidate for planned motions before it is fitted: a cubic, and one more sample."""
+"""The only candidate for planned motions before the fit: a cubic, and one more sample."""
 
 RESOLUTION = 1e-6
-"""Where motions tell less than this about a candidate, it stays the polynomial that it was."""
+"""If motions determine a candidate less than this, it stays a polynomial."""
 
 
 def fit_forecast(
     signals: tuple[Signal, ...], inputs: FloatArray, planned: bool
 ) -> InputForecast | None:
-    """Fit the forecast of inputs with a first-order hold; None of others.
+    """Fit the forecast of inputs with a first-order hold; None for others.
 
-    Every stretch of the inputs belongs to the candidate that forecasts it best, or to the held
-    value where none is clearly better; each candidate is the least squares fit to its stretches,
-    all of which count alike, whatever their amplitude.
+    Every piece of the inputs is assigned to the candidate that forecasts it best, or to the held
+    value if no candidate is clearly better. Each candidate is the least squares fit to its pieces,
+    which have equal weights, whatever their amplitude.
 
-    Planned motions are of one kind and never rough: one candidate, fitted to all samples so that
-    large changes count most, takes the place of all others where its forecasts err less.
+    Planned motions are of one kind and never rough. One candidate is fitted to all their samples,
+    so that large changes count most. It replaces all others if its forecasts have smaller errors.
 
     Args:
         signals: the inputs.
-        inputs: their samples in the training, shape (n_trajectories, N, n_inputs).
+        inputs: their training samples, shape (n_trajectories, N, n_inputs).
         planned: whether they are planned motions, known ahead.
     """
     if signals[0].hold != "first_order":
@@ -61,7 +61,7 @@ def fit_forecast(
 
 
 def _rms_error(weights: FloatArray, values: FloatArray) -> float:
-    """Give the RMS error of forecasts of one input or angle, where the last samples choose."""
+    """Return the RMS error of forecasts of one input or angle, chosen by the last samples."""
     n_past, window = weights.shape[1], np.ones(InputForecast.n_scored)
     views = np.lib.stride_tricks.sliding_window_view(values, n_past + 2, axis=1)[:, :, ::-1]
     if views.shape[1] <= len(window):
@@ -92,11 +92,11 @@ def _fit_planned(values: FloatArray) -> FloatArray:
 def _fit(values: FloatArray) -> FloatArray:
     """Fit all candidates to the values of one input or angle, shape (n_trajectories, N)."""
     n_past = POLYNOMIALS.shape[1]
-    count = (values.shape[1] - n_past - 1) // STRETCH
+    count = (values.shape[1] - n_past - 1) // PIECE
     if count < 1:
         return POLYNOMIALS
     windows = np.lib.stride_tricks.sliding_window_view(values, n_past + 2, axis=1)
-    views = windows[:, : count * STRETCH, ::-1].reshape(-1, STRETCH, n_past + 2)
+    views = windows[:, : count * PIECE, ::-1].reshape(-1, PIECE, n_past + 2)
     changes = views[:, :, 0] - views[:, :, 1]
     held = np.sum(changes**2, axis=1)
     moving = held > 0
@@ -116,7 +116,7 @@ def _fit(values: FloatArray) -> FloatArray:
 
 
 def _fit_one(start: FloatArray, views: FloatArray, changes: FloatArray) -> FloatArray:
-    """Fit one candidate, which stays as near to where it starts as its stretches leave open."""
+    """Fit one candidate; it stays near its start in directions that its pieces leave open."""
     if len(views) == 0:
         return start
     sizes = np.sqrt(np.sum(changes**2, axis=1))[:, None]

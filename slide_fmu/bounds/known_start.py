@@ -1,6 +1,6 @@
-"""A training may begin with the network of an FMU: learnt from a simulation, refined on a record.
+"""A training may begin with the network of an FMU: trained on a simulation, refined on a record.
 
-The network keeps its features, scalings and sizes; its window is that of the recipe.
+The network keeps its features, scalings and sizes; its window is the recipe's.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from slide_fmu.systems.base import Source
 
 
 def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
-    """Return the surrogate that a recipe's training begins with; None if it names none.
+    """Return the surrogate with which a recipe's training begins; None if it names none.
 
     Raises:
-        RecipeError: there is no such FMU, or its step, inputs, outputs or network do not fit, or
-            the recipe describes a network of its own.
+        RecipeError: there is no such FMU, its step, inputs, outputs or network do not fit, or the
+            recipe describes another network.
     """
     training = recipe.training
     if not isinstance(training, LeastSquaresRecipe) or training.start is None:
@@ -54,11 +54,11 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
 def start_origin(recipe: Recipe) -> Provenance:
     """Return the part of a provenance that names the FMU with which a training began, if any.
 
-    It has the hash of the surrogate file in it: the FMU may be written again with another runtime.
+    It has the hash of the surrogate file: the FMU may be written again with another runtime.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu any more.
-        FileNotFoundError: the FMU is not there any more.
+        FmuError: the file is no longer an FMU of slide-fmu.
+        FileNotFoundError: the FMU no longer exists.
     """
     training = recipe.training
     if not isinstance(training, LeastSquaresRecipe) or training.start is None:
@@ -83,14 +83,14 @@ def _require_no_other_network(recipe: Recipe, place: str) -> None:
 
 
 def _meaning(about: Surrogate | Source, step: float) -> dict[str, object]:
-    """Return what must be the same, by its name in messages."""
+    """Return the properties that must match, by their names in messages."""
     return {
         "step": step,
-        "inputs": [_told(s.name, s.unit, s.hold, s.angle) for s in about.inputs],
-        "outputs": [_told(s.name, s.unit) for s in about.outputs],
+        "inputs": [_properties(s.name, s.unit, s.hold, s.angle) for s in about.inputs],
+        "outputs": [_properties(s.name, s.unit) for s in about.outputs],
     }
 
 
-def _told(name: str, *meaning: str | None) -> str:
-    """Return what must be the same of a signal, as ``force: N, zero_order``."""
+def _properties(name: str, *meaning: str | None) -> str:
+    """Return the properties of a signal that must match, such as ``force: N, zero_order``."""
     return f"{name}: {', '.join(part for part in meaning if part is not None)}"

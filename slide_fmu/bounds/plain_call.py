@@ -1,10 +1,10 @@
-"""What a surrogate gives to an importer that sets inputs to what they are at the start of a step.
+"""In the plain call an importer sets inputs to their values at the start of a step.
 
-Where inputs move linearly, its FMU forecasts what they do within the step. That errs too, and an
-error bound shall hold the error that the importer gets: so the FMU itself is run that way.
+If inputs move linearly, the FMU forecasts them within the step. The forecast has an error of its
+own, and an error bound must cover the error that the importer gets: so the FMU itself is run in
+this way.
 
-An error estimate is kept where it says more about these errors than the best constant would: one
-that a constant beats would only look like an estimate.
+An error estimate is kept only if it predicts these errors better than the best constant.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[FloatArray]:
     """Predict the outputs at samples 1 .. N, (n_trajectories, N, n_outputs), of each split.
 
-    Every trajectory has its own parameters. Where inputs are held, or are planned motions, they
-    are known.
+    Every trajectory has its own parameters. If inputs are held, or are planned motions, they are
+    known.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -45,7 +45,7 @@ def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[Flo
 def _plain(surrogate: Surrogate, fmu: UnpackedFmu, split: Split) -> FloatArray:
     names, found = [signal.name for signal in surrogate.outputs], []
     for inputs, parameters in zip(split.inputs, _parameters(surrogate, split), strict=True):
-        # inputs[k] is reached at the end of step k: so it is set before the next one
+        # inputs[k] is the value at the end of step k, so it is set before the next step
         now = np.concatenate([inputs[:1], inputs[:-1]])
         given = {signal.name: now[:, i] for i, signal in enumerate(surrogate.inputs)}
         found.append(run_fmu(fmu, given, names, parameters, surrogate.window.step).values[1:])
@@ -60,7 +60,7 @@ def _known(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 def _parameters(surrogate: Surrogate, split: Split) -> list[dict[str, float]]:
-    """Return the physical parameters of each trajectory by name; none where there are none."""
+    """Return the physical parameters of each trajectory by name; empty if there are none."""
     if split.parameters is None:
         return [{} for _ in split.inputs]
     names = [parameter.name for parameter in surrogate.parameters]
@@ -68,12 +68,12 @@ def _parameters(surrogate: Surrogate, split: Split) -> list[dict[str, float]]:
 
 
 def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
-    """Say why the error estimate of a surrogate is not kept; None where it is worth reading.
+    """Say why the error estimate of a surrogate is omitted; None if it is useful.
 
-    It is judged on trajectories in range that the surrogate has not learnt from, and by which the
-    figures of the FMU are not measured.
-    It is not if for one of the outputs its mean relative deviation from the true errors, over all
-    spans in the split, is not below that of the constant for which it is least.
+    It is judged on trajectories in range that the surrogate was not trained on, and that do not
+    serve for the FMU's figures. It is omitted if, for one of the outputs, its mean relative
+    deviation from the true errors, over all spans in the split, is not below that of the best
+    constant.
     """
     span = surrogate.estimated_samples
     first = surrogate.window.memory_length
@@ -107,7 +107,7 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
 
 
 def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:
-    """Return the estimates of the FMU in a plain call, which gave these outputs.
+    """Return the estimates of the FMU in a plain call that gave these outputs.
 
     Both have the shape (n_trajectories, N, n_outputs).
     """

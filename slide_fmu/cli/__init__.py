@@ -1,8 +1,8 @@
-"""This room holds what users call: the console script ``slide-fmu``, and its like in Python.
+"""This room has what users call: the console script ``slide-fmu``, and the same in Python.
 
-``recipe_commands`` and ``fmu_commands`` hold one function for each subcommand of the way, ``app``
-the list of them. ``python_calls`` and ``learning`` are the public functions that do the same.
-Nothing here computes anything or writes a file, except for the figures that ``--json`` asks for.
+``recipe_commands`` and ``fmu_commands`` have one function for each subcommand of the way; ``app``
+lists them. ``python_calls`` and ``learning`` have the public functions that do the same. Nothing
+here computes anything or writes a file, except for the figures of ``--json``.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""The application, and the one list of its subcommands."""
+"""The application has one list of its subcommands."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     check,
     info,
 )
-"""The subcommands of the way, in the order in which the help lists them; those of apps follow."""
+"""The subcommands of the way, in the order of the help; subcommands of apps follow."""
 
 NAME = "slide-fmu"
 """Name of the command, also where Python runs the package (``python -m slide_fmu``)."""
@@ -40,7 +40,7 @@ HELP = (
 
 
 class _Subcommands(TyperGroup):
-    """Say so, where the user interrupts a subcommand before it does, as in its imports."""
+    """The group reports an interrupt before a subcommand can, for example in its imports."""
 
     def make_context(self, *args: Any, **keys: Any) -> Any:
         with interruptible():
@@ -55,7 +55,7 @@ app = typer.Typer(
     name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
 )
 OF_APPS: tuple[Callable[..., None], ...] = tuple(subcommands_of_apps().values())
-"""The subcommands of installed apps, which stand behind the others."""
+"""The subcommands of installed apps, which follow the others."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):
     # a short help is never cut; a word of Python's own has a mark behind it
@@ -78,11 +78,11 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    """Take the options that stand before any subcommand; each acts by itself."""
+    """Take the options before any subcommand; each acts by itself."""
 
 
 def main() -> None:
-    """Run the console script; its help is wrapped on a terminal only."""
+    """Run the console script; its help is wrapped only on a terminal."""
     quick_completion()
     try:
         app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)

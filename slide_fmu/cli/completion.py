@@ -1,4 +1,4 @@
-"""Shells complete what is typed by running the command, so that must be quick."""
+"""Shells complete words by running the command, so this must be fast."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from contextlib import suppress
 
 
 def quick_completion() -> None:
-    """Let completions show help texts as they are.
+    """Let completions show help texts unchanged.
 
-    The texts of this package hold no markup. Typer would look for some by the Markdown parser of
-    rich, whose import takes as long as all the rest of a completion. A version of typer that has
-    no such function completes as well, only later.
+    The texts of this package have no markup. Typer would look for markup with the Markdown parser
+    of rich, whose import takes as long as the rest of a completion. A version of typer without
+    this function completes correctly, only more slowly.
     """
     with suppress(ImportError):
         from typer import _completion_classes

@@ -1,4 +1,4 @@
-"""All subcommands write alike: progress, errors, JSON and remarks."""
+"""All subcommands print progress, errors, JSON and remarks in the same way."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from pathlib import Path
 
 from rich.console import Console
 
-from slide_fmu.core.extras import how_to_install, told_missing
+from slide_fmu.core.extras import how_to_install, missing_extra
 from slide_fmu.core.figures import plain
-from slide_fmu.core.files import told_of_system, write_whole, writing
+from slide_fmu.core.files import reason_of, write_whole, writing
 from slide_fmu.core.progress import Stages
 from slide_fmu.report.display import messages, shown
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
-"""Environment variable: if set, errors show where they come from."""
+"""Environment variable; if set, errors show a traceback."""
 
 STOPPED = "stopped"
 GOES_ON = "stopped; the same command goes on from here"
-"""What is said where the user interrupts a program, and one that keeps its work."""
+"""Messages for an interrupt by the user: of any program, and of one that keeps its work."""
 INTERRUPTED = 130
-"""Exit code of a program that the user interrupts, as shells have it."""
+"""Exit code of a program that the user interrupts, as in shells."""
 
 console = messages()
 
@@ -32,7 +32,7 @@ console = messages()
 def write_json(path: str | None, figures: object) -> None:
     """Write figures as JSON to a path, to standard output for ``-``, or nowhere for None.
 
-    A file is replaced as a whole; what is none, as a pipe or a link to one, is written to.
+    A file is replaced as a whole; a pipe, or a link to one, is written to directly.
     """
     if path is None:
         return
@@ -50,12 +50,12 @@ def write_json(path: str | None, figures: object) -> None:
 
 
 def json_bytes(figures: object) -> bytes:
-    """Return figures as JSON that people can read too."""
+    """Return figures as JSON that users can read too."""
     return (json.dumps(plain(figures), indent=2, allow_nan=False) + "\n").encode("utf-8")
 
 
 def show_json(path: str | None, figures: object) -> None:
-    """Write figures as ``write_json`` does, and print them unless they go to stdout by that."""
+    """Write figures as ``write_json`` does, and print them unless they go to standard output."""
     write_json(path, figures)
     if path != "-":
         Console().print_json(json.dumps(plain(figures)))
@@ -71,7 +71,7 @@ def show_remark(remark: str | None) -> None:
 def progress_bars(stopped: str = STOPPED) -> Iterator[Stages]:
     """Show progress as bars on a terminal, as lines elsewhere; errors become messages.
 
-    ``stopped`` is as of ``errors``.
+    ``stopped`` is as for ``errors``.
     """
     with errors(stopped), _quiet_output(), shown(console) as stages:
         yield stages
@@ -79,9 +79,9 @@ def progress_bars(stopped: str = STOPPED) -> Iterator[Stages]:
 
 @contextmanager
 def _quiet_output() -> Iterator[None]:
-    """Lead standard output, which is for figures alone, to standard error: models may print.
+    """Redirect standard output, which is for figures only, to standard error: models may print.
 
-    The file descriptor is led there too, since worker processes inherit that.
+    The file descriptor is redirected too, since worker processes inherit it.
     """
     sys.stdout.flush()
     kept = os.dup(1)
@@ -98,16 +98,17 @@ def _quiet_output() -> Iterator[None]:
 def errors(stopped: str = STOPPED) -> Iterator[None]:
     """Turn a user's mistakes into one message and exit code 1.
 
-    Where the user interrupts the program, it says that it ``stopped``, with the exit code of that.
+    If the user interrupts the program, the message ``stopped`` and the matching exit code are
+    used.
     """
     try:
         with interruptible(stopped):
             yield
     except ImportError as error:
         needs = f"{error}; this subcommand needs more packages: {how_to_install('train')}"
-        _fail(error, told_missing(error) or needs)
+        _fail(error, missing_extra(error) or needs)
     except OSError as error:
-        _fail(error, told_of_system(error))
+        _fail(error, reason_of(error))
     except (ValueError, RuntimeError) as error:
         _fail(error, str(error))
     except MemoryError as error:
@@ -116,7 +117,7 @@ def errors(stopped: str = STOPPED) -> Iterator[None]:
 
 @contextmanager
 def interruptible(stopped: str = STOPPED) -> Iterator[None]:
-    """Say in a line that the user interrupted the program, and end it with the code of that."""
+    """Report an interrupt by the user in one line, and exit with the matching code."""
     try:
         yield
     except KeyboardInterrupt:

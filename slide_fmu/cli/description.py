@@ -1,4 +1,4 @@
-"""This shows an FMU to people: its signals, window, network, measured error and origin."""
+"""An FMU is described for users: its signals, window, network, measured error and origin."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
-"""What is raised where figures have other types than slide-fmu writes."""
+"""Errors that figures of other types than slide-fmu's raise."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """This is what people see of the origin of an FMU.
+    """An Origin is the part of an FMU's origin that users see.
 
     Attributes:
         recipe: the text of its recipe.
-        seeds: by what they are for.
-        versions: of the packages that made it, by name.
+        seeds: seeds by their use.
+        versions: versions of the packages that made it, by name.
     """
 
     recipe: str = ""
@@ -43,7 +43,7 @@ class Origin:
 
     @property
     def description(self) -> str:
-        """The line that the recipe says about the surrogate; empty where there is none."""
+        """The recipe's description of the surrogate; empty if there is none."""
         try:
             return str(tomllib.loads(self.recipe).get("description", ""))
         except tomllib.TOMLDecodeError:
@@ -51,15 +51,15 @@ class Origin:
 
 
 def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) -> None:
-    """Print what an FMU is, to standard output.
+    """Print the description of an FMU to standard output.
 
     Args:
         fmu: the file, for messages.
-        surrogate: what it runs.
-        provenance: what it says about its origin; empty if it says nothing.
+        surrogate: the surrogate of the FMU.
+        provenance: its origin; empty if the FMU has none.
 
     Raises:
-        ValueError: what the FMU says about its origin is none that slide-fmu writes.
+        ValueError: the origin in the FMU is not in the form that slide-fmu writes.
     """
     out = Messages(file=sys.stdout, markup=False, highlight=False)
     try:
@@ -113,17 +113,17 @@ def _show_network(surrogate: Surrogate, out: Console) -> None:
 def _show_error(measured: RunFigures | None, out: Console) -> None:
     """Print the error that was measured when the FMU was made."""
     if measured is None:
-        out.print("error    nobody has measured it: slide-fmu validate FMU does")
+        out.print("error    not measured yet; run slide-fmu validate FMU")
         return
     for index, (name, validation) in enumerate(measured.ordered.items()):
-        if index:  # what bounds are worth in range is enough here
+        if index:  # figures of bounds in range are enough here
             validation = replace(validation, error_bound=None)
         print_validation(validation, f"error {name}", out)
 
 
 def _show_origin(origin: Origin | None, out: Console) -> None:
     if origin is None:
-        out.print("origin   it does not say where it comes from")
+        out.print("origin   not known: the FMU has no provenance")
         return
     known = {key: seed for key, seed in origin.seeds.items() if seed is not None}
     seeds = ", ".join(f"{key} {value}" for key, value in known.items())

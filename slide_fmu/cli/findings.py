@@ -1,4 +1,4 @@
-"""What was found out on the way is printed: proposals, trials, windows, costs, searches."""
+"""Results of single stages are printed: proposals, trials, windows, costs, searches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def show_draft(proposal: Proposal) -> None:
-    """Print the signals of a proposed recipe, and what was assumed."""
+    """Print the signals of a proposed recipe, and the assumptions."""
     draft = proposal.draft
     rows = []
     for what, signals in (("input", draft.inputs), ("output", draft.outputs)):
@@ -42,7 +42,7 @@ def show_draft(proposal: Proposal) -> None:
 
 
 def show_found(resolved: FoundValues) -> None:
-    """Print the values that were found for what a recipe leaves open."""
+    """Print the values that were found for open keys of a recipe."""
     found = [
         f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()
     ]
@@ -65,7 +65,7 @@ def show_sizing(figures: SizingFigures) -> None:
 
 
 def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
-    """Print what was found out about a recipe before it is run; an error tells what is refused."""
+    """Print the results of trying a recipe; ``refused`` is an error that would stop the run."""
     system, data, window = figures.system, figures.data, figures.window.window
     rows = []
     for what, signals in (("input", system.inputs), ("output", system.outputs)):
@@ -78,7 +78,9 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:
-        console.print(f"the system offers beside its outputs: {', '.join(offers) or 'nothing'}")
+        console.print(
+            f"the system offers in addition to its outputs: {', '.join(offers) or 'nothing'}"
+        )
     show_sizing(figures.window)
     console.print(
         f"window  {window.n_in} inputs to {window.n_out} outputs, {window.step_s:g} s apart; "
@@ -93,13 +95,13 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
 
 
 def _show_parts(data: Costs) -> None:
-    """Print how records are divided."""
+    """Print the division of records."""
     parts = [f"{count} for {part}" for part, count in data.trajectories.items() if count]
-    console.print(f"data    stretches of {data.duration_s:g} s that overlap: {', '.join(parts)}")
+    console.print(f"data    parts of {data.duration_s:g} s that overlap: {', '.join(parts)}")
 
 
 def _show_costs(data: Costs, seconds: float) -> None:
-    """Print what the data will cost, where a simulated second takes so many s."""
+    """Print the cost of the data, for a computing time in s per simulated second."""
     least = "at least " if data.at_least else ""  # a learning curve may ask for more
     count = sum(data.trajectories.values())
     console.print(

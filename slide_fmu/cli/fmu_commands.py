@@ -1,6 +1,6 @@
-"""The subcommands on FMUs: each reads its options and prints what came of it.
+"""The subcommands on FMUs read their options and print the results.
 
-As with those on recipes, what a subcommand does is imported when it is called.
+As with the subcommands on recipes, the code of a subcommand is imported when it is called.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def validate(
         Path | None, typer.Option("--report", help="Write report.html and report.json here.")
     ] = None,
 ) -> None:
-    """Measure an FMU beside its reference system on unseen inputs; runs the model's code."""
+    """Compare an FMU with its reference system on unseen inputs; runs the model's code."""
     from slide_fmu.pipeline.apps import last_section
     from slide_fmu.pipeline.measurement import (
         released_case,
@@ -127,7 +127,7 @@ def check(
         ),
     ] = False,
 ) -> None:
-    """List what is wrong with an FMU; the exit code is 0 when nothing is."""
+    """List the problems of an FMU; the exit code is 0 if there are none."""
     from slide_fmu.pipeline.check import check as check_file
 
     with errors():
@@ -143,7 +143,7 @@ def check(
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
-    """Say what an FMU is: its signals, its window, its measured error and its origin."""
+    """Describe an FMU: its signals, its window, its measured error and its origin."""
     from slide_fmu.cli.description import show_description
     from slide_fmu.fmu.export import read_fmu
     from slide_fmu.report.fmu_description import FmuDescription

@@ -1,4 +1,4 @@
-"""The whole way from Python: a reference system in, a surrogate with its measured error out."""
+"""A surrogate is made in Python from a reference system, with its measured error."""
 
 from __future__ import annotations
 
@@ -42,32 +42,33 @@ def learn(
 ) -> Learnt:
     """Learn a surrogate of a reference system and measure it, as ``slide-fmu run`` does.
 
-    What is there from an earlier call of the same values is not made again. Progress is shown on
-    standard error.
+    Results of an earlier call with the same values are used again. Progress is shown on standard
+    error.
 
     Args:
         system: any reference system, with its signals and step; or the recipe's table ``system``
             as a dictionary, for example ``{"kind": "fmu", "model": "pump.fmu"}``.
-        name: names the FMU and the folder of the run, a C identifier.
-        runs: folder that holds the folder of the run.
-        workers: processes that simulate; one per core if None where the system can go to others
-            and the call is not run again by them, else, or if 0, this process alone. In a script
-            the call stands under ``if __name__ == "__main__":`` for several.
+        name: name of the FMU and of the run folder, a C identifier.
+        runs: folder that contains the run folder.
+        workers: processes that simulate. If None, one per core, provided the system can be sent to
+            other processes and these do not run the call again; otherwise, or if 0, only this
+            process. In a script, the call must be under ``if __name__ == "__main__":`` for several
+            processes.
         threads: threads of the training.
         overwrite: whether data that were made from other values are made again.
         tables: the other tables of a recipe as dictionaries, such as ``data={"train": 40}`` and
-            ``window={"n_in": 300}``; what is not given has the recipe's default.
+            ``window={"n_in": 300}``; missing keys have the recipe's defaults.
 
     Returns:
         The surrogate, with its FMU, report and measured error.
 
     Raises:
-        RecipeError: the system is neither of both, or a table is no table of a recipe; there is
-            one line per mistake.
-        QualityError: an output errs by more than the recipe requires; FMU and report are there.
-        ValueError: there shall be workers, which would run the user's script again.
+        RecipeError: the system is neither of the two, or a table is not valid in a recipe; one
+            line per mistake.
+        QualityError: an output has a larger error than the recipe allows; FMU and report exist.
+        ValueError: workers were requested, but would run the user's script again.
         ModuleNotFoundError: the extra ``train`` is not installed.
-        LoadError: the system cannot be loaded. So are the other errors those of
+        LoadError: the system cannot be loaded. Further errors are as for
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
@@ -89,13 +90,13 @@ def learn(
 def _recipe_tables(
     system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
 ) -> Tables:
-    """Return all tables of the recipe; one about an object names it as the recipe.
+    """Return all tables of the recipe; a Python object gets the recipe's name.
 
     Raises:
         RecipeError: the system is neither a reference system nor a table.
     """
     if not isinstance(system, System | Mapping):
-        raise RecipeError(NO_SYSTEM.format(name=name, found=_told(system)))
+        raise RecipeError(NO_SYSTEM.format(name=name, found=_described(system)))
     found: Tables = {"name": name, "description": f"{name}, learnt from Python", **tables}
     found.setdefault("data", {})
     if not isinstance(system, System):
@@ -106,9 +107,10 @@ def _recipe_tables(
 
 
 def _with_excitation(data: Any, system: System, step: Any) -> Any:
-    """Return the table ``data`` with what the inputs of the system ask for, unless it says it.
+    """Return the table ``data`` with the excitation that the inputs of the system need.
 
-    No table of the recipe tells of an object whether its inputs move, or are angles.
+    An excitation that is given stays. Only the object itself knows whether its inputs move, or are
+    angles; no table of the recipe has this.
     """
     from slide_fmu.propose.proposal import MOVING, SUBSTEPS, kind_of_inputs
 
@@ -118,14 +120,14 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
     sound = isinstance(signals, tuple) and all(isinstance(signal, Signal) for signal in signals)
     number = isinstance(step, float | int) and 0 < step < math.inf
     if not (sound and signals and number):
-        return data  # mistakes in signals and step are told by checks of their own
+        return data  # signals and step have their own checks
     widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
     bends = kind in MOVING and isinstance(system, Bending)
     substeps = {"substeps": SUBSTEPS} if bends else {}
     return {**substeps, **data, "excitation": default_excitation(step, kind, widths)}
 
 
-def _told(system: object) -> str:
-    """Say what somebody gave who has no system, in one short line."""
+def _described(system: object) -> str:
+    """Describe in one short line what was given in place of a system."""
     text = f"{type(system).__name__} {getattr(system, '__name__', None) or repr(system)}"
     return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,4 +1,4 @@
-"""Several subcommands take these options and arguments."""
+"""These options and arguments are shared by several subcommands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FmuArgument = Annotated[Path, typer.Argument(help="Take this FMU, made by slide-
 
 
 def _writable(path: str | None) -> str | None:
-    """Refuse a place for figures before the work begins that they come from."""
+    """Refuse a path for figures before the work begins."""
     if path is not None and path != "-":
         folder = Path(path).absolute().parent
         here = folder.is_dir() and os.access(folder, os.W_OK)
@@ -62,14 +62,12 @@ TrainingSeedOption = Annotated[
         "--seed",
         min=0,
         max=2**31 - 1,
-        help="Take or train what has this seed; the recipe's if not given.",
+        help="Use this training seed; the recipe's if not given.",
     ),
 ]
 DataSeedOption = Annotated[
     int | None,
-    typer.Option(
-        "--data-seed", min=0, help="Take or draw the data of this seed; the recipe's if not given."
-    ),
+    typer.Option("--data-seed", min=0, help="Use this data seed; the recipe's if not given."),
 ]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
@@ -77,7 +75,7 @@ OverwriteOption = Annotated[
 
 
 def one_of(choices: Sequence[str], otherwise: str) -> Callable[[str | None], str | None]:
-    """Return a check of an option that has few values; ``otherwise`` says what one may do else."""
+    """Return a check of an option with few values; ``otherwise`` is the other remedy."""
 
     def check(value: str | None) -> str | None:
         if value is not None and value not in choices:
@@ -90,10 +88,10 @@ def one_of(choices: Sequence[str], otherwise: str) -> Callable[[str | None], str
 
 
 def pairs_of(option: str, texts: Sequence[str] | None, value: str) -> dict[str, str]:
-    """Read texts ``NAME=TEXT``, each name once; ``value`` stands for TEXT in messages.
+    """Read texts ``NAME=TEXT``, each name once; ``value`` names TEXT in messages.
 
     Raises:
-        ValueError: a text is none of that kind, or a name comes twice.
+        ValueError: a text has another form, or a name occurs twice.
     """
     found: dict[str, str] = {}
     for text in texts or ():
@@ -108,7 +106,7 @@ def numbers_of(option: str, texts: Sequence[str] | None) -> dict[str, float]:
     """Read texts ``NAME=NUMBER``, each name once.
 
     Raises:
-        ValueError: as for ``pairs_of``; or what stands behind a name is no number.
+        ValueError: as for ``pairs_of``; or the text after a name is not a number.
     """
     return {
         name: _number(option, name, text)

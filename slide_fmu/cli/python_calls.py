@@ -1,4 +1,4 @@
-"""Subcommands as functions, for those who work in Python: run a recipe, export, validate."""
+"""These functions are the subcommands for users of Python: run a recipe, export, validate."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # it needs the packages of the training
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """A Learnt is what ``learn`` has made of a reference system.
+    """A Learnt is the result of ``learn`` or ``run``.
 
     Attributes:
         surrogate: the trained surrogate, with its error estimator if the recipe has one.
@@ -50,12 +50,12 @@ class Learnt:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Return relative RMSEs on unseen trajectories in range by the names of the outputs."""
+        """Return the relative RMSE on unseen trajectories in range, by output."""
         found = self.measured.validation["in range"].outputs
         return {output.name: output.relative_rmse for output in found}
 
     def export(self, path: str | Path, fmi: FmiVersion = 2, sources: Sources = False) -> Path:
-        """Write the FMU with its report elsewhere, for a version of FMI, perhaps with C sources.
+        """Write the FMU with its report to another path, for a version of FMI, or with C sources.
 
         Raises:
             ValueError: the path does not end in ``.fmu``.
@@ -82,18 +82,17 @@ def run(
     threads: int = 1,
     overwrite: bool = False,
 ) -> Learnt:
-    """Go the whole way with a recipe file, as ``slide-fmu run`` does.
+    """Do all stages of a recipe file, as ``slide-fmu run`` does.
 
-    What is there from an earlier call is not made again. Progress is shown on standard error.
+    Results of an earlier call are used again. Progress is shown on standard error.
 
     Args:
         recipe: path of the recipe, a TOML file.
-        runs: folder that holds the folder of the run.
+        runs: folder that contains the run folder.
         seed: seed of the training; the recipe's if None.
         data_seed: seed of the data; the recipe's if None.
-        trajectories: number of unseen trajectories that the FMU is measured on; the recipe's if
-            None.
-        workers: processes that simulate, as of ``learn``.
+        trajectories: number of unseen trajectories to measure the FMU on; the recipe's if None.
+        workers: processes that simulate, as for ``learn``.
         threads: threads of the training.
         overwrite: whether data that were made from other values are made again.
 
@@ -101,10 +100,10 @@ def run(
         The surrogate, with its FMU, report and measured error.
 
     Raises:
-        RecipeError: the recipe cannot be read or used; there is one line per mistake.
-        QualityError: an output errs by more than the recipe requires; FMU and report are there.
+        RecipeError: the recipe cannot be read or used; one line per mistake.
+        QualityError: an output has a larger error than the recipe allows; FMU and report exist.
         ModuleNotFoundError: the extra ``train`` is not installed.
-        LoadError: the system cannot be loaded. So are the other errors those of
+        LoadError: the system cannot be loaded. Further errors are as for
             ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
             TrainingError, UnstableSurrogateError.
     """
@@ -151,22 +150,22 @@ def whole_way(
 def export(
     source: Surrogate | str | Path, path: str | Path, *, fmi: FmiVersion = 2, sources: bool = False
 ) -> Path:
-    """Write a surrogate, or an FMU of slide-fmu again, as FMU of a version of FMI.
+    """Write a surrogate, or an FMU of slide-fmu again, as an FMU for a version of FMI.
 
-    An FMU that is written again keeps its report, its credentials and where it comes from; a bare
-    surrogate has none of them (``export_fmu`` takes them).
+    An FMU that is written again keeps its report, its credentials and its provenance. A bare
+    surrogate has none of these (``export_fmu`` takes them as arguments).
 
     Args:
         source: a surrogate, or the path of an FMU or of a surrogate file (``.slide``).
-        path: the FMU to write; it ends in ``.fmu``.
+        path: the FMU to write, ending in ``.fmu``.
         fmi: version of the standard, 2 or 3.
-        sources: whether C sources are written too, of FMI 2.0 only.
+        sources: whether to write C sources too, for FMI 2.0 only.
 
     Returns:
         The path of the FMU.
 
     Raises:
-        FmuError: the source is no surrogate, and no FMU of slide-fmu.
+        FmuError: the source is neither a surrogate nor an FMU of slide-fmu.
         ValueError: the path does not end in ``.fmu``.
     """
     if isinstance(source, Surrogate):
@@ -189,7 +188,7 @@ def validate(
     workers: int | None = None,
     system: System | None = None,
 ) -> dict[str, Any]:
-    """Run an FMU beside its reference system on unseen inputs, as ``slide-fmu validate`` does.
+    """Compare an FMU with its reference system on unseen inputs, as ``slide-fmu validate`` does.
 
     Args:
         fmu: path of an FMU that carries its recipe.
@@ -197,19 +196,19 @@ def validate(
         trajectories: their number; the recipe's if None.
         duration: length of each in s; the recipe's if None.
         amplitude: range of the factor on the excitation.
-        held_out: whether the kinds of excitation are drawn that the recipe holds out.
-        workers: processes that simulate, as of ``learn``.
-        system: the object that ``learn`` was given, of an FMU that was learnt from one.
+        held_out: whether to draw the kinds of excitation that the recipe holds out.
+        workers: processes that simulate, as for ``learn``.
+        system: the object given to ``learn``, for an FMU that was trained on one.
 
     Returns:
-        The figures that ``slide-fmu validate --json`` writes: among them ``"outputs"`` with the
-        name, the unit, the RMSE and the relative RMSE of each.
+        The figures of ``slide-fmu validate --json``; ``"outputs"`` has the name, the unit, the
+        RMSE and the relative RMSE of each.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is not an FMU of slide-fmu.
         StageError: it carries no recipe, or its records have changed since.
         CoSimulationError: an FMU reports an error.
-        ValueError: a number makes no sense.
+        ValueError: a number is not valid.
     """
     from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
     from slide_fmu.validation.comparison import Task

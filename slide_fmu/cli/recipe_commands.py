@@ -1,7 +1,7 @@
-"""The subcommands on recipes: each reads its options and prints what came of it.
+"""The subcommands on recipes read their options and print the results.
 
-What a subcommand does is in ``pipeline``, or in the room of its name. It is imported when the
-subcommand is called: who exports an FMU need not wait for what trains networks and draws figures.
+The work is in ``pipeline``, or in the room of its name, and is imported when the subcommand is
+called. So exporting an FMU does not wait for imports that train networks or draw figures.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def init(
         typer.Option(
             metavar="FILE",
             help="Take this URDF: the inputs are the set points of its joints. If not given, the "
-            "only one beside the model, where it fits.",
+            "only one next to the model, if it fits.",
         ),
     ] = None,
     name: Annotated[str | None, typer.Option(help="Give recipe and FMU this name.")] = None,
@@ -159,7 +159,7 @@ def init(
 
 
 def _only(models: list[str], time: str | None) -> str:
-    """Return the only model; records alone may be several, and have times."""
+    """Return the only model; only records may be several, and have times."""
     if len(models) > 1 or time is not None:
         raise ValueError(
             f"models {models}, --time {time}; expected one model without --time, or records "
@@ -170,7 +170,7 @@ def _only(models: list[str], time: str | None) -> str:
 
 def _require_free(place: Path) -> None:
     if place.exists():
-        raise ValueError(f"{place} is there already; choose another with -o, or add --force")
+        raise ValueError(f"{place} exists already; choose another with -o, or add --force")
 
 
 def try_(
@@ -181,7 +181,7 @@ def try_(
     ] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Tell in a minute whether a recipe fits, and what its data will cost."""
+    """Check in a minute whether a recipe fits, and what its data will cost."""
     with errors():
         require_training()
     from slide_fmu.memory.sizing import require_window
@@ -209,7 +209,7 @@ def run(
     threads: ThreadsOption = 1,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Go the whole way: find the window, make data, train, write the FMU, measure it."""
+    """Do all stages: find the window, make data, train, write the FMU, measure it."""
     with errors():
         require_training()
     from slide_fmu.pipeline.job import open_job
@@ -243,7 +243,7 @@ def window(
     ] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Find out how long a system remembers, and the window that this asks for."""
+    """Find out how long a system remembers, and the window that it needs."""
     from slide_fmu.core.figures import plain
     from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
@@ -276,7 +276,7 @@ def generate(
     executor: ExecutorOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make the data of a recipe, alone or with others; go on where that was stopped."""
+    """Make the data of a recipe, alone or with others; resume if it was stopped."""
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve
@@ -298,7 +298,7 @@ def train(
     runs: RunsOption = Path("runs"),
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train the network of a recipe and its error estimator; go on if it was stopped."""
+    """Train the network of a recipe and its error estimator; resume if it was stopped."""
     with errors():
         require_training()
     from slide_fmu.pipeline.job import checked, open_job

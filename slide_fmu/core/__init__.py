@@ -1,6 +1,8 @@
 """This room holds signals, the window, scalings, units, measures of error, files and progress.
 
-In ``web`` is what pages of HTML share: charts as plain values, and what draws them.
+The folder ``web`` has what all HTML pages share: charts as plain values, and the code that draws
+them.
 
-Imports nothing of slide_fmu. What knows a network, a system or an FMU does not belong here.
+This room imports nothing of slide_fmu. Code that knows a network, a system or an FMU does not
+belong here.
 """

@@ -1,9 +1,9 @@
-"""Autoregressive models say how noise goes on from its own past, and so what its spectrum is.
+"""Autoregressive models predict noise from its own past and give its spectrum.
 
 The noise n has predictors of all orders up to q: the best prediction of n[k] from the m samples
-before it is sum over j = 1 .. m of a_j n[k-j]. What the predictor of order q leaves is white. The
-coefficients are those of Yule and Walker, by the recursion of Levinson and Durbin (Brockwell and
-Davis, "Time Series: Theory and Methods", 1991, proposition 5.2.1).
+before it is sum over j = 1 .. m of a_j n[k-j]. The residual of the predictor of order q is
+white. The coefficients solve the equations of Yule and Walker, by the recursion of Levinson
+and Durbin (Brockwell and Davis, "Time Series: Theory and Methods", 1991, proposition 5.2.1).
 """
 
 from __future__ import annotations
@@ -16,17 +16,18 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 MOST_ORDER = 8
-"""A predictor sees at most so many samples of the past."""
+"""Largest number of past samples that a predictor sees."""
 
 
 @dataclass(frozen=True, eq=False)
 class Autoregression:
-    """An autoregression has the predictors of a noise, of all orders up to its own.
+    """An Autoregression has the predictors of a noise, of all orders up to its own.
 
     Attributes:
-        predictors: coefficients a_j, shape (q + 1, q): row m has those of order m, then zeros.
-        variances: variances of what the predictors leave, shape (q + 1,); the first one is that of
-            the noise itself.
+        predictors: coefficients a_j, shape (q + 1, q): row m has the m coefficients of order m,
+            then zeros.
+        variances: variances of the residuals of the predictors, shape (q + 1,); the first one is
+            the variance of the noise itself.
     """
 
     predictors: FloatArray
@@ -39,22 +40,22 @@ class Autoregression:
 
     @property
     def unpredictable(self) -> float:
-        """The part of the noise's deviation that its own past does not tell; 1 of white noise."""
+        """The part of the noise's deviation that its past does not predict; 1 of white noise."""
         return float(np.sqrt(self.variances[-1] / self.variances[0]))
 
 
-def fit_autoregression(stretches: Sequence[FloatArray], floor: float = 0.0) -> Autoregression:
-    """Fit an autoregression to stretches of one noise, of shapes (N,), about their common mean.
+def fit_autoregression(pieces: Sequence[FloatArray], floor: float = 0.0) -> Autoregression:
+    """Fit an autoregression to pieces of one noise, of shapes (N,), about their common mean.
 
-    White noise of the deviation ``floor``, in the unit of the stretches, is added to what is
-    found, so that no part of the spectrum is empty. The order is the one of the least Bayesian
+    White noise of the deviation ``floor``, in the unit of the pieces, is added to the estimate, so
+    that no part of the spectrum is empty. The order is the one with the smallest Bayesian
     information criterion (Schwarz, 1978).
 
     Raises:
-        ValueError: the stretches have no samples, or one value in all of them, and no floor.
+        ValueError: the pieces have no samples, or one value only and no floor.
     """
-    samples = sum(len(stretch) for stretch in stretches)
-    covariances = autocovariances(stretches, MOST_ORDER) if samples else np.zeros(1)
+    samples = sum(len(piece) for piece in pieces)
+    covariances = autocovariances(pieces, MOST_ORDER) if samples else np.zeros(1)
     covariances[0] += floor**2
     if not covariances[0] > 0:
         raise ValueError(
@@ -68,17 +69,17 @@ def fit_autoregression(stretches: Sequence[FloatArray], floor: float = 0.0) -> A
     return Autoregression(whole.predictors[: order + 1, :order], whole.variances[: order + 1])
 
 
-def autocovariances(stretches: Sequence[FloatArray], most: int) -> FloatArray:
+def autocovariances(pieces: Sequence[FloatArray], most: int) -> FloatArray:
     """Estimate the covariances of samples 0 .. most steps apart, shape (most + 1,).
 
-    Products of samples of one stretch are divided by the number of all samples, so that the
+    Products of samples of one piece are divided by the number of all samples, so that the
     covariances are those of a possible noise.
     """
-    samples = sum(len(stretch) for stretch in stretches)
-    mean = sum(float(stretch.sum()) for stretch in stretches) / samples
+    samples = sum(len(piece) for piece in pieces)
+    mean = sum(float(piece.sum()) for piece in pieces) / samples
     found = np.zeros(most + 1)
-    for stretch in stretches:
-        centred = stretch - mean
+    for piece in pieces:
+        centred = piece - mean
         for lag in range(min(most, len(centred) - 1) + 1):
             found[lag] += float(centred[lag:] @ centred[: len(centred) - lag])
     return found / samples

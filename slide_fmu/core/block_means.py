@@ -1,4 +1,4 @@
-"""Means over the last samples, by blocks, which cost a few additions however long they are."""
+"""Means over the last samples are formed by blocks, at the cost of a few additions per sample."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 N_BLOCKS = 8
-"""Means are over so many whole blocks of samples, and over the block that has begun."""
+"""Number of whole blocks that a mean covers, besides the block that has begun."""
 
 
 def block_means(values: FloatArray, block: int) -> FloatArray:
     """Give means over the last whole blocks and the one that has begun, of the same shape.
 
-    Blocks begin at the first sample of the records (B, N, c) and before it, where the values are
-    those of the first sample.
+    Blocks are counted from the first sample of the sequences (B, N, c). Values before it are those
+    of the first sample.
     """
     count, length, channels = values.shape
     n_blocks = -(-length // block)
@@ -32,11 +32,11 @@ def block_means(values: FloatArray, block: int) -> FloatArray:
 
 
 def block_lengths(step: float, spans: tuple[float, float] = (0.1, 1.0)) -> tuple[int, int]:
-    """Give the samples in short and long blocks, for means over about these spans in s."""
+    """Give the number of samples in short and in long blocks, for means over these spans in s."""
     short, long = (max(1, math.ceil(span / step / N_BLOCKS)) for span in spans)
     return short, long
 
 
 def span_samples(block: int) -> int:
-    """Return over how many samples means over such blocks are, on average."""
+    """Return the average number of samples that a mean over such blocks covers."""
     return N_BLOCKS * block + (block + 1) // 2

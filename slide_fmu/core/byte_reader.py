@@ -1,4 +1,4 @@
-"""Reading little-endian bytes one part after the other, never beyond their end."""
+"""A reader takes little-endian values from bytes, one after the other, never beyond their end."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 class Reader:
     """A Reader takes little-endian values from bytes and never reads beyond their end. Final.
 
-    Every method that takes numbers raises a ValueError, with the bytes expected and those left,
-    where there are not enough of them.
+    Every method that takes numbers raises a ValueError where too few bytes are left. The message
+    has the number of bytes expected and left.
     """
 
     def __init__(self, data: bytes, position: int = 0) -> None:
@@ -18,7 +18,7 @@ class Reader:
         self.position = position
 
     def take(self, count: int) -> bytes:
-        """Take so many bytes."""
+        """Take ``count`` bytes."""
         if count > len(self.data) - self.position:
             raise ValueError(f"{count} bytes expected, {len(self.data) - self.position} left")
         self.position += count
@@ -29,12 +29,12 @@ class Reader:
         return int.from_bytes(self.take(4), "little")
 
     def indices(self) -> tuple[int, ...]:
-        """Take a count and so many unsigned integers; ``indices_bytes`` wrote them."""
+        """Take a count and that number of unsigned integers; ``indices_bytes`` wrote them."""
         count = self.u32()
         return tuple(int(i) for i in np.frombuffer(self.take(4 * count), dtype="<u4"))
 
     def f64(self, count: int) -> NDArray[np.float64]:
-        """Take so many numbers of float64."""
+        """Take ``count`` numbers of float64."""
         return np.frombuffer(self.take(8 * count), dtype="<f8").astype(np.float64)
 
     def f32(self, *shape: int) -> NDArray[np.float32]:
@@ -54,7 +54,7 @@ class Reader:
         return Reader(self.take(self.u32()))
 
     def done(self) -> None:
-        """Raise a ValueError, with their number, where bytes are left."""
+        """Raise a ValueError with the number of bytes left, if there are any."""
         if self.position != len(self.data):
             raise ValueError(f"{len(self.data) - self.position} bytes too many in a section")
 

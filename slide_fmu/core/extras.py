@@ -10,20 +10,20 @@ EXTRAS = {
     "exudyn": "train",
     "sysidentpy": "compare",
 }
-"""Extras by the packages that they bring."""
+"""The extra that brings each package."""
 TRAINING = "zarr", "torch"
-"""Packages without which nothing can be learnt."""
+"""Packages that training needs."""
 
 
 def how_to_install(extra: str) -> str:
-    """Return the commands that install an extra: of a clone, as the README has it, and else."""
+    """Return the commands that install an extra: in a clone, and elsewhere."""
     return (
         f"pip install '.[{extra}]' in a clone of slide-fmu, pip install 'slide-fmu[{extra}]' else"
     )
 
 
-def told_missing(error: ImportError) -> str | None:
-    """Say what must be installed; None where the package is of no extra."""
+def missing_extra(error: ImportError) -> str | None:
+    """Return a message on what to install; None if the package belongs to no extra."""
     package = (error.name or "").partition(".")[0]
     extra = EXTRAS.get(package)
     if extra is None:
@@ -35,19 +35,19 @@ def told_missing(error: ImportError) -> str | None:
 
 
 def require_training() -> None:
-    """Refuse to learn without the packages for it, before anything is made.
+    """Raise an error if a package for training is missing, before any work is done.
 
     Raises:
-        ModuleNotFoundError: one is not installed; the message has the remedy.
+        ModuleNotFoundError: a package is not installed; the message has the remedy.
     """
     package = missing_for_training()
     if package is not None:
         missing = ModuleNotFoundError(name=package)
-        raise ModuleNotFoundError(told_missing(missing), name=package)
+        raise ModuleNotFoundError(missing_extra(missing), name=package)
 
 
 def missing_for_training() -> str | None:
-    """Return the first package for learning that is not installed; None if all are."""
+    """Return the first package for training that is not installed; None if all are."""
     for package in TRAINING:
         try:
             found = find_spec(package) is not None

@@ -13,16 +13,16 @@ if TYPE_CHECKING:  # slow to import, and the console writes figures that it does
 Kind = TypeVar("Kind")
 
 JsonObject = dict[str, Any]
-"""What an object of JSON is in Python, where nothing is known of its keys yet."""
+"""A JSON object in Python whose keys are not known yet."""
 
 LEFT_OUT, SPREAD = "left out", "spread"
-"""Marks of fields: left out of a dump where it has its default; a mapping whose items stand
-beside the other fields."""
+"""Marks of fields. ``LEFT_OUT``: a dump leaves the field out where it has its default. ``SPREAD``:
+the items of this mapping become keys of the dump itself."""
 
 
 @runtime_checkable
 class Table(Protocol):
-    """A Table is what was read from TOML, as pydantic has it."""
+    """A Table was read from TOML, by a model of pydantic."""
 
     def model_dump(self) -> dict[str, object]:
         """Return its values by their keys."""
@@ -34,7 +34,7 @@ def optional(default: Any = None) -> Any:
 
 
 def spread() -> Any:
-    """Make a field of a mapping whose items stand in a dump beside the other fields."""
+    """Make a field of a mapping whose items become keys of the dump itself."""
     return field(metadata={SPREAD: True})
 
 
@@ -58,7 +58,7 @@ def plain(figures: object) -> Any:
 
 
 def read_figures(kind: type[Kind], values: object) -> Kind:
-    """Return the figures that have this dump; keys that the kind does not know are left out.
+    """Return the figures that have this dump; keys that the kind does not know are ignored.
 
     Raises:
         ValueError: a key is missing, or a value has another type than the kind says.

@@ -1,4 +1,4 @@
-"""The end of a file's name says what it is, for whoever is given a file of another kind."""
+"""The suffix of a file's name says its kind, for messages about files of the wrong kind."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class FileKind:
-    """A FileKind is what a file is by its name, and what can be done with it.
+    """A FileKind says what kind of file a name belongs to, and what a user can do with it.
 
     Attributes:
-        what: names it, with its article.
-        remedy: what to do with it; the file's name takes the place of ``NAME``.
+        what: the kind, with its article.
+        remedy: what to do with the file; ``NAME`` stands for the file's name.
     """
 
     what: str
@@ -33,7 +33,7 @@ _RECORD = FileKind("a measured record", "slide-fmu init NAME writes a first reci
 _SPREADSHEET = FileKind("a spreadsheet", "save its sheet as CSV, and name that file")
 
 SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
-"""Ends of the names of spreadsheets, which hold several tables."""
+"""Suffixes of spreadsheets, which hold several tables."""
 
 KINDS: dict[str, FileKind] = {
     ".fmu": _FMU,
@@ -50,14 +50,13 @@ KINDS: dict[str, FileKind] = {
     ".spck": _of_tool("Simpack"),
     ".msim": _of_tool("MapleSim"),
 }
-"""What files are, by the end of their names in small letters."""
+"""Kinds of files by suffix, in lower case."""
 
 
 def file_of_another_kind(path: str | Path, expected: str) -> str | None:
-    """Say what a file is by its name, in place of what is expected; None where nothing is known
-    of its name.
+    """Describe the kind of a file by its suffix, and the kind expected; None if it is unknown.
 
-    The words follow the file's name: ``is a recipe or a task by its name; expected ...``.
+    The message continues the file's name: ``is a recipe or a task by its name; expected ...``.
     """
     kind = KINDS.get(Path(path).suffix.lower())
     if kind is None:

@@ -1,4 +1,4 @@
-"""Files that are never seen half written, and zip archives that are the same every time."""
+"""Files are written whole or not at all, and zip archives are the same every time."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 OLDEST = (1980, 1, 1, 0, 0, 0)
-"""Time of all members: the earliest that zip archives know."""
+"""Time stamp of all members: the earliest that zip archives can hold."""
 
 
 FULL = errno.ENOSPC, errno.EDQUOT
-"""What systems answer where a disk, or a user's share of it, is full."""
+"""Error numbers of a full disk, or of a user's full share of it."""
 
 
 class FullDiskError(OSError):
-    """A file cannot be written for want of space; the message names it, its folder and the rest.
+    """The disk is full; the message has the file, its folder and the free space.
 
-    It is made of the error's number, its words and the path, so that it crosses processes.
+    It is made of error number, text and path only, so that it can be passed between processes.
     """
 
     def __str__(self) -> str:
@@ -38,7 +38,7 @@ class FullDiskError(OSError):
         )
 
 
-SAID = {
+REASONS = {
     errno.ENOENT: "there is no such file or folder",
     errno.EISDIR: "is a folder; expected a file",
     errno.ENOTDIR: "a part of the path is a file; expected folders",
@@ -47,24 +47,24 @@ SAID = {
     errno.EEXIST: "a part of the path is a file; expected folders",  # where folders are made
     errno.EROFS: "cannot be written; the disk is for reading only",
 }
-"""What is said of a path, by what the operating system answers."""
+"""Reasons why a path cannot be used, by the error number of the operating system."""
 
 
-def told_of_system(error: OSError) -> str:
-    """Say in words what the operating system refused, and of which path.
+def reason_of(error: OSError) -> str:
+    """Return a message that names the path and the reason why the operating system refused it.
 
-    Messages that were written for people stay as they are.
+    Messages that were already written for users stay as they are.
     """
     if not str(error).startswith("[Errno") or error.filename is None:
         return str(error)
-    said = SAID.get(error.errno or 0, error.strerror or "cannot be used")
-    return f"{str(error.filename)!r}: {said}: check the path"
+    reason = REASONS.get(error.errno or 0, error.strerror or "cannot be used")
+    return f"{str(error.filename)!r}: {reason}: check the path"
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside its place, then rename it: whatever fails, the old one stays.
+    """Write a file next to its place, then rename it: if anything fails, the old file stays.
 
-    Its folder is made when it is not there.
+    Its folder is made if it does not exist.
 
     Raises:
         FullDiskError: the disk is full.
@@ -80,7 +80,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Name the file or folder that is written in the block, where that fails.
+    """Name the file or folder that the block writes, if that fails.
 
     Raises:
         FullDiskError: the disk is full.
@@ -97,10 +97,10 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextmanager
 def filling(path: Path) -> Iterator[None]:
-    """Name the file or folder that is filled in the block where the disk is full.
+    """Name the file or folder that the block fills, if the disk is full.
 
     Raises:
-        FullDiskError: it is.
+        FullDiskError: the disk is full.
     """
     try:
         yield
@@ -112,10 +112,10 @@ def filling(path: Path) -> Iterator[None]:
 
 @contextmanager
 def _removed_at_the_end(staged: Path) -> Iterator[None]:
-    """Leave no staged file behind, also where SIGTERM ends the program, which it does as ever."""
+    """Remove the staged file at the end, also if SIGTERM ends the program."""
 
     def remove() -> None:
-        with suppress(OSError):  # where nothing can be written, nothing can be removed either
+        with suppress(OSError):  # a disk that refuses writing may refuse removing too
             staged.unlink()
 
     def end(number: int, frame: object) -> None:
@@ -136,9 +136,9 @@ def _removed_at_the_end(staged: Path) -> Iterator[None]:
 
 
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
-    """Write a zip archive by ``write_whole``; the same members give the same bytes.
+    """Write a zip archive with ``write_whole``; the same members give the same bytes.
 
-    The members are the content of the files in it, by their names with ``/``.
+    The members are file contents by name; names use ``/``.
     """
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -1,7 +1,7 @@
-"""Files in which a run keeps what it found are read again; a damaged one is named.
+"""Result files of a run are read again; an error names a file that is damaged.
 
-A ``Memo`` keeps a result with what it was made from, so that nothing is found twice, and nothing
-of another recipe or model is taken.
+A ``Memo`` keeps a result together with what it was made from. So nothing is computed twice, and no
+result of another recipe or model is used.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from zipfile import BadZipFile
 from slide_fmu.core.files import write_whole
 
 REMOVED = "remove it, and it is made again"
-"""The remedy for what can be found again by the same command."""
+"""The remedy for a file that the same command can make again."""
 
 DIGEST = "sha256"
-"""The key of the hash of all others in an object of JSON."""
+"""The key of the hash in a JSON object; the hash is over all other keys."""
 
 
 class DamagedFileError(ValueError):
-    """A file of a run folder does not hold what was written there."""
+    """A file of a run folder does not have the content that was written to it."""
 
 
 @contextmanager
 def damage_named(path: Path, expected: str, remedy: str = REMOVED) -> Iterator[None]:
-    """Name the file that is read in the block where it does not hold what is expected.
+    """Name the file that the block reads, if it does not have the expected content.
 
     Args:
         path: the file.
-        expected: what it should hold, in words.
-        remedy: what is to be done about it.
+        expected: the expected content, in words.
+        remedy: what the user can do.
 
     Raises:
-        DamagedFileError: the block cannot make sense of the file.
+        DamagedFileError: the block cannot read the file's content.
     """
     try:
         yield
@@ -51,10 +51,10 @@ def damage_named(path: Path, expected: str, remedy: str = REMOVED) -> Iterator[N
 
 
 def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[str, Any]:
-    """Read a JSON object that has these keys, and the hash with which it was ``sealed``.
+    """Read a JSON object that has these keys, and a hash written by ``sealed``.
 
     Raises:
-        DamagedFileError: the file holds none, or has changed since it was written.
+        DamagedFileError: the file has no such object, or has changed since it was written.
         OSError: it cannot be read.
     """
     with damage_named(path, f"a JSON object with the keys {', '.join(keys)}", remedy):
@@ -64,19 +64,19 @@ def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[
         return found | {key: found[key] for key in keys}
 
 
-def sealed(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an object for JSON with its hash, by which ``read_kept`` notices a flipped bit."""
-    return {**record, DIGEST: _digest(record)}
+def sealed(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an object for JSON with its hash, by which ``read_kept`` detects changed bits."""
+    return {**content, DIGEST: _digest(content)}
 
 
 @dataclass(frozen=True)
 class Memo:
-    """A memo is a JSON file that keeps a result with what it was made from.
+    """A Memo is a JSON file that keeps a result with what it was made from.
 
     Attributes:
         path: the file.
         made_from: what the result depends on, as JSON has it.
-        same: tells whether what a kept result was made from, and this, are the same.
+        same: says whether two values of ``made_from`` are the same.
     """
 
     path: Path
@@ -84,7 +84,7 @@ class Memo:
     same: Callable[[Any, Any], bool] = operator.eq
 
     def found(self, name: str) -> Any | None:
-        """Return the result of a name; None where none is kept that was made from the same.
+        """Return the result of a name; None if no result from the same ``made_from`` is kept.
 
         Raises:
             DamagedFileError: the file is damaged.
@@ -92,9 +92,9 @@ class Memo:
         """
         if not self.path.exists():
             return None
-        record = read_kept(self.path, (*self.made_from, name))
-        kept = {key: record[key] for key in self.made_from}
-        return record[name] if self.same(kept, self.made_from) else None
+        content = read_kept(self.path, (*self.made_from, name))
+        kept = {key: content[key] for key in self.made_from}
+        return content[name] if self.same(kept, self.made_from) else None
 
     def keep(self, name: str, result: Any) -> None:
         """Write a result, which JSON can hold, under a name.
@@ -106,7 +106,7 @@ class Memo:
         write_whole(self.path, (text + "\n").encode("utf-8"))
 
 
-def _digest(record: Mapping[str, Any]) -> str:
-    """Hash an object as it is once it was written and read: its pairs are lists then."""
-    text = json.dumps(json.loads(json.dumps(record)), sort_keys=True)
+def _digest(content: Mapping[str, Any]) -> str:
+    """Hash an object as JSON returns it: JSON turns tuples into lists."""
+    text = json.dumps(json.loads(json.dumps(content)), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

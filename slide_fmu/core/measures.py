@@ -1,4 +1,4 @@
-"""Measures of error: one definition for training, estimator and report."""
+"""Measures of error have one definition for training, estimator and report."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ def rms(values: FloatArray) -> FloatArray:
 
 
 def moving_rms(errors: FloatArray, length: int) -> FloatArray:
-    """Compute the root mean square over the last ``length`` samples, where there are as many.
+    """Compute the root mean square over the last ``length`` samples, where they exist.
 
     Errors of shape (N, n_channels) give (N - length + 1, n_channels). The RMSE over the output
     window that ends at a sample is the target of the error estimator (paper, section on the error
-    estimation network, with the square that is missing in print).
+    estimation network; the square is missing in print).
     """
     views = np.lib.stride_tricks.sliding_window_view(errors**2, length, axis=0)
     return np.asarray(np.sqrt(views.mean(axis=-1)))
 
 
 def best_constant(errors: FloatArray) -> float:
-    """Return the constant whose mean relative deviation from positive errors, (N,), is least.
+    """Return the constant with the smallest mean relative deviation from positive errors, (N,).
 
     It is the median of the errors with the weights 1 / error.
     """
@@ -34,5 +34,5 @@ def best_constant(errors: FloatArray) -> float:
 
 
 def percent(value: float) -> str:
-    """Return a fraction as per cent with three digits."""
+    """Return a fraction in per cent with three digits."""
     return f"{100 * value:.3g} %"

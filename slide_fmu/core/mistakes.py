@@ -1,7 +1,7 @@
-"""What pydantic finds wrong in a table that people wrote is told in their words.
+"""Errors that pydantic finds in a table written by a user are put into the user's words.
 
-A mistake is named with its key, the value found and the value expected. The words are those of
-TOML and Python, where pydantic has its own.
+A message has the key, the value found and the value expected. It uses the words of TOML and
+Python, where pydantic uses its own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLAIN = {
     "bool_type": "expected true or false",
     "string_type": "expected a text in quotes",
 }
-"""What is said of a value, by the kind of mistake."""
+"""Expectations, by pydantic's type of error."""
 
 LIMITS = {
     "greater_than": ("more than", "gt"),
@@ -33,17 +33,17 @@ LIMITS = {
     "less_than": ("less than", "lt"),
     "less_than_equal": ("at most", "le"),
 }
-"""What is said of a number beyond a limit, and where pydantic says which one."""
+"""Expectations for numbers beyond a limit, with the key under which pydantic gives the limit."""
 
 FORMS = {
     r"^[A-Za-z][A-Za-z0-9_]{0,99}$": "a letter first, then letters, digits and _, at most 100",
     r"^[\w.]+:\w+$": "'module:function'",
 }
-"""Texts of a form, by its pattern."""
+"""Descriptions of text patterns, by pattern."""
 
 
 def value_text(value: Any) -> str:
-    """Write a value as TOML has it, with lists in brackets and true and false in small letters."""
+    """Write a value as in TOML: lists in brackets, true and false in lower case."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple | list):
@@ -52,7 +52,7 @@ def value_text(value: Any) -> str:
 
 
 def expectation(item: Any) -> str:
-    """Say what was expected instead of a value, as pydantic describes the mistake."""
+    """Return the value that was expected, as words, for one error of pydantic."""
     kind, context = item["type"], item.get("ctx", {})
     if kind == "too_long":
         return f"expected {context['max_length']} values, not {context['actual_length']}"
@@ -71,7 +71,7 @@ def expectation(item: Any) -> str:
 
 
 def meant_choice(found: str, expected: str) -> str:
-    """Return what to add to a message about a choice, as ``; did you mean 'tanh'?``."""
+    """Return an ending for a message about a choice, such as ``; did you mean 'tanh'?``."""
     return or_meant(found, _choices(expected))
 
 
@@ -81,20 +81,20 @@ def _choices(expected: str) -> list[str]:
 
 
 def causes(error: ValidationError) -> list[Any]:
-    """Return the mistakes that are causes, one for each value, as pydantic describes them."""
+    """Return the errors that are causes, one for each value, as pydantic describes them."""
     return _joined([item for item in error.errors() if _is_cause(item)])
 
 
 def mistakes(
     error: ValidationError, source: str, known: Mapping[str, Sequence[str]] | None = None
 ) -> str:
-    """Say what is wrong in a table, one line per mistake, with dotted names of its keys.
+    """Describe the errors in a table, one line each, with dotted names of the keys.
 
     Args:
-        error: what pydantic found.
-        source: what messages call the table.
-        known: the keys that there are, of inner tables by the name of the outermost key, and of
-            the table itself by an empty name.
+        error: the errors that pydantic found.
+        source: the name of the table in messages.
+        known: the known keys: of inner tables by the name of the outermost key, of the table
+            itself by an empty name.
     """
     return "\n".join(f"{source}: {_sentence(item, known or {})}" for item in causes(error))
 
@@ -116,12 +116,12 @@ def _sentence(item: Any, known: Mapping[str, Sequence[str]]) -> str:
 
 
 def _is_cause(item: Any) -> bool:
-    """Tell whether it is a mistake of its own; a list that its items' mistakes empty is none."""
+    """Return whether an error is a cause; a list emptied by errors of its items is not."""
     return not (item["type"] == "too_short" and item["input"])
 
 
 def _joined(found: list[Any]) -> list[Any]:
-    """Join what pydantic says of one value whose type may be one of several, a line for each."""
+    """Join errors about one value: pydantic gives one for each type that the value may have."""
     joined: dict[tuple[Any, ...], list[Any]] = {}
     for item in found:
         *outer, last = item["loc"] or ("",)
@@ -132,7 +132,7 @@ def _joined(found: list[Any]) -> list[Any]:
 
 
 def _one_of(place: tuple[Any, ...], items: list[Any]) -> Any:
-    """Return one mistake for all that are said of one value."""
+    """Return one error in place of all errors about one value."""
     if len(items) == 1:
         return items[0]
     words = [expectation(item).removeprefix("expected ") for item in items]

@@ -1,8 +1,8 @@
-"""The noise floor: how much of an error on measured outputs is noise, which nobody can learn.
+"""The noise floor is the part of an error on measured outputs that is noise and cannot be learnt.
 
-It is estimated from residuals, which are white noise plus the surrogate's own error; that error
-follows the inputs through a system with a memory, so that its spectrum is high somewhere, while
-that of white noise is flat: the noise is the flat bottom.
+It is estimated from residuals: white noise plus the surrogate's own error. That error follows the
+inputs through a system with memory, so its spectrum has peaks. The spectrum of white noise is
+flat: the noise is the flat bottom.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 
 LONGEST_PIECE, SHORTEST_PIECE = 256, 16
-"""A spectrum is averaged over pieces of so many samples, at most and at least."""
+"""Longest and shortest piece, in samples, whose spectra are averaged."""
 FEWEST_PIECES = 32
-"""Pieces are made shorter until there are so many, as long as they are not the shortest."""
+"""Pieces are halved until there are this many of them, or until they are the shortest."""
 LOWEST_BINS = 0.25
-"""The search for the bottom begins at this part of the spectrum, the lowest one."""
+"""The search for the bottom starts with this lowest fraction of the spectrum."""
 ABOVE = 3.0
-"""Bins so many standard deviations above the bottom are no part of it."""
+"""Bins more than this number of standard deviations above the bottom are no part of it."""
 MOST_ROUNDS = 100
-"""The bottom settles within a few rounds; more than these would go back and forth."""
+"""Limit of the rounds; the bottom settles within a few, unless they alternate."""
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseFloor:
-    """The white part of residuals, in the outputs' units; arrays have the shape (n_outputs,).
+    """A NoiseFloor is the white part of residuals, in the outputs' units; shapes (n_outputs,).
 
     Attributes:
-        floor: RMS of the noise, as far as it is white and the inputs do not explain it.
+        floor: RMS of the noise that is white and that the inputs do not explain.
         total: RMS of the residuals about their mean.
     """
 
@@ -47,12 +47,12 @@ class NoiseFloor:
 
 
 def noise_of_residuals(residuals: Sequence[FloatArray]) -> NoiseFloor:
-    """Estimate the noise floor from the residuals of trajectories that were not learnt from.
+    """Estimate the noise floor from the residuals of trajectories that were not trained on.
 
-    ``residuals`` holds an array of shape (N, n_outputs) for each trajectory, of any length N from
-    16 on, in the outputs' units.
+    ``residuals`` has one array of shape (N, n_outputs) for each trajectory, N at least 16, in the
+    outputs' units.
 
-    Of noise that is not white, only a part counts: the lowest level of its spectrum.
+    Of coloured noise, only the lowest level of its spectrum counts.
 
     Raises:
         ValueError: there is no trajectory, or one of fewer than 16 samples.

@@ -1,4 +1,4 @@
-"""The polynomials of parameters that the weights of a network follow."""
+"""Network weights are polynomials of physical parameters; this is their basis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from slide_fmu.core.parameters import Parameter
 
 MOST_TERMS = 64
-"""A basis has at most this many polynomials: a bound against damaged files."""
+"""Largest number of polynomials; protects against damaged files."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class ParameterBasis:
 
     Attributes:
         parameters: at least one, in the order of the values.
-        degrees: of every term, the degree in each parameter.
+        degrees: for every term, the degree in each parameter.
 
     Raises:
-        ValueError: there are no parameters, two have one name, or the terms are none of them.
+        ValueError: there are no parameters, two have the same name, or the terms are not valid.
     """
 
     parameters: tuple[Parameter, ...]
@@ -49,7 +49,7 @@ class ParameterBasis:
 
     @staticmethod
     def of_degree(parameters: tuple[Parameter, ...], degree: int) -> ParameterBasis:
-        """Return the basis of all terms up to a total degree, those of low degree first."""
+        """Return the basis of all terms up to a total degree, in rising order of degree."""
         every = product(range(degree + 1), repeat=len(parameters))
         low = [row for row in every if sum(row) <= degree]
         return ParameterBasis(parameters, tuple(sorted(low, key=lambda row: (sum(row), row))))
@@ -57,7 +57,7 @@ class ParameterBasis:
     def values(self, parameters: Any) -> Any:
         """Evaluate all terms: parameters in their units, (..., n_parameters), to (..., n_terms).
 
-        Complex values are evaluated too: their imaginary parts are derivatives.
+        Complex values are allowed: their imaginary parts carry derivatives.
         """
         scaled = [
             parameter.scaled(parameters[..., index])

@@ -1,4 +1,4 @@
-"""Physical parameters of a model, such as a mass: what they are called, and where they may lie."""
+"""Physical parameters of a model, such as a mass, have names, units and ranges."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
 
 Transform = Literal["linear", "log", "reciprocal"]
-"""What of a parameter p the response follows most evenly: p, its logarithm, or 1/p, as it follows
-a mass whose force is the input."""
+"""The function of a parameter p that the response follows most evenly: p, its logarithm, or 1/p (a
+mass with a force as input)."""
 
 RANGE_SLACK = 1e-6
-"""How far outside its range a value still counts as inside, as a part of the range: rounding."""
+"""A value may lie outside its range by this fraction of the range, because of rounding."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Parameter:
         unit: unit of the values, as FMI unit name (``"kg"``).
         low: smallest value, in ``unit``.
         high: largest value, in ``unit``.
-        start: value before anybody sets one; the middle of the transformed range if None.
+        start: value before a user sets one; the middle of the transformed range if None.
         description: one line for people.
         transform: ``"linear"``, ``"log"`` or ``"reciprocal"``.
 
     Raises:
-        ValueError: as for ``Signal``; or the transform is another word, or one that needs positive
-            values has a range that is not positive.
+        ValueError: as for ``Signal``; or the transform is unknown, or needs positive values and
+            the range has others.
     """
 
     name: str
@@ -72,12 +72,12 @@ class Parameter:
 
     @property
     def start_value(self) -> float:
-        """Return the value before anybody sets one, in ``unit``."""
+        """Return the value before a user sets one, in ``unit``."""
         return float(self.unscaled(np.float64(0))) if self.start is None else self.start
 
     @property
     def signal(self) -> Signal:
-        """Return what the parameter has in common with inputs and outputs."""
+        """Return the properties that the parameter shares with inputs and outputs."""
         return Signal(
             self.name, self.unit, self.low, self.high, self.description, self.start_value
         )
@@ -85,7 +85,7 @@ class Parameter:
     def scaled(self, values: Any) -> Any:
         """Map values in ``unit`` to the transformed range: -1 at ``low`` and 1 at ``high``.
 
-        Arrays of any shape keep it; complex values are mapped too.
+        Arrays keep their shape; complex values are mapped too.
         """
         low, high = self._ends()
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -108,8 +108,8 @@ class Parameter:
     def beyond(self, share: float) -> tuple[float, float]:
         """Return an interval in ``unit`` that is wider than the range by a share at either end.
 
-        The share is that of the range, or with another transform than ``"linear"`` that of its
-        logarithm. A range on one side of 0 stays there: masses are positive.
+        The fraction is of the range; with a transform other than ``"linear"``, of its logarithm. A
+        range on one side of 0 stays on that side: masses are positive.
         """
         if self.transform != "linear":
             factor = (self.high / self.low) ** share
@@ -139,8 +139,8 @@ def starts_of(parameters: tuple[Parameter, ...]) -> FloatArray:
 def grid_of(parameters: tuple[Parameter, ...], share: float = 0.0) -> FloatArray:
     """Return points of a box of parameters in their units, (G, n_parameters), corners among them.
 
-    The box is wider than the ranges by a share at either end (``Parameter.beyond``). Few
-    parameters have middles too: five points of one, three each of two or three.
+    The box is wider than the ranges by a share at either end (``Parameter.beyond``). With few
+    parameters there are middles too: five points for one, three each for two or three.
     """
     count = {1: 5, 2: 3, 3: 3}.get(len(parameters), 2)
     axes = []
@@ -159,12 +159,12 @@ def corners_of(parameters: tuple[Parameter, ...]) -> list[dict[str, float]]:
 
 
 def checked_values(parameters: tuple[Parameter, ...], given: Mapping[str, float]) -> FloatArray:
-    """Return the values of parameters, shape (n_parameters,), those not given at their starts.
+    """Return the values of parameters, shape (n_parameters,); missing ones have start values.
 
-    Values that are outside of the range by rounding are moved to its end.
+    Values that rounding moved out of the range are set to its end.
 
     Raises:
-        ValueError: a name is that of no parameter, or a value is not a number within its range.
+        ValueError: a name is unknown, or a value is not a number within its range.
     """
     names = [parameter.name for parameter in parameters]
     unknown = [name for name in given if name not in names]

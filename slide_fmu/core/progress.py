@@ -1,4 +1,4 @@
-"""How long work says how far it is: one protocol, from the work to whoever shows it."""
+"""Long work reports its progress through one protocol, whoever displays it."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from typing import Protocol, runtime_checkable
 
 
 class Progress(Protocol):
-    """Shows how far one stage of the work is. Interface; any function of this form is one."""
+    """A Progress shows how far one stage of the work is. Interface; any such function is one."""
 
     def __call__(self, done: int, total: int, error: float | None = None) -> None:
-        """Take in how far the work is: at its start, and whenever a part of it is done.
+        """Show how far the work is: called at its start, and after each part of it.
 
         Args:
             done: parts of the work that are done.
-            total: parts in all. Work that may end early says so when it opens a part of a stage
-                (``part_of``), and ends with ``done = total``.
-            error: the smallest validation error so far as relative RMSE, of work that looks for
-                it; None or infinite as long as none is known.
+            total: number of parts in all. Work that may end early names its part of a stage with
+                ``part_of``, and ends with ``done = total``.
+            error: the smallest validation error so far as relative RMSE, for work that minimizes
+                it; None or infinite while none is known.
         """
 
 
 @runtime_checkable
 class Divisible(Progress, Protocol):
-    """A progress whose stage may have several parts, each with a total of its own. Interface."""
+    """A Divisible is a progress whose stage may have parts with totals of their own. Interface."""
 
     def part(self, name: str, at_most: bool) -> Progress:
         """Open a part of the stage.
 
         Args:
             name: what the part does; empty for the stage itself.
-            at_most: whether its total is the greatest possible one.
+            at_most: whether the total is only an upper limit.
         """
 
 
@@ -44,18 +44,18 @@ def quiet(done: int, total: int, error: float | None = None) -> None:
 
 
 def part_of(progress: Progress, name: str = "", at_most: bool = False) -> Progress:
-    """Open a part of a stage where its progress knows parts; else they are all shown as one."""
+    """Open a part of a stage if its progress knows parts; otherwise return the progress itself."""
     return progress.part(name, at_most) if isinstance(progress, Divisible) else progress
 
 
 @dataclass(frozen=True)
 class Heard:
-    """What another progress shows is heard, too, or is shown without its error. Final.
+    """A Heard passes progress on and calls a listener, or hides the error. Final.
 
     Attributes:
-        shown: where it is shown, part by part.
-        hear: is called whenever it was shown.
-        with_error: whether the error is shown, which is a relative RMSE then.
+        shown: the progress that shows it, part by part.
+        hear: called after each report.
+        with_error: whether the error is shown; it is a relative RMSE then.
     """
 
     shown: Progress
@@ -63,13 +63,13 @@ class Heard:
     with_error: bool = True
 
     def __call__(self, done: int, total: int, error: float | None = None) -> None:
-        """Show how far the work is, then let it be heard."""
+        """Show how far the work is, then call the listener."""
         self.shown(done, total, error if self.with_error else None)
         if self.hear is not None:
             self.hear()
 
     def part(self, name: str, at_most: bool) -> Progress:
-        """Open a part of the stage that is heard as well."""
+        """Open a part of the stage, with the same listener."""
         return Heard(part_of(self.shown, name, at_most), self.hear, self.with_error)
 
 

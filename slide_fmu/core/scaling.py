@@ -1,4 +1,4 @@
-"""Scalings between physical values and what networks see: always in pairs, apply and invert."""
+"""Scalings map physical values to network values and back: apply and invert form a pair."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Models and files that lie beside a recipe, or near an FMU, are found.
+"""Models and files next to a recipe, or near an FMU, are found on Python's search path.
 
-Their folders stand on Python's search path, ``sys.path``, which alone knows them: there is one in
-each process, and models are imported by it.
+Their folders are entries of ``sys.path``. Nothing else keeps them: each process has one search
+path, and models are imported from it.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from pathlib import Path
 
 
 class AmbiguousFileError(ValueError):
-    """A recipe's name of a file may mean two files that differ."""
+    """Two different files may be meant by one file name in a recipe."""
 
 
 class RecipeFolder(str):
-    """A RecipeFolder stands on the search path because of a recipe or an FMU.
+    """A RecipeFolder is an entry of the search path made for a recipe or an FMU.
 
-    Worker processes get it as a plain text.
+    Worker processes receive it as a plain text.
     """
 
     __slots__ = ()
@@ -28,16 +28,16 @@ class RecipeFolder(str):
 
 
 class FormerFolder(RecipeFolder):
-    """A FormerFolder is that of a recipe or an FMU which this process was about earlier."""
+    """A FormerFolder belongs to a recipe or an FMU that this process used earlier."""
 
     __slots__ = ()
 
 
 def make_importable(*folders: Path) -> None:
-    """Let recipes name models and files that lie in folders, here and in worker processes.
+    """Let recipes name models and files in these folders, here and in worker processes.
 
     The folders stand at the end of the path, but before those of other recipes: a model may have
-    the name of one that was used earlier in this process.
+    the name of one that this process used earlier.
     """
     new = list(dict.fromkeys(RecipeFolder(folder.resolve()) for folder in folders))
     others = [place for place in sys.path if not isinstance(place, RecipeFolder)]
@@ -50,23 +50,23 @@ def make_importable(*folders: Path) -> None:
 
 
 def make_models_importable(fmu: Path) -> None:
-    """Let an FMU's recipe name models that lie where its recipe most likely lay.
+    """Let an FMU's recipe name models that lie where the recipe probably was.
 
-    That is here, beside the folder ``runs`` that it was made in, or beside the FMU.
+    That is the current folder, the folder that contains ``runs``, or the folder of the FMU.
     """
     folder = fmu.resolve().parent
     make_importable(Path.cwd(), folder.parent.parent, folder)
 
 
 def find_file(name: str) -> Path:
-    """Find a file of the user: a path from here, or from a folder in which modules are looked for.
+    """Find a file of the user: in the current folder, or in a folder where modules are found.
 
-    The folder of a recipe is one of those.
+    The folder of a recipe is one of these.
 
     Raises:
-        AmbiguousFileError: the one here is another than the one beside the recipe. Worker
-            processes do not ask: they look in the same places after the recipe was read.
-        FileNotFoundError: there is no such file; the message says where it was looked for.
+        AmbiguousFileError: the file here and the file next to the recipe differ. Worker processes
+            do not check this: they look in the same places after the recipe was read.
+        FileNotFoundError: there is no such file; the message lists the folders.
     """
     here = Path(name)
     current = (Path(place) / name for place in sys.path if type(place) is RecipeFolder)
@@ -80,7 +80,7 @@ def find_file(name: str) -> Path:
     found = next((path for path in places if path.is_file()), None)
     if found is None:
         raise FileNotFoundError(
-            f"no file {name!r} in {Path.cwd()} or beside the recipe; expected the path of one: "
+            f"no file {name!r} in {Path.cwd()} or next to the recipe; expected the path of one: "
             "check the name"
         )
     return found.resolve()

@@ -1,4 +1,4 @@
-"""The vocabulary: named signals with units and ranges, and the trajectories made of them."""
+"""Signals have names, units and ranges; trajectories are sampled values of signals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slide_fmu.core.units import behind
 FloatArray = NDArray[np.float64]
 
 LARGEST = 1e300
-"""A range ends here at most: its width and what is computed of it must be finite numbers."""
+"""Limit of a range's ends: its width, and what is computed from it, must be finite."""
 
 Hold = Literal["zero_order", "first_order"]
 """How an input acts between samples.
@@ -27,10 +27,10 @@ linearly from inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
 """
 
 Angle = Literal["cosine", "sine"]
-"""What an input is of an angle. The sine is the input directly behind its cosine."""
+"""What an input is of an angle. The sine directly follows its cosine."""
 
 UNUSABLE = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that no XML document can hold: control characters, halves of others."""
+"""Characters that XML cannot hold: control characters, and halves of surrogate pairs."""
 
 
 @dataclass(frozen=True)
@@ -43,17 +43,17 @@ class Signal:
         low: smallest value of the intended range, in ``unit``.
         high: largest value of the intended range, in ``unit``.
         description: one line for people.
-        start: value before anybody sets one, within the range; the one nearest to 0 if None.
-        hold: how the signal acts between samples, where it is an input.
-        angle: ``"cosine"`` or ``"sine"`` where an input is that of an angle: then both turn on
-            the circle between samples. ``check_inputs`` says what a pair of them needs.
-        period: of an input that means the same after so much more, in ``unit``; those in rad or
-            deg are angles without it (``period_of``).
+        start: value before a user sets one, within the range; the value nearest to 0 if None.
+        hold: how the signal acts between samples, if it is an input.
+        angle: ``"cosine"`` or ``"sine"`` if the input is that of an angle: both then turn on the
+            circle between samples. ``check_inputs`` says what a pair needs.
+        period: of an input that repeats itself after this value, in ``unit``; inputs in rad or deg
+            are angles without it (``period_of``).
 
     Raises:
-        ValueError: a text is none that XML can hold, the name is empty, a number is none, the
-            range is empty or not finite, the start outside it, the hold or angle another word, or
-            the period not positive.
+        ValueError: XML cannot hold a text, the name is empty, a value is not a number, the range
+            is empty or not finite, the start is outside it, the hold or angle is unknown, or the
+            period is not positive.
     """
 
     name: str
@@ -103,12 +103,12 @@ class Signal:
 
     @property
     def start_value(self) -> float:
-        """Return the value before anybody sets one, in ``unit``."""
+        """Return the value before a user sets one, in ``unit``."""
         return min(max(0.0, self.low), self.high) if self.start is None else self.start
 
 
 def _require_range(name: str, unit: str, low: float, high: float) -> None:
-    """Refuse a range that is empty or not finite, or so wide that its width would not be."""
+    """Refuse a range that is empty or not finite, or whose width would not be finite."""
     found = f"signal {name!r}: range [{low}, {high}]{behind(unit)}"
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(
@@ -122,20 +122,20 @@ def _require_range(name: str, unit: str, low: float, high: float) -> None:
 
 
 def _require_number(name: str, what: str, value: object) -> None:
-    """Refuse texts, and true and false, where a number is expected; a range may not be None."""
+    """Refuse texts, true and false, and None in a range, where a number is expected."""
     optional = value is None and what not in ("low", "high")
     if not optional and (isinstance(value, bool) or not isinstance(value, Real)):
         raise ValueError(f"signal {name!r}: {what} {value!r}; expected a number")
 
 
 def within_ranges(signals: Sequence[Signal], values: FloatArray) -> FloatArray:
-    """Return values (..., n_signals), with those outside of their ranges at the nearest ends."""
+    """Return values (..., n_signals); values outside their ranges move to the nearest end."""
     low, high = (np.array([getattr(signal, end) for signal in signals]) for end in ("low", "high"))
     return np.clip(values, low, high)
 
 
 def outside_of_range(signals: Sequence[Signal], values: FloatArray) -> str | None:
-    """Name the signal that is furthest outside of its range, relative to that; None if none is.
+    """Name the signal that is furthest outside its range, relative to it; None if all are inside.
 
     Values have the shape (N, n_signals).
     """
@@ -152,11 +152,11 @@ def outside_of_range(signals: Sequence[Signal], values: FloatArray) -> str | Non
 
 
 PERIODS = {"rad": 2 * math.pi, "deg": 360.0}
-"""Turns of the units of angles."""
+"""Full turn in the units of angles."""
 
 
 def period_of(signal: Signal) -> float | None:
-    """Give the period of a signal that is an angle itself, in its unit; None of any other."""
+    """Return the period of a signal that is itself an angle, in its unit; None for others."""
     return signal.period or PERIODS.get(signal.unit)
 
 
@@ -164,10 +164,10 @@ def check_inputs(signals: tuple[Signal, ...]) -> None:
     """Reject inputs whose meanings do not belong together.
 
     All inputs of a system have the same hold. The sine of an angle follows its cosine, and both
-    have the same range about 0: their length on the circle is the end of the range.
+    have the same range, symmetric about 0: its end is the length on the circle.
 
     Raises:
-        ValueError: with the signals, what they are and what was expected.
+        ValueError: the message names the signals, what they are and what was expected.
     """
     holds = {signal.name: signal.hold for signal in signals}
     if len(set(holds.values())) > 1:
@@ -180,7 +180,7 @@ def check_inputs(signals: tuple[Signal, ...]) -> None:
 
 
 def _check_angle(signals: tuple[Signal, ...], index: int) -> None:
-    """Reject a cosine or sine that has no partner, or one of another range."""
+    """Reject a cosine or sine that has no partner, or whose partner has another range."""
     signal, neighbour = signals[index], index + (1 if signals[index].angle == "cosine" else -1)
     if signal.angle is None:
         return
@@ -200,24 +200,24 @@ def _check_angle(signals: tuple[Signal, ...], index: int) -> None:
 
 
 def hold_of(signals: tuple[Signal, ...]) -> Hold:
-    """Give the hold that all inputs share, of at least one that ``check_inputs`` accepts."""
+    """Return the hold of all inputs, of which there is at least one; see ``check_inputs``."""
     return signals[0].hold
 
 
 def moves(signals: tuple[Signal, ...]) -> bool:
-    """Tell whether inputs, of which there is at least one, move between samples."""
+    """Return whether inputs, of which there is at least one, move between samples."""
     return hold_of(signals) == "first_order"
 
 
 def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
-    """Give the indices of inputs that are the cosine of an angle; the sine of each is the next."""
+    """Return the indices of inputs that are a cosine of an angle; the sine is the next input."""
     return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")
 
 
 def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
-    """Return inputs, (N, n_inputs), whose cosines and sines keep their direction and are angles.
+    """Return inputs, (N, n_inputs), whose cosines and sines are scaled to lie on their circle.
 
-    Their length becomes the end of their range. Where both are zero, as halfway between opposite
+    Their length becomes the end of their range. If both are zero, as halfway between opposite
     directions, the angle is zero.
     """
     found = inputs.copy()
@@ -230,7 +230,7 @@ def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A Trajectory is a sampled motion: what went in and what came out.
+    """A Trajectory is a sampled motion: inputs and outputs.
 
     Sample k belongs to time ``k * step``. ``inputs[k]`` acts from sample k to sample k+1, so a
     trajectory of N inputs has N+1 outputs.
@@ -241,7 +241,7 @@ class Trajectory:
         outputs: shape (N + 1, n_outputs), in the units of the output signals.
 
     Raises:
-        ValueError: the shapes do not belong together.
+        ValueError: the shapes do not match.
     """
 
     step: float

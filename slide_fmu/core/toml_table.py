@@ -1,4 +1,4 @@
-"""Tables that people write in TOML: what is not meant so is refused, and nothing is converted."""
+"""Tables written in TOML are read strictly: wrong types are refused, nothing is converted."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pydantic import BaseModel, ConfigDict, model_validator
 
 
 class Table(BaseModel):
-    """A Table refuses unknown keys and values of another type; its values do not change.
+    """A Table refuses unknown keys and values of another type; it cannot be changed.
 
-    ``true`` is no number here and ``"3"`` neither; a whole number counts as a number. Lists may
-    stand where the fields are tuples.
+    ``true`` and ``"3"`` are not numbers here; a whole number counts as a number. A list is
+    accepted for a field that is a tuple.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
@@ -25,5 +25,5 @@ class Table(BaseModel):
 
 
 def _without_lists(value: Any) -> Any:
-    """Return a value with tuples in the place of lists; tables inside see to their own."""
+    """Return a value with tuples in place of lists; tables inside it convert their own lists."""
     return tuple(map(_without_lists, value)) if isinstance(value, list) else value

@@ -27,7 +27,7 @@ BASE_UNITS: dict[str, dict[str, str]] = {
     "rad/s2": {"rad": "1", "s": "-2"},
     "Pa": {"kg": "1", "m": "-1", "s": "-2"},
 }
-"""SI exponents and factor of common units; others are declared by name alone."""
+"""SI exponents and factor of common units; other units are declared by name only."""
 
 # fmt: off
 COMMON = frozenset((
@@ -36,36 +36,36 @@ COMMON = frozenset((
     "Ohm", "K", "degC", "degF", "degRk", "Hz", "rpm", "rev", "var", "L",
 ))
 # fmt: on
-"""Symbols that are known at once, and those of FMUs that pint does not know; it knows all others,
-but its list of units is long, and slow to read."""
+"""Symbols accepted without pint, and symbols of FMUs that pint does not know. Pint knows all
+others, but its list of units is long and slow to read."""
 
 FACTOR = re.compile(r"([A-Za-z%_]+|1)\^?([-+]?\d+)?")
-"""A symbol, and its exponent if it has one."""
+"""A symbol, and its exponent if there is one."""
 
 
 NO_UNIT = "1"
-"""What FMI calls the unit of a number that has none."""
+"""FMI's name for the unit of a dimensionless number."""
 
 
 def behind(unit: str) -> str:
-    """Return what stands behind a number: a blank and its unit, or nothing where it has none."""
+    """Return the text after a number: a blank and its unit, or nothing if it has none."""
     return "" if unit == NO_UNIT else f" {unit}"
 
 
 def labelled(label: str, unit: str, between: str = " / ") -> str:
-    """Return a label with its unit, as ``force / N``; alone where there is no unit."""
+    """Return a label with its unit, such as ``force / N``; the label alone if there is no unit."""
     return label if unit in ("", NO_UNIT) else f"{label}{between}{unit}"
 
 
 def ratio(unit: str, over: str) -> str:
-    """Return the unit of a quotient, as ``m/N``."""
+    """Return the unit of a quotient, such as ``m/N``."""
     if over == NO_UNIT:
         return unit
     return f"{unit}/{over}" if "/" not in over else f"{unit}/({over})"
 
 
 def require_unit(name: str, unit: str) -> None:
-    """Refuse the unit of a signal that is no product of known symbols, as ``"N.m"`` is.
+    """Refuse a signal's unit that is not a product of known symbols, such as ``"N.m"``.
 
     Factors are joined by ``.``, ``*`` or ``/``, exponents follow as ``s2``, ``s-2`` or ``s^2``.
 
@@ -84,7 +84,7 @@ def require_unit(name: str, unit: str) -> None:
 
 
 def _is_known(symbol: str) -> bool:
-    """Tell whether a text is the symbol of a unit; names that are spelled out are none."""
+    """Return whether a text is the symbol of a unit; a name in full is not."""
     if symbol in COMMON:
         return True
     short = None if symbol.lower() in NAMES else _symbol_of(symbol)
@@ -92,10 +92,10 @@ def _is_known(symbol: str) -> bool:
 
 
 def _symbol_of(text: str) -> str | None:
-    """Return the symbol of a unit that pint knows by a symbol or a name; None of any other."""
+    """Return the symbol of a unit given by symbol or name; None if pint does not know it."""
     try:
         return f"{_registry().Unit(text):~}"
-    except Exception:  # texts that are no units at all fail in pint's parser, in many ways
+    except Exception:  # pint's parser fails in many ways on texts that are no units
         return None
 
 
@@ -108,7 +108,7 @@ def _registry() -> pint.UnitRegistry[float]:
 
 
 def _nearest(symbol: str) -> list[str]:
-    """Return known units whose symbol or name is like a text."""
+    """Return known units whose symbol or name is similar to a text."""
     word = symbol.lower()
     named = [
         unit for name, unit in NAMES.items() if (name and word.startswith(name)) or name == word
@@ -140,4 +140,4 @@ NAMES = {
     "-": "1",
     "": "1",
 }
-"""What people write in place of symbols, in small letters."""
+"""Symbols for names that users write in full, in lower case."""

@@ -1,4 +1,4 @@
-"""An FMU is unpacked into a folder; what can go wrong with that is told apart here."""
+"""An FMU is unpacked into a folder; errors of its archive and of the disk are distinguished."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from slide_fmu.core.files import FullDiskError, filling
 
 
 class UnpackingError(ValueError):
-    """An FMU cannot be unpacked: its archive is damaged, or would write outside of the folder."""
+    """An FMU cannot be unpacked: the archive is damaged, or would write outside the folder."""
 
 
 def unpack(fmu: Path, folder: str) -> None:
     """Unpack an FMU into a folder.
 
     Raises:
-        FullDiskError: there is no room for its files.
+        FullDiskError: there is no space for its files.
         UnpackingError: it cannot be unpacked.
     """
     try:

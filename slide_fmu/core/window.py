@@ -1,4 +1,4 @@
-"""The index law of the sliding window, in one place.
+"""The index law of the sliding window is defined here only.
 
 A network sees the inputs u[s .. s+n_in-1] and gives the outputs y[s+n_in-n_out+1 .. s+n_in]
 (paper, section "The SLIDE method"). In a co-simulation step from t_k to t_k + h the newest input
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 
 MAX_WINDOW = 1 << 20
-"""Largest n_in: an upper bound against damaged files, far above any use."""
+"""Largest n_in; protects against damaged files, and is far above any use."""
 
 
 def checked_batch(name: str, values: NDArray[Any], shape: tuple[int, int]) -> FloatArray:
-    """Give values as a batch of float64 whose elements have a shape: (B, samples, channels).
+    """Return values as a batch in float64 whose elements have a shape: (B, samples, channels).
 
     Raises:
-        ValueError: they have another shape; the message begins with the name.
+        ValueError: they have another shape; the message starts with the name.
     """
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 3 or array.shape[1:] != shape:
@@ -66,22 +66,22 @@ class Window:
 
     @property
     def truncation_time(self) -> float:
-        """Return the time (n_in - n_out) h in s for initial effects to decay (paper, t_d)."""
+        """Return the time (n_in - n_out) h in s in which initial effects decay (paper, t_d)."""
         return self.n_truncated * self.step
 
     @property
     def memory_length(self) -> int:
-        """Return the number of inputs that every output may depend on: n_in - n_out + 1."""
+        """Return the number of inputs that an output may depend on: n_in - n_out + 1."""
         return self.n_truncated + 1
 
     def starts(self, n_inputs: int, stride: int = 1) -> NDArray[np.int64]:
-        """Give the first-sample indices s of all windows that fit into a record of inputs."""
+        """Return the first-sample indices s of all windows within a sequence of inputs."""
         return np.arange(0, n_inputs - self.n_in + 1, stride, dtype=np.int64)
 
     def input_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Give the input sample indices of windows, shape (len(starts), n_in)."""
+        """Return the input sample indices of windows, shape (len(starts), n_in)."""
         return starts[:, None] + np.arange(self.n_in)
 
     def output_indices(self, starts: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Give the output sample indices of windows, shape (len(starts), n_out)."""
+        """Return the output sample indices of windows, shape (len(starts), n_out)."""
         return starts[:, None] + np.arange(self.n_truncated + 1, self.n_in + 1)

@@ -1,4 +1,4 @@
-"""How two XML documents differ: element by element, attribute by attribute."""
+"""Two XML documents are compared element by element, attribute by attribute."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from itertools import zip_longest
 from xml.etree.ElementTree import Element
 
 NAMES = ("name", "keyword", "valueReference", "index")
-"""An element is named by the first of these attributes that it has."""
+"""The first of these attributes that an element has is its name in messages."""
 
 
 def differences(found: Element, expected: Element) -> Iterator[str]:
-    """Say what differs between two elements and those in them, one sentence part each.
+    """Yield the differences between two elements and their children, one sentence part each.
 
-    The order of attributes and the space around texts mean nothing; the order of elements does.
+    The order of attributes and white space around texts do not count; the order of elements does.
 
     Args:
-        found: root of the document that is there.
-        expected: root of the document that ought to be there.
+        found: root of the document found.
+        expected: root of the document expected.
 
     Yields:
-        Parts as ``UnitDefinitions/Unit 'm'/BaseUnit: factor = '0.001'; expected none``.
+        Sentence parts such as ``UnitDefinitions/Unit 'm'/BaseUnit: factor = '0.001'; expected
+        none``.
     """
     yield from _of_element(found, expected, "")
 
@@ -34,8 +35,8 @@ def _of_element(found: Element, expected: Element, place: str) -> Iterator[str]:
     for key in sorted({*found.keys(), *expected.keys()}):
         values = found.get(key), expected.get(key)
         if values[0] != values[1]:
-            told, other = ("none" if value is None else repr(value) for value in values)
-            yield f"{where}: {_local(key)} = {told}; expected {other}"
+            value, other = ("none" if each is None else repr(each) for each in values)
+            yield f"{where}: {_local(key)} = {value}; expected {other}"
     text, wanted = (" ".join((element.text or "").split()) for element in (found, expected))
     if text != wanted:
         yield f"{where}: text {apart(text, wanted)!r}; expected {apart(wanted, text)!r}"
@@ -57,7 +58,7 @@ def _of_children(found: Element, expected: Element, place: str) -> Iterator[str]
 
 
 def _called(element: Element, number: int) -> str:
-    """Name an element among those beside it, by an attribute or by its number from 1."""
+    """Name an element among its siblings, by an attribute or by its number from 1."""
     key = next((key for key in NAMES if key in element.attrib), None)
     if key is not None:
         return f"{_tag(element)} {element.get(key)!r}"
@@ -65,7 +66,7 @@ def _called(element: Element, number: int) -> str:
 
 
 def apart(text: str, other: str, length: int = 60) -> str:
-    """Return the part of a text around the first place where another text differs."""
+    """Return the part of a text around the first difference from another text."""
     pairs = enumerate(zip_longest(text, other))
     place = next((index for index, (ours, theirs) in pairs if ours != theirs), 0)
     start = max(0, place - length // 2)

@@ -1,4 +1,4 @@
-"""A zip archive is opened only if it has as many members as usual, and a list of usual size."""
+"""A zip archive is opened only if the number of its members and the size of its list are usual."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ import zipfile
 from pathlib import Path
 
 MOST_MEMBERS = 10_000
-"""An FMU has some dozens of members, one with C sources some hundreds."""
+"""An FMU has a few dozen members, one with C sources a few hundred."""
 
 ENTRY, LONGEST_NAME = 46, 200
-"""Bytes of an entry without its name; names are hardly ever longer than this."""
+"""Bytes of an entry without its name; an assumed limit of the length of names."""
 
 MOST_BYTES = MOST_MEMBERS * (ENTRY + LONGEST_NAME)
 
 END, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 65_535
 END_64, LOCATOR_64, LOCATOR_SIZE = b"PK\x06\x06", b"PK\x06\x07", 20
-"""Records at the end of an archive (APPNOTE 6.3.10, sections 4.3.14 to 4.3.16)."""
+"""Structures at the end of an archive (APPNOTE 6.3.10, sections 4.3.14 to 4.3.16)."""
 
 
 class ManyMembersError(zipfile.BadZipFile):
-    """An archive has far more members than an FMU; to go through them would take long."""
+    """An archive has far more members than an FMU; reading the list would take long."""
 
 
 def open_archive(path: Path) -> zipfile.ZipFile:
     """Open a zip archive for reading.
 
     Raises:
-        ManyMembersError: the list of its members is very long, and was not read; or there are
-            very many with short names.
-        zipfile.BadZipFile: the file is no archive.
+        ManyMembersError: the list of its members is very long and was not read; or it has very
+            many members with short names.
+        zipfile.BadZipFile: the file is not an archive.
         OSError: it cannot be read.
     """
     size = _size_of_list(path)
@@ -47,7 +47,7 @@ def open_archive(path: Path) -> zipfile.ZipFile:
 
 
 def _size_of_list(path: Path) -> int:
-    """Return how many bytes list the members of an archive; 0 where no record tells it."""
+    """Return the size of the list of members in bytes; 0 if no structure states it."""
     with path.open("rb") as file:
         length = file.seek(0, 2)
         file.seek(max(0, length - END_SIZE - LONGEST_COMMENT - LOCATOR_SIZE))
@@ -57,10 +57,10 @@ def _size_of_list(path: Path) -> int:
             return 0
         size = int(struct.unpack_from("<L", tail, place + 12)[0])
         locator = tail[max(0, place - LOCATOR_SIZE) : place]
-        if locator[:4] != LOCATOR_64:  # else the archive is a large one, of the format Zip64
+        if locator[:4] != LOCATOR_64:  # otherwise it is a large archive in the Zip64 format
             return size
         file.seek(min(length, struct.unpack_from("<Q", locator, 8)[0]))
-        record = file.read(56)
-        if record[:4] != END_64 or len(record) < 56:
+        entry = file.read(56)
+        if entry[:4] != END_64 or len(entry) < 56:
             return size
-        return int(struct.unpack_from("<Q", record, 40)[0])
+        return int(struct.unpack_from("<Q", entry, 40)[0])

@@ -1,4 +1,4 @@
 """This room runs FMUs in an importer, and checks them.
 
-An FMU is a file here; nothing is measured against a reference.
+An FMU is a file here; comparisons with a reference are elsewhere.
 """

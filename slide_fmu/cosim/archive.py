@@ -1,4 +1,4 @@
-"""What is wrong with the archive of an FMU, before anything in it is unpacked or run."""
+"""The archive of an FMU is checked before anything in it is unpacked or run."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from slide_fmu.fmu.libraries.sources import FOLDER, source_members
 from slide_fmu.fmu.native_library import NativeError
 
 BINARIES = "binaries/"
-"""The libraries of an FMU lie below this folder (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
+"""Folder of the libraries of an FMU (FMI 2.0, section 2.3; FMI 3.0, section 2.5)."""
 
 LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 """A line of the list of hashes."""
 
 SHOWN = 5
-"""A message names so many members."""
+"""Largest number of members that a message names."""
 
 UNUSUAL = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
-"""Some systems know no names with these signs, and unpack such members to other ones."""
+"""Characters that some systems do not allow in names, so that they unpack to other names."""
 
 
 def archive_problems(path: Path) -> list[str]:
-    """Name members that leave the folder of the FMU, come twice, or unpack to very much.
+    """Name members that leave the folder of the FMU, occur twice, or unpack to very much.
 
-    Links are named too, and members that systems or importers unpack to different places: what was
-    checked would not be what is run.
+    Links are named too, as are members that systems or importers unpack to different places: the
+    files that are checked would not be the files that are run.
 
     Raises:
-        zipfile.BadZipFile, OSError: the file is no archive, or cannot be read.
+        zipfile.BadZipFile, OSError: the file is not an archive, or cannot be read.
     """
     with open_archive(path) as archive:
         members = archive.infolist()
@@ -74,13 +74,14 @@ def archive_problems(path: Path) -> list[str]:
 
 
 def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> list[str]:
-    """Name the libraries of an FMU, of any platform, that are not those of this version.
+    """Name the libraries of an FMU, for any platform, that differ from this version's.
 
     Args:
         path: the FMU.
         name: its model identifier.
         fmi: its version of the standard.
-        trusted: whether others, as those that users compile from the sources, are no problem.
+        trusted: whether to accept other libraries, such as those that users compile from the
+            sources.
 
     Raises:
         FileNotFoundError: the runtime has not been compiled here.
@@ -104,7 +105,7 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
         names = [name for name in archive.namelist() if not name.endswith("/")]
     others = {name for name in names if name.casefold().startswith(BINARIES)}
     problems += [
-        f"binary {member} is none of slide-fmu; expected {', '.join(known)}: export again"
+        f"binary {member} is not of slide-fmu; expected {', '.join(known)}: export again"
         for member in sorted(others - set(known))
     ]
     return problems
@@ -113,8 +114,8 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
 def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
     """Say whether the C sources of an FMU, if it has some, are those of this version.
 
-    Importers compile and run them. Scalar ones can be compared only where there is a compiled
-    library for this computer, which tells how much memory they need.
+    Importers compile and run them. Scalar sources can be compared only with a compiled library for
+    this computer, which gives the memory they need.
 
     Args:
         path: the FMU.
@@ -153,13 +154,10 @@ def hash_problems(path: Path, free: Collection[str] = ()) -> list[str]:
 
     Args:
         path: the FMU, whose archive has no problems.
-        free: folders whose files users may change, as ``binaries/``.
-
-    Returns:
-        The problems, each one sentence with its remedy; one if there is no list.
+        free: folders whose files users may change, such as ``binaries/``.
 
     Raises:
-        FmuError: the file is no archive, or is damaged.
+        FmuError: the file is not an archive, or is damaged.
         OSError: it cannot be read.
     """
     content = read_member(path, HASHES)
@@ -179,14 +177,14 @@ def hash_problems(path: Path, free: Collection[str] = ()) -> list[str]:
     changed = [name for name in both if _sha256(path, name) != listed[name]]
     kinds = (("has another content", changed), ("is missing", missing), ("was added", added))
     return [
-        f"{_told(which)} {what} since the FMU was written, by the hashes in {HASHES}; get the "
-        "file again, or make it anew"
+        f"{_listed(which)} {what} since the FMU was written, by the hashes in {HASHES}; get the "
+        "file again, or write it again"
         for what, which in kinds
         if which
     ]
 
 
-def _told(names: list[str]) -> str:
+def _listed(names: list[str]) -> str:
     more = f" (and {len(names) - SHOWN} more)" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more
 
@@ -201,7 +199,7 @@ def _leaves(name: str) -> bool:
 
 
 def _ambiguous(names: Iterable[str]) -> Iterator[str]:
-    """Name members that stay below the folder of the FMU, but not everywhere in the same place."""
+    """Name members below the folder of the FMU whose place differs between systems."""
     places = defaultdict(list)
     for name in names:
         if _leaves(name):
@@ -216,8 +214,8 @@ def _ambiguous(names: Iterable[str]) -> Iterator[str]:
     for same in places.values():
         if len(same) > 1:
             yield (
-                f"members {same} are one file on systems that do not tell capital letters from "
-                "small ones; expected one of them: do not unpack it"
+                f"members {same} are one file on systems that do not distinguish capital and "
+                "small letters; expected one of them: do not unpack it"
             )
 
 

@@ -1,4 +1,4 @@
-"""Inputs between the times at which they are known."""
+"""Inputs are interpolated between the times at which they are known."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 
 CLEARLY_BETTER = 0.25
-"""A curve counts where the mean square of its errors is below this part of a straight line's."""
+"""A curve is used if its mean square error is below this fraction of a straight line's."""
 
 AROUND = 3
-"""Known values on either side whose errors decide between curve and straight line."""
+"""Number of known values on either side whose errors decide between curve and line."""
 
 SLACK = 1e-6
-"""In steps: what counts as rounding in a distance of times."""
+"""Relative rounding error of distances in time, in steps."""
 
 
 def refined(
     times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Divide distances longer than a step into equal parts, and find the inputs there.
+    """Divide distances longer than a step into equal parts, and interpolate the inputs there.
 
-    An input that is smooth is a cubic through the four values around; one that is not, a straight
-    line. Smooth is what the neighbours of known values tell of them far better by cubics than by
-    straight lines. Of an angle, both are of its turn, and its length is a straight line.
+    A smooth input is a cubic through the four values around; any other is a straight line. An
+    input is smooth where cubics through the neighbours of known values predict them far better
+    than straight lines. For an angle, its turn is interpolated this way, and its length is a
+    straight line.
 
     Args:
         times: in s, rising, shape (N,).
@@ -58,9 +59,9 @@ def evened(
 ) -> FloatArray:
     """Move values of smooth inputs so that straight lines through them have the mean of the curve.
 
-    Straight lines a step long, between values of a curve u, lie beside it by step^2 u'' / 12 in
-    the mean; by so much are the values moved. Those of inputs that are not smooth stay as they
-    are. Of an angle it is the turn that is moved.
+    Straight lines of one step, between values of a curve u, differ from it by step^2 u'' / 12 in
+    the mean; the values are moved by this. Inputs that are not smooth stay unchanged. For an
+    angle, the turn is moved.
 
     Args:
         times: in s, rising, shape (N,).
@@ -77,7 +78,7 @@ def evened(
 
 
 def _sag(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
-    """Tell how far lines a step long lie beside the curve in the mean, where it is smooth."""
+    """Return the mean distance of lines of one step from the curve, where it is smooth."""
     found, smooth = np.zeros(len(times)), _is_smooth(times, values)
     if len(times) > 2:
         slopes = np.diff(values) / np.diff(times)
@@ -89,7 +90,7 @@ def _sag(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
 def _column(
     times: FloatArray, values: FloatArray, at: FloatArray, of: NDArray[np.int64]
 ) -> FloatArray:
-    """Find one input or angle at times, all but the last of which lie in the intervals ``of``."""
+    """Interpolate one input or angle at times; all but the last lie in the intervals ``of``."""
     found = np.interp(at, times, values)
     first = np.clip(of - 1, 0, max(len(times) - 4, 0))
     curved = _is_smooth(times, values)[of]
@@ -99,9 +100,9 @@ def _column(
 
 
 def _is_smooth(times: FloatArray, values: FloatArray) -> NDArray[np.bool_]:
-    """Say of each interval, (N - 1,), whether cubics tell the values around it better than lines.
+    """Return for each interval, (N - 1,), whether cubics predict the values around it better.
 
-    Every value is told by its neighbours without itself: by two of them, or by four.
+    Every value is predicted from its neighbours: from two of them, or from four.
     """
     count = len(times) - 4
     if count < 2 * AROUND:
@@ -114,7 +115,7 @@ def _is_smooth(times: FloatArray, values: FloatArray) -> NDArray[np.bool_]:
     by_line = values[1:-3] + share * (values[3:-1] - values[1:-3])
     window = np.ones(2 * AROUND)
     cubic, line = (np.convolve((f - true) ** 2, window, "valid") for f in (by_cubic, by_line))
-    # sum j is of the values j + 2 .. j + 1 + 2 AROUND, around the interval j + 1 + AROUND
+    # sum j is over the values j + 2 .. j + 1 + 2 AROUND, around the interval j + 1 + AROUND
     places = np.clip(np.arange(len(times) - 1) - 1 - AROUND, 0, len(line) - 1)
     return np.asarray(cubic < CLEARLY_BETTER * line)[places]
 

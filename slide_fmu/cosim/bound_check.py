@@ -1,4 +1,4 @@
-"""What the library of an FMU says about its error bounds, beside numpy."""
+"""Error bounds from the library of an FMU are compared with numpy."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from slide_fmu.fmu.description.variables import ERROR_BOUND, IN_DOMAIN, NOVELTY
 from slide_fmu.surrogate.surrogate import Surrogate
 
 BOUND_TOLERANCE = 1e-2
-"""Largest deviation of error bounds, relative to themselves, in half of the samples: where
-surrogate and companion agree up to rounding, the logarithm of their difference magnifies it."""
+"""Largest relative deviation of error bounds in half of the samples. Where surrogate and companion
+agree up to rounding, the logarithm of their difference magnifies it."""
 
 NOVELTY_TOLERANCE = 1e-2
-"""Largest deviation of the novelty, relative to itself, or to 1, the edge of the domain, where it
-is smaller: where surrogate and companion hardly differ, most of their difference is rounding."""
+"""Largest relative deviation of the novelty; below 1, the edge of the domain, relative to 1. Where
+surrogate and companion hardly differ, most of their difference is rounding."""
 
 
 def bound_problems(
     surrogate: Surrogate, native: Mapping[str, FloatArray], inputs: FloatArray
 ) -> Iterator[str]:
-    """Compare what a library gave with numpy; there is nothing to compare without an error bound.
+    """Compare results of a library with numpy; without an error bound there are none.
 
     Args:
-        surrogate: the one in the FMU.
+        surrogate: the surrogate in the FMU.
         native: every output variable after every step, by name, (N,) each.
-        inputs: those of the steps, shape (N, n_inputs), in their units.
+        inputs: inputs of the steps, shape (N, n_inputs), in their units.
 
     Returns:
         Problems, each one sentence with its remedy.
@@ -57,16 +57,17 @@ def bound_names(surrogate: Surrogate) -> list[str]:
 def bound_deviations(
     surrogate: Surrogate, found: Mapping[str, FloatArray], expected: Mapping[str, FloatArray]
 ) -> dict[str, tuple[float, float]]:
-    """Compare bounds, novelty and domain with others, which differ by rounding at most.
+    """Compare bounds, novelty and domain with others, which may differ by rounding.
 
     Args:
-        surrogate: the one in the FMU; it has an error bound.
+        surrogate: the surrogate in the FMU; it has an error bound.
         found, expected: these variables by name, (N,) each.
 
     Returns:
-        By name how far it is off, and how far it may be: of bounds the median of the relative
-        differences, of the novelty the largest one (as of ``NOVELTY_TOLERANCE``), of the domain
-        the part of the samples. Those at the domain's edge, where rounding decides, do not count.
+        By name the deviation, and the largest allowed one: for bounds the median of the relative
+        differences, for the novelty the largest one (see ``NOVELTY_TOLERANCE``), for the
+        domain the fraction of samples. Samples at the domain's edge, where rounding decides,
+        do not count.
     """
     result = {
         name: (float(np.median(_relative(found[name], expected[name]))), BOUND_TOLERANCE)
@@ -81,5 +82,5 @@ def bound_deviations(
 
 
 def _relative(found: FloatArray, expected: FloatArray) -> FloatArray:
-    """Return differences over the expected values, which are not negative; zeros may be there."""
+    """Return differences relative to the expected values, which may be zero."""
     return np.asarray(np.abs(found - expected) / np.maximum(expected, np.finfo(np.float64).tiny))

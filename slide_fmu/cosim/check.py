@@ -1,4 +1,4 @@
-"""Check an FMU file: a list of problems, empty when it is fine."""
+"""An FMU file is checked; the result is a list of problems, empty if there are none."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
-from slide_fmu.core.files import told_of_system
+from slide_fmu.core.files import reason_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.core.xml_differences import differences
@@ -36,29 +36,29 @@ from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6
-"""Largest deviation of the library from numpy, relative to the output's range: it is the rounding
-of single precision."""
+"""Largest deviation of the library from numpy, relative to the output's range: the rounding of
+single precision."""
 
 ERROR_TOLERANCE = 1e-4
-"""Largest deviation of error estimates, relative to themselves: the exponential in their map
-magnifies rounding."""
+"""Largest relative deviation of error estimates: the exponential in their map magnifies
+rounding."""
 
 WIDE, STEPS_OF_WIDE = 1000.0, 300
-"""A library that is off by so many times what rounding may do has another fault; it shows in so
-many steps of random inputs."""
+"""Factor on the largest rounding, above which a library has another fault; and the number of steps
+of random inputs that show it."""
 
 SHOWN = 5
-"""So many differences of a document are named."""
+"""Largest number of differences of a document that are named."""
 
 FILLED_TOLERANCE = 1e-12
-"""Largest deviation of the filled part of the inputs: it is a quotient of two counts."""
+"""Largest deviation of the filled part of the inputs, which is a quotient of two counts."""
 
 
 def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
-    """Check that an FMU is whole, consistent, and gives what its surrogate gives.
+    """Check that an FMU is complete and consistent, and gives the results of its surrogate.
 
-    Its library of this platform is loaded and run if it is that of this version of slide-fmu; what
-    it is otherwise nobody knows, so that it runs with ``run_unknown`` only.
+    Its library for this platform is loaded and run if it is the one of this version of slide-fmu.
+    Any other library is unknown code, and runs with ``run_unknown`` only.
 
     Returns:
         The problems, each one sentence with its remedy where there is one.
@@ -69,7 +69,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
     except FmuError as error:
         return [str(error)]
     except OSError as error:
-        return [told_of_system(error)]
+        return [reason_of(error)]
     if problems:
         return problems
     try:
@@ -87,7 +87,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
 
 
 def _unreadable(path: Path) -> list[str]:
-    """Tell why nobody can begin to read the model description."""
+    """Return the reasons why the model description cannot be read."""
     content = read_member(path, DESCRIPTION)
     if content is None:
         return [f"{DESCRIPTION} is missing; export again"]
@@ -110,7 +110,7 @@ def _unreadable(path: Path) -> list[str]:
 
 
 class _Builder(ElementTree.TreeBuilder):
-    """It notes whether a document has a type (``<!DOCTYPE``)."""
+    """The builder notes whether a document has a type (``<!DOCTYPE``)."""
 
     has_document_type = False
 
@@ -140,7 +140,7 @@ def _compare_description(
 def _compare_variables(
     surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
 ) -> list[str]:
-    """Give at most one problem: the first variable that differs, and how many do."""
+    """Return at most one problem: the first variable that differs, and the number of others."""
     types = {"Real": "Real" if fmi == 2 else "Float64", "Boolean": "Boolean"}
     expected = [
         (v.name, v.reference, types[v.type], v.unit, v.causality)
@@ -162,7 +162,7 @@ def _compare_variables(
 
 
 def _compare_attributes(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
-    """Compare all elements and attributes with what ``export_fmu`` writes of this surrogate."""
+    """Compare all elements and attributes with those that ``export_fmu`` would write."""
     payload = read_member(path, SURROGATE) or b""
     if fmi == 3:
         written = model_description3(surrogate, guid_of(payload))
@@ -194,7 +194,7 @@ def _compare_run(
 ) -> list[str]:
     """Run the native library of this platform against numpy, on inputs within their ranges."""
     steps = max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
-    inputs = random_record(surrogate, steps)
+    inputs = random_inputs(surrogate, steps)
     native = _library_run(path, surrogate, description, fmi, inputs)
     if not isinstance(native, dict):
         return native
@@ -208,13 +208,14 @@ def _compare_run(
 
 
 def wide_differences(path: Path) -> list[str]:
-    """Tell where the library of an FMU just written gives widely something else than numpy.
+    """Return the outputs in which the library of a new FMU differs widely from numpy.
 
-    Rounding never does; a mistake in the runtime, or networks that magnify rounding, may.
+    Rounding is never that large; the cause may be a mistake in the runtime, or a network that
+    magnifies rounding.
     """
     surrogate, _ = read_fmu(path)
     description = fmpy.read_model_description(str(path))
-    inputs = random_record(surrogate, STEPS_OF_WIDE)
+    inputs = random_inputs(surrogate, STEPS_OF_WIDE)
     native = _library_run(path, surrogate, description, 2, inputs)
     if not isinstance(native, dict):
         return native
@@ -233,7 +234,7 @@ def _library_run(
     fmi: FmiVersion,
     inputs: FloatArray,
 ) -> dict[str, FloatArray] | list[str]:
-    """Run the native library of this platform; or say why not, in no words where there is none."""
+    """Run the native library; or return the reason why not, empty if there is no library."""
     platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
         return []
@@ -251,7 +252,7 @@ def _library_run(
 def _deviations(
     surrogate: Surrogate, native: dict[str, FloatArray], inputs: FloatArray
 ) -> dict[str, tuple[float, float]]:
-    """Give by how much the library is off at most, and how far it may be, by output variable."""
+    """Return the largest deviation of the library, and the largest allowed, by output variable."""
     return {
         name: (float(np.abs(native[name] - values).max()), allowed)
         for name, (values, allowed) in _expected(surrogate, inputs).items()
@@ -259,9 +260,9 @@ def _deviations(
 
 
 def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[FloatArray, float]]:
-    """Give numpy's values of every output variable, (steps,), and how far the library may be off.
+    """Return numpy's values of every output variable, (steps,), and the allowed deviation.
 
-    Those of an error bound are compared by ``bound_problems``.
+    Variables of an error bound are compared by ``bound_problems``.
     """
     steps, outputs = np.arange(1, len(inputs) + 1), surrogate.predict_newest(inputs)
     estimates = None if surrogate.estimator is None else surrogate.estimate_error(inputs)
@@ -291,13 +292,13 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
 def _run_native(
     folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
 ) -> dict[str, FloatArray]:
-    """Run the library; gives all output variables after every step, by name, (steps,) each."""
+    """Run the library; return all output variables after every step, by name, (steps,) each."""
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
     outputs = [v for v in fmu_variables(surrogate) if v.causality == "output"]
     names = [variable.name for variable in outputs]
     read = Reader([v.reference for v in outputs], [v.type for v in outputs])
     with open_slave(folder, description, "check", []) as slave:
-        if surrogate.hold == "first_order":  # nothing is forecast: a record knows all inputs
+        if surrogate.hold == "first_order":  # no forecast: all inputs are known here
             slave.set_real([BY_KEY["INPUTS_AT_STEP_END"].reference()], [1.0])
         slave.enter_initialization(0.0)
         slave.exit_initialization()
@@ -309,7 +310,7 @@ def _run_native(
         return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def random_record(surrogate: Surrogate, samples: int) -> FloatArray:
+def random_inputs(surrogate: Surrogate, samples: int) -> FloatArray:
     """Draw inputs within their ranges, shape (samples, n_inputs), in their units."""
     low = np.array([signal.low for signal in surrogate.inputs])
     high = np.array([signal.high for signal in surrogate.inputs])

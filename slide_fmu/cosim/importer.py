@@ -1,4 +1,4 @@
-"""FMUs through fmpy: their model description, and one instance, of FMI 2.0 or FMI 3.0."""
+"""FMUs of FMI 2.0 or FMI 3.0 are read and instantiated through fmpy."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
 
 
 def read_description(path: Path, validate: bool = True) -> ModelDescription:
-    """Read the model description of an FMU, whoever made it.
+    """Read the model description of an FMU, by any tool.
 
     Args:
         path: the FMU file.
-        validate: also refuse what the standard's schema refuses.
+        validate: also refuse files that violate the standard's schema.
 
     Raises:
-        FmuError: the file is no FMU, or its model description cannot be read.
+        FmuError: the file is not an FMU, or its model description cannot be read.
     """
     try:
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
@@ -33,10 +33,10 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
 
 
 class Slave:
-    """An instance of an FMU of either standard, with calls of one name. Final.
+    """A Slave is an instance of an FMU of either standard, with the same calls for both. Final.
 
-    A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables are those
-    of type Real (Float64 in FMI 3.0).
+    A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables have the
+    type Real (Float64 in FMI 3.0).
 
     Args:
         slave: fmpy's instance, of ``FMU2Slave`` or ``FMU3Slave``.
@@ -82,8 +82,8 @@ class Reader:
         self._booleans = [reference for reference, boolean in kinds if boolean]
 
     def __call__(self, slave: Slave) -> list[float]:
-        """Get the values in the order of the references; those of a Boolean are 0 or 1."""
-        if not self._booleans:  # nothing but the call: its time is measured
+        """Return the values in the order of the references; a Boolean is 0 or 1."""
+        if not self._booleans:  # only the call, since its time is measured
             return slave.get_real(self._reals)
         reals = iter(slave.get_real(self._reals) if self._reals else [])
         booleans = map(float, slave.get_boolean(self._booleans))
@@ -100,7 +100,7 @@ def open_slave(
         folder: the folder of the unpacked FMU.
         description: its model description, of FMI 2.0 or FMI 3.0.
         name: the name of the instance.
-        messages: receives what the FMU logs as warning or worse.
+        messages: receives the warnings and errors that the FMU logs.
 
     Raises:
         Exception: fmpy raises it when the library cannot be loaded or rejects the instance.

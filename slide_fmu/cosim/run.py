@@ -1,4 +1,4 @@
-"""Run FMUs step by step with fmpy: one alone, or two side by side on the same inputs."""
+"""FMUs are run step by step with fmpy."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class CoSimulationError(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class UnpackedFmu:
-    """An FMU that is ready to be instantiated.
+    """An UnpackedFmu is ready to be instantiated.
 
     Attributes:
         path: the file it was unpacked from.
-        folder: where it was unpacked to.
+        folder: folder with its files.
         description: fmpy's model description.
         references: value reference of every variable.
         types: FMI type name of every variable.
@@ -43,11 +43,11 @@ class UnpackedFmu:
 
     @property
     def step(self) -> float:
-        """The communication step in s that the FMU asks for (DefaultExperiment)."""
+        """The communication step in s in the FMU's DefaultExperiment."""
         return float(self.description.defaultExperiment.stepSize)
 
     def require(self, *names: str) -> None:
-        """Raise a CoSimulationError, with all names, for variables that the FMU has not."""
+        """Raise a CoSimulationError, with all names, for variables that the FMU does not have."""
         unknown = [name for name in names if name not in self.references]
         if unknown:
             raise CoSimulationError(
@@ -57,13 +57,13 @@ class UnpackedFmu:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The result of one run.
+    """A Run is the result of running an FMU.
 
     Attributes:
         values: outputs at t_0 .. t_N in their units, shape (N + 1, n_outputs); Booleans are 0 or
             1.
         seconds: wall time in s of set, doStep and get of every step, shape (N,).
-        step_seconds: that of doStep alone, shape (N,).
+        step_seconds: wall time in s of doStep only, shape (N,).
     """
 
     values: FloatArray
@@ -76,10 +76,10 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
     """Unpack an FMU for the time of a ``with`` block.
 
     Raises:
-        CoSimulationError: the file cannot be unpacked, or is no co-simulation FMU of FMI 2.0 or
+        CoSimulationError: the file cannot be unpacked, or is not a co-simulation FMU of FMI 2.0 or
             FMI 3.0.
-        FullDiskError: there is no room for its files.
-        FmuError: the file is no FMU, or its model description cannot be read.
+        FullDiskError: there is no space for its files.
+        FmuError: the file is not an FMU, or its model description cannot be read.
     """
     description = read_description(path, validate=False)
     # a library that a process has loaded cannot be removed everywhere
@@ -109,8 +109,8 @@ def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
     """Open a fresh instance of an FMU for the time of a ``with`` block.
 
     Raises:
-        CoSimulationError: its library cannot be loaded, or a call in the block failed; with what
-            the FMU logged about it.
+        CoSimulationError: its library cannot be loaded, or a call in the block failed; the message
+            has the FMU's log.
     """
     messages: list[str] = []
 
@@ -147,7 +147,7 @@ def run_fmu(
         step: communication step in s; the FMU's own if not given.
 
     Raises:
-        CoSimulationError: a variable is not there, or the FMU reports an error.
+        CoSimulationError: a variable does not exist, or the FMU reports an error.
     """
     parameters, step = parameters or {}, step or fmu.step
     fmu.require(*inputs, *outputs, *parameters)

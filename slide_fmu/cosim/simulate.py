@@ -1,4 +1,4 @@
-"""Outputs of an FMU at given times, from inputs that are known at these times."""
+"""An FMU is simulated at given times, from inputs that are known at these times."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
 
 WHOLE = 1e-6
-"""How far a step may be from a multiple of the FMU's own, in such steps: rounding."""
+"""Allowed rounding of a step from a multiple of the FMU's step, in such steps."""
 
 
 def simulate(
@@ -34,36 +34,36 @@ def simulate(
     u: NDArray[Any],
     parameters: Mapping[str, float] | None = None,
 ) -> FloatArray:
-    """Give the outputs of an FMU of slide-fmu at times, from its inputs at the same times.
+    """Return the outputs of an FMU of slide-fmu at given times, from its inputs at the same times.
 
-    All inputs are known here, so that nothing is late and nothing is forecast. Before the first
-    time they were what they are there.
+    All inputs are known, so nothing is late and nothing is forecast. Before the first time they
+    are constant.
 
-    Inputs with a first-order hold are straight lines between the times (an angle that cosine and
-    sine give turns evenly), or curves where the inputs are smooth. An FMU whose inputs are set to
-    what they are now knows straight lines only; where there are curves, it keeps values whose
-    lines have the mean of the curve, though its outputs follow the inputs themselves. One whose
-    inputs are planned motions (``Surrogate.planned``) knows how these go on between samples, and
-    one that has learnt from records keeps samples as they are.
+    Inputs with a first-order hold are straight lines between the times (an angle given by cosine
+    and sine turns evenly), or curves where the inputs are smooth. If the FMU's inputs are set to
+    their present values, it knows straight lines only. For curves it then stores values whose
+    lines have the mean of the curve, while its outputs follow the inputs themselves. An FMU whose
+    inputs are planned motions (``Surrogate.planned``) knows the curves between samples; one
+    trained on records stores the samples as they are.
 
-    Inputs with a zero-order hold stay what they are from each time to the next; where the
-    distances are no multiples of the FMU's step, the FMU takes its own steps, each under the mean
-    of its inputs, and outputs are straight lines between them.
+    Inputs with a zero-order hold are constant from each time to the next. If the distances are not
+    multiples of the FMU's step, the FMU takes its own steps, each with the mean of its inputs, and
+    outputs are straight lines between them.
 
     Args:
         fmu: file of the FMU, of FMI 2.0 or FMI 3.0.
         t: times in s, rising, shape (N,).
         u: inputs at these times in their units, in the order of the model description, shape
-            (N, n_inputs); (N,) will do for one input.
-        parameters: values of the FMU's physical parameters by name, in their units; those that
-            are not given have their start values.
+                (N, n_inputs); (N,) is allowed for one input.
+            parameters: values of the FMU's physical parameters by name, in their units; missing
+                ones have start values.
 
     Returns:
         Outputs at these times in their units, shape (N, n_outputs).
 
     Raises:
         CoSimulationError: the FMU cannot be run, or reports an error.
-        FmuError: the file is no FMU, or its model description cannot be read.
+        FmuError: the file is not an FMU, or its model description cannot be read.
         ValueError: times or inputs do not have these shapes, are not finite, or times do not rise.
     """
     path = Path(fmu)
@@ -86,7 +86,7 @@ def simulate(
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """An FMU, the names of its inputs and outputs, and values of its physical parameters."""
+    """A _Run is an FMU with the names of its inputs and outputs, and values of its parameters."""
 
     fmu: UnpackedFmu
     inputs: Sequence[str]
@@ -94,10 +94,10 @@ class _Run:
     parameters: Mapping[str, float]
 
     def moving(self, times: FloatArray, values: FloatArray, kept: FloatArray) -> FloatArray:
-        """Set before each step what inputs with a first-order hold reach by its end.
+        """Set inputs with a first-order hold before each step to their values at its end.
 
-        Outputs follow the values; what the FMU keeps of them for the next steps are others, whose
-        straight lines stand for curves between the values.
+        Outputs follow ``values``. For the next steps the FMU stores ``kept``, whose straight lines
+        replace curves between the values.
         """
         known = {
             INITIAL.replace("{signal}", name): u
@@ -107,7 +107,7 @@ class _Run:
         return self._steps(times, values[0], (values[1:], kept[1:]), start)
 
     def held(self, times: FloatArray, values: FloatArray) -> FloatArray:
-        """Set before each step what inputs with a zero-order hold are in it."""
+        """Set inputs with a zero-order hold before each step to their values in it."""
         rows = values[: len(times) - 1]
         return self._steps(times, values[0], (rows, rows), {})
 
@@ -118,9 +118,10 @@ class _Run:
         rows: tuple[FloatArray, FloatArray],
         start: dict[str, float],
     ) -> FloatArray:
-        """Outputs (N, n_outputs) at times (N,), under inputs that are set before each step.
+        """Return outputs (N, n_outputs) at times (N,), under inputs that are set before each step.
 
-        Rows of the inputs are those that the outputs follow, and those that the FMU keeps.
+        Rows of the inputs have the values that the outputs follow, and the values that the FMU
+        stores.
         """
         fmu, start = self.fmu, {**self.parameters, **start}
         fmu.require(*start)
@@ -150,7 +151,7 @@ class _Run:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """A communication step of an instance, which may be taken, undone and taken again."""
+    """A _Step is a communication step of an instance; it can be taken, undone and taken again."""
 
     slave: Slave
     of_inputs: list[int]
@@ -164,7 +165,7 @@ class _Step:
 
     @contextmanager
     def to_come_back(self) -> Iterator[None]:
-        """Undo what happens in a ``with`` block."""
+        """Undo the steps of a ``with`` block."""
         state = self.slave.get_state()
         yield
         self.slave.set_state(state)
@@ -172,7 +173,7 @@ class _Step:
 
 
 def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
-    """Names of the variables of one kind, in the order of their value references."""
+    """Return the names of the variables of one kind, in the order of their value references."""
     number = BY_KEY[key].number
     found = {r: n for n, r in fmu.references.items() if r // REFERENCES_PER_KIND == number}
     return [found[reference] for reference in sorted(found)]
@@ -180,12 +181,12 @@ def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Meaning:
-    """This says what an FMU's inputs mean.
+    """A _Meaning says how an FMU's inputs are understood.
 
     Attributes:
         first_order: whether they move between communication points.
         straight: whether they move along straight lines, as far as the FMU knows.
-        cosines: indices of those that are cosines of angles.
+        cosines: indices of inputs that are cosines of angles.
     """
 
     first_order: bool
@@ -194,14 +195,14 @@ class _Meaning:
 
 
 def _meaning(path: Path) -> _Meaning:
-    """Read what an FMU's inputs mean.
+    """Read how an FMU's inputs are understood.
 
     Raises:
-        CoSimulationError: the FMU is none of slide-fmu, so that nothing says it.
+        CoSimulationError: the FMU is not of slide-fmu, so it does not contain this.
     """
     if read_member(path, SURROGATE) is None:
         raise CoSimulationError(
-            f"{path.name} has no {SURROGATE}; expected an FMU of slide-fmu: only these say what "
+            f"{path.name} has no {SURROGATE}; expected an FMU of slide-fmu: only these state what "
             "their inputs do between communication points"
         )
     surrogate, _ = read_fmu(path)
@@ -213,7 +214,7 @@ def _meaning(path: Path) -> _Meaning:
 def _checked(
     t: NDArray[Any], u: NDArray[Any], inputs: Sequence[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Times (N,) and inputs (N, n_inputs) as float64.
+    """Return times (N,) and inputs (N, n_inputs) as float64.
 
     Raises:
         ValueError: they have other shapes, are not finite, or times do not rise.
@@ -246,7 +247,7 @@ def _whole(steps: FloatArray) -> bool:
 
 
 def _means(times: FloatArray, values: FloatArray, own: FloatArray) -> FloatArray:
-    """Mean, from each own time to the next, of values that stay until the next of their times."""
+    """Return means, between successive own times, of values that hold from time to time."""
     lengths = np.diff(times)[:, None]
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[:-1] * lengths, 0)])
     ends = np.append(times, max(own[-1], times[-1]) + 1)

@@ -1,4 +1,4 @@
-"""Values of parameters as SSV files (System Structure Parameter Values 1.0, of SSP 1.0)."""
+"""Values of parameters are SSV files (System Structure Parameter Values 1.0, of SSP 1.0)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slide_fmu.fmu.description.fmi2 import document
 
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SET = "parameters"
-"""All sets of parameters have this name, by which Ecos is told to use them."""
+"""Name of all parameter sets; Ecos selects them by this name."""
 
 NUMBERS = {f"{{{NAMESPACE}}}{kind}" for kind in ("Real", "Integer")}
 """Elements whose attribute ``value`` is a number."""
@@ -32,7 +32,7 @@ def read_parameter_set(path: Path) -> dict[str, float]:
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is no SSV file, or a value in it is no number.
+        ValueError: it is not an SSV file, or a value in it is not a number.
     """
     return parameters_of(path.read_bytes(), str(path))
 
@@ -41,11 +41,15 @@ def parameters_of(content: bytes, path: str) -> dict[str, float]:
     """Read the numbers of an SSV file, by name, from its content; messages name its path.
 
     Raises:
-        ValueError: it is no SSV file, or a value in it is no number.
+        ValueError: it is not an SSV file, or a value in it is not a number.
     """
     try:
         root = ElementTree.fromstring(content)
-    except (ElementTree.ParseError, LookupError, ValueError) as error:  # or of its encoding
+    except (
+        ElementTree.ParseError,
+        LookupError,
+        ValueError,
+    ) as error:  # errors of its encoding too
         raise ValueError(
             f"{path} is no XML document ({error}); expected an SSV file, as slide-fmu calibrate "
             "-o FITTED.ssv writes one"
@@ -62,7 +66,7 @@ def parameters_of(content: bytes, path: str) -> dict[str, float]:
 
 
 def _number(path: str, parameter: ElementTree.Element) -> float:
-    """Return the value of an element ``Parameter``, whose only child has its type."""
+    """Return the value of an element ``Parameter``, whose only child is named by its type."""
     texts = [child.get("value", "") for child in parameter if child.tag in NUMBERS]
     try:
         (text,) = texts

@@ -1,6 +1,6 @@
-"""All kinds of excitation share what is here: a weight in the mix, and one method that draws.
+"""All kinds of excitation have a weight in the mix and one method that draws inputs.
 
-The annotated types are those of the fields that recipes set; pydantic checks them.
+The annotated types are for fields that recipes set; pydantic checks them.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
 
 NonNegativeFloat = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-"""The value is a finite number above 0."""
+"""A finite number above 0."""
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
-"""The value is a share or a probability, from 0 to 1."""
+"""A share or a probability, from 0 to 1."""
 Range = Annotated[tuple[NonNegativeFloat, NonNegativeFloat], AfterValidator(_ordered)]
-"""The value is a range: its lower and its upper end, neither of them negative."""
+"""A range: lower and upper end, not negative."""
 PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(_ordered)]
-"""The value is a range whose ends are both above 0, the lower end first."""
+"""A range whose ends are both above 0, the lower end first."""
 CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
-"""The value is a range of whole numbers from 1, and both ends belong to it."""
+"""A range of whole numbers from 1; both ends belong to it."""
 Limits = tuple[PositiveFloat, ...]
-"""The value holds one limit for each input, in their order, or nothing."""
+"""One limit for each input, in their order; or empty."""
 
 
 class Kind(Table, abc.ABC):
@@ -43,10 +43,10 @@ class Kind(Table, abc.ABC):
     Subclasses are final. Each has a field ``kind`` with its name in recipes.
 
     Attributes:
-        kind: name of the kind, which must be there.
-        weight: how often this kind is drawn, relative to the weights of the others in the mix.
-        bends: whether inputs are smooth functions of time, which bend between samples. Others are
-            known at samples alone, and go straight from one to the next.
+        kind: name of the kind; required.
+        weight: relative frequency of this kind in the mix.
+        bends: whether inputs are smooth functions of time, curved between samples. Others are
+            defined at samples only, and are linear in between.
     """
 
     bends: ClassVar[bool] = False
@@ -54,16 +54,16 @@ class Kind(Table, abc.ABC):
     weight: float = Field(gt=0)
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Refuse inputs that this kind cannot drive; a kind without conditions accepts all.
+        """Refuse inputs that this kind cannot drive; by default all inputs are accepted.
 
         Raises:
             ValueError: the inputs do not suit the kind; the message says why, and the remedy.
         """
 
     def settings(self) -> dict[str, str]:
-        """Return the fields beside ``kind`` and ``weight`` by name, as text for reports.
+        """Return the fields other than ``kind`` and ``weight`` by name, as text for reports.
 
-        A switch that is off is left out.
+        A switch that is off is omitted.
         """
         fields = type(self).model_fields
         left_out = {"kind", "weight", *(name for name, value in self if value is False)}
@@ -75,9 +75,9 @@ class Kind(Table, abc.ABC):
 
     @abc.abstractmethod
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
-        """Say in one sentence, without its full stop, what the inputs do.
+        """Describe the inputs in one sentence without its full stop.
 
-        It stands behind a colon, and speaks of what is drawn at the amplitude factor 1.
+        The sentence follows a colon, and describes inputs of amplitude factor 1.
 
         Args:
             signals: the inputs in channel order; ``check`` has accepted them.
@@ -97,8 +97,8 @@ class Kind(Table, abc.ABC):
         Args:
             signals: the inputs in channel order; ``check`` has accepted them.
             time: sample times in s, evenly spaced, shape (N,).
-            factor: amplitude factor; every kind says what it multiplies. Above 1 inputs leave
-                their range, or move faster.
+            factor: amplitude factor; each kind defines what it multiplies. Above 1, inputs leave
+                their range or move faster.
             rng: the only source of randomness.
 
         Returns:
@@ -107,7 +107,7 @@ class Kind(Table, abc.ABC):
 
 
 def _as_text(value: object, is_list: bool) -> str:
-    """Write a value of a field; two numbers whose type is no list of any length are a range."""
+    """Write the value of a field; a pair of fixed length is written as a range."""
     if isinstance(value, tuple):
         return (", " if is_list else " .. ").join(str(item) for item in value) or "none"
     if isinstance(value, bool):
@@ -118,10 +118,10 @@ def _as_text(value: object, is_list: bool) -> str:
 def require_one_each(
     kind: str, name: str, limits: tuple[float, ...], signals: tuple[Signal, ...]
 ) -> None:
-    """Refuse limits of a kind of excitation that are not one for each input.
+    """Refuse limits of a kind of excitation if there is not exactly one for each input.
 
     Raises:
-        ValueError: the message has the kind, the limits' name, and the remedy.
+        ValueError: the message has the kind, the name of the limits, and the remedy.
     """
     if len(limits) != len(signals):
         raise ValueError(

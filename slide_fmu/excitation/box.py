@@ -1,7 +1,8 @@
-"""Inputs that are constant at points of the box of their ranges, with ways from point to point.
+"""Inputs are held at points of the box of their ranges, and move from point to point.
 
-Kinds that draw every input on its own hardly ever bring all of them to the ends of their ranges at
-once, and hold them there. Users do: a pump at its most and a valve at its least is a steady state.
+Kinds that draw every input independently hardly ever bring all inputs to the ends of their ranges
+at once and hold them there. Users do: a pump at its maximum with a valve at its minimum is a
+steady state.
 """
 
 from __future__ import annotations
@@ -17,24 +18,24 @@ from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
 MOST_INPUTS = 4
-"""Of so many inputs all corners are taken; of more, a part of them that fills the box."""
+"""Up to this number of inputs all corners are used; above it a subset that fills the box."""
 
 SOME_CORNERS = 16
-"""So many corners are taken of the box of more inputs."""
+"""Number of corners used for more inputs."""
 
 CORNERS = 0.5
-"""This share of the points are corners."""
+"""Fraction of the points that are corners."""
 
 
 class Box(Kind):
-    """All inputs are held at a corner of the box of their ranges, or at a point inside, by turns.
+    """All inputs are held at corners and inner points of the box of their ranges, alternately.
 
     The factor multiplies the distance of all points from the middle of the ranges.
 
     Attributes:
         duration: range in s of the time for which a point is held.
-        ramp: range in s of the time that a way from point to point takes; it is drawn evenly on a
-            logarithmic scale: there are slow and fast ones. Below a sample step inputs jump.
+        ramp: range in s of the time of a move from point to point. It is drawn uniformly on a
+            logarithmic scale, so that slow and fast moves occur. Below a sample step, inputs jump.
     """
 
     kind: Literal["box"]
@@ -53,7 +54,7 @@ class Box(Kind):
         names = "the input is" if len(signals) == 1 else "all inputs are"
         return (
             f"{names} held at the ends of the range and inside of it by turns, each for "
-            f"{between(self.duration, 's')}; a way takes {between(self.ramp, 's')}"
+            f"{between(self.duration, 's')}; a move takes {between(self.ramp, 's')}"
         )
 
     def inputs(
@@ -90,8 +91,8 @@ class Box(Kind):
 def corners_of_box(n_inputs: int) -> FloatArray:
     """Return corners of the box from -1 to 1, (n_corners, n_inputs), in a fixed order.
 
-    They are all corners of up to ``MOST_INPUTS`` inputs. Of more they are those that are nearest
-    to Sobol points, so that every input is as often low as high.
+    Up to ``MOST_INPUTS`` inputs, all corners are returned. Above, they are the corners nearest to
+    Sobol points, so that every input is low as often as high.
     """
     if n_inputs <= MOST_INPUTS:
         return np.array(list(product((-1.0, 1.0), repeat=n_inputs)))
@@ -111,5 +112,5 @@ def points_inside(n_inputs: int, count: int) -> FloatArray:
 def at_points(signals: tuple[Signal, ...], points: FloatArray) -> FloatArray:
     """Return points of the box from -1 to 1 in the units of the inputs, (n, n_inputs)."""
     low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
-    # ends are themselves: no point leaves its range by rounding
+    # ends are copied: rounding must not move a point out of its range
     return within_ranges(signals, (high + low) / 2 + (high - low) / 2 * points)

@@ -1,7 +1,7 @@
-"""These kinds of excitation draw every input on its own, independent of the others.
+"""These kinds of excitation draw every input independently of the others.
 
-Each kind gives one normalised channel at a time: -1 and 1 are the ends of the input's range. What
-lies beyond them is clipped. Cosine and sine of an angle are drawn together, or they would be none.
+Each kind draws one normalised channel at a time: -1 and 1 are the ends of the input's range.
+Values beyond are clipped. Cosine and sine of an angle are drawn together, to remain an angle.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from slide_fmu.excitation.words import between, size, subject
 
 
 class ChannelKind(Kind):
-    """A channel kind draws each input on its own. Interface: never instantiated.
+    """A ChannelKind draws each input independently. Interface: never instantiated.
 
     Attributes:
-        amplitude: range of the factor on the normalised signal; the factor is drawn uniformly,
-            for each input anew.
+        amplitude: range of the factor on the normalised signal; it is drawn uniformly, separately
+            for each input.
     """
 
     amplitude: Range = (1.0, 1.0)
@@ -40,8 +40,8 @@ class ChannelKind(Kind):
     ) -> FloatArray:
         """Draw all channels, independent of each other, clipped to ``factor`` times the range.
 
-        A normalised value v stands for the middle of the range plus half the range * factor * v.
-        Cosine and sine are one channel, whose angle is a random one plus half a turn * factor * v.
+        A normalised value v means the middle of the range plus half the range * factor * v. Cosine
+        and sine are one channel, whose angle is a random one plus half a turn * factor * v.
         """
         columns = []
         for signal in signals:
@@ -82,7 +82,7 @@ class MovingAverageRandom(ChannelKind):
     """The input is uniform white noise through a FIR filter, as in the paper's code.
 
     Attributes:
-        coefficients: weights of the filter; the first one is that of the newest value.
+        coefficients: weights of the filter; the first one is for the newest value.
     """
 
     kind: Literal["moving_average_random"]
@@ -123,11 +123,11 @@ class Steps(ChannelKind):
 class Binary(ChannelKind):
     """The input switches between both ends of its range.
 
-    A random binary signal, as system identification uses it: of several inputs it holds every
-    combination of their ends.
+    It is the random binary signal of system identification: with several inputs, every combination
+    of their ends occurs.
 
     Attributes:
-        duration: range in s of the time for which it stays at an end.
+        duration: range in s of the time at an end.
     """
 
     kind: Literal["binary"]

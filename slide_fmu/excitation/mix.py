@@ -43,7 +43,7 @@ Excitation = Annotated[
     | Recorded,
     Field(discriminator="kind"),
 ]
-"""The value is one entry of a recipe's mix; its ``kind`` says which class reads it."""
+"""One entry of a recipe's mix; its ``kind`` selects the class that reads it."""
 
 
 def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
@@ -55,7 +55,7 @@ def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
 def names_of(kinds: Sequence[Kind]) -> list[str]:
     """Return one name for each excitation of a recipe, in its order, all different.
 
-    It is the kind, and the position in the mix, from 1, where there are several of that kind.
+    The name is the kind; if several have that kind, the position in the mix, from 1, is added.
     """
     found = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
     return [

@@ -1,4 +1,4 @@
-"""All joints of a machine move from point to point, synchronous, with trapezoidal speed.
+"""All joints of a machine move from point to point together, with trapezoidal speed.
 
 This is the excitation of the paper's robot (section "Spatial 6R manipulator on a flexible
 socket"), with limits, pauses and moves of single joints added.
@@ -25,12 +25,12 @@ def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:
 
 
 Ramp = Annotated[PositiveRange, AfterValidator(_half_at_most)]
-"""The value is a range of the share of a move that each of its two accelerated phases takes."""
+"""Range of the share of a move that each of its two accelerated phases takes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moves:
-    """Moves follow one after the other; the joints rest before, between and after them.
+    """Moves follow each other; the joints rest before, between and after them.
 
     Attributes:
         start: time in s at which each move starts, shape (n_moves,). The time between the end
@@ -50,7 +50,7 @@ class Moves:
     def at(self, time: FloatArray) -> FloatArray:
         """Return positions in the joints' units, shape (N, n_joints), at times in s, (N,).
 
-        No time is before the first move.
+        No time lies before the first move.
         """
         move = np.searchsorted(self.start, time, side="right") - 1
         phase = np.minimum((time - self.start[move]) / self.duration[move], 1.0)
@@ -59,12 +59,12 @@ class Moves:
 
 
 def trapezoid_way(phase: FloatArray, ramp: FloatArray) -> FloatArray:
-    """Return the part of the way that a move with trapezoidal speed has done, 0 .. 1.
+    """Return the fraction of the distance that a move with trapezoidal speed has covered, 0 .. 1.
 
-    The phase is the elapsed part of the duration, 0 .. 1; the ramp is the share of either phase of
-    acceleration, above 0 and at most 0.5; both have the shape (N,).
+    The phase is the elapsed fraction of the duration, 0 .. 1; the ramp is the share of each phase
+    of acceleration, above 0 and at most 0.5; both have the shape (N,).
     """
-    # the second half mirrors the first, so that one formula serves speeding up and slowing down
+    # the second half mirrors the first, so one formula is enough
     mirrored = np.minimum(phase, 1 - phase)
     ramped = mirrored**2 / (2 * ramp * (1 - ramp))
     half = np.where(mirrored < ramp, ramped, (mirrored - ramp / 2) / (1 - ramp))
@@ -78,23 +78,24 @@ class PointToPoint(Kind):
     acceleration, constant speed, the same deceleration. Moves may start and end between samples.
     The defaults, without limits, are the motion of the SLIDE paper's robot.
 
-    The amplitude factor f runs the same motion f times as fast: times are divided by f, speeds
-    multiplied by f, accelerations by f^2, the limits with them. Positions stay in their range.
+    With the amplitude factor f the same motion runs f times as fast: times are divided by f,
+    speeds multiplied by f, accelerations by f^2, and so are their limits. Positions stay in
+    range.
 
     Attributes:
         duration: range of the duration of a move in s, drawn uniformly.
         ramp: range of the share of the duration that each of the two ramps takes; 0.5 is constant
             acceleration, then the same deceleration.
-        speed: limit of each joint's speed, in its unit per s; none if empty. Moves that would
-            break a limit take longer.
-        acceleration: limit of each joint's acceleration, in its unit per s^2; none if empty.
+        speed: limit of each joint's speed, in its unit per s; no limit if empty. Moves that would
+            exceed a limit take longer.
+        acceleration: limit of each joint's acceleration, in its unit per s^2; no limit if empty.
         reach: part of each joint's range, about its middle, in which target positions are drawn.
         keep: share of the moves in which a random number of random joints, at least one and
             perhaps all, keep their position.
         single: share of the moves in which one random joint moves alone.
         dwell: share of the moves after which the joints rest for a while.
         dwell_duration: range of the time of these rests in s, drawn uniformly.
-        random_start: begin at a random time within a move; if not, at its start.
+        random_start: whether to begin at a random time within a move; otherwise at its start.
     """
 
     kind: Literal["point_to_point"]
@@ -122,7 +123,7 @@ class PointToPoint(Kind):
         """Refuse limits that are not one for each input.
 
         Raises:
-            ValueError: the number of limits is neither 0 nor that of the inputs.
+            ValueError: the number of limits is neither 0 nor the number of inputs.
         """
         for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
             if limits:
@@ -157,7 +158,7 @@ class PointToPoint(Kind):
         elapsed = factor * (time - time[0])
         moves = self.moves(signals, float(elapsed[-1]), rng)
         low, high = _ends(signals)
-        return np.clip(moves.at(elapsed), low, high)  # rounding may put a target's last digit out
+        return np.clip(moves.at(elapsed), low, high)  # rounding may move a target out of its range
 
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
         """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1."""
@@ -169,8 +170,10 @@ class PointToPoint(Kind):
                 self._moving(len(signals), rng), self._target(signals, rng), position
             )
             ramp = rng.uniform(*self.ramp)
-            duration = self._stretched(rng.uniform(*self.duration), ramp, positions[-1] - position)
-            if not rows and self.random_start:  # so that records do not all begin at rest
+            duration = self._feasible_duration(
+                rng.uniform(*self.duration), ramp, positions[-1] - position
+            )
+            if not rows and self.random_start:  # so that not all trajectories begin at rest
                 clock = -rng.uniform(0, duration)
             positions.append(position)
             rows.append((clock, duration, ramp))
@@ -192,11 +195,11 @@ class PointToPoint(Kind):
         kept = int(np.ceil(count * (1 - rng.random()))) if choice < self.single + self.keep else 0
         return np.asarray(order >= kept)
 
-    def _stretched(self, duration: float, ramp: float, way: FloatArray) -> float:
-        """Return the duration of a move in s, or the least one that keeps all limits.
+    def _feasible_duration(self, duration: float, ramp: float, way: FloatArray) -> float:
+        """Return the duration of a move in s, or the shortest one that keeps all limits.
 
-        A joint that goes the way w in the time T with the ramp r has the peak speed
-        w / ((1 - r) T) and the acceleration w / (r (1 - r) T^2).
+        A joint that moves by w in the time T with the ramp r has the peak speed w / ((1 - r) T)
+        and the acceleration w / (r (1 - r) T^2).
         """
         needed = [duration]
         if self.speed:

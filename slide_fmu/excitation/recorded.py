@@ -17,25 +17,26 @@ from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
 CLIPPED = 0.8
-"""A record of which more than this part would be clipped is refused: it has another unit."""
+"""A file is refused if more than this fraction of it would be clipped: its unit differs."""
 
 
 class Recorded(Kind):
-    """The inputs come from a file: each trajectory takes a stretch of it that begins anywhere.
+    """The inputs come from a file: each trajectory takes a part of it with a random start.
 
-    The file has columns that are separated by commas, and their names in its first line. One of
-    them is the time in s, which rises; the others are inputs, in their units. Between its samples
-    an input moves linearly, or holds the last value where it has a zero-order hold. A trajectory
-    that is longer than the file runs to and fro in it, so that nothing jumps.
+    The file has columns that are separated by commas, with their names in the first line. One
+    column is the time in s, which rises; the others are inputs, in their units. Between its
+    samples an input moves linearly, or holds its last value if it has a zero-order hold. A
+    trajectory longer than the file goes through it forwards, then backwards, so that nothing
+    jumps.
 
     Attributes:
-        path: the file, from here or from the folder of the recipe.
+        path: the file, relative to the current folder or to the folder of the recipe.
         time: name of the column of times.
-        columns: names of the columns by input, for inputs whose column has another name.
-        scale: range of the factor on the deviations from the record's means, drawn uniformly for
-            all inputs together.
-        digest: SHA-256 of the file; it is filled in when the recipe is read, and data of another
-            content are refused.
+        columns: names of columns by input, where they differ from the input's name.
+        scale: range of the factor on the deviations from the column means, drawn uniformly, once
+            for all inputs.
+        digest: SHA-256 of the file; it is added when the recipe is read. A file with another
+            content is refused.
 
     Raises:
         ValueError: the file cannot be read, or is not the one of the digest.
@@ -64,10 +65,10 @@ class Recorded(Kind):
         return {**values, "digest": found}
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Refuse a file that lacks an input or a rising time, or is mostly out of a range.
+        """Refuse a file that lacks an input or a rising time, or lies mostly outside a range.
 
         Raises:
-            ValueError: what is wrong with the file, with the remedy.
+            ValueError: the message names the fault in the file and the remedy.
         """
         table = _read(self.path, str(self.digest))
         wanted = [self.time, *(self.columns.get(s.name, s.name) for s in signals)]
@@ -96,7 +97,7 @@ class Recorded(Kind):
                 self._require_mostly_in_range(signal, table[wanted[1 + signals.index(signal)]])
 
     def _require_mostly_in_range(self, signal: Signal, values: FloatArray) -> None:
-        """Refuse values that would be clipped for a large part, as those of another unit."""
+        """Refuse values of which many would be clipped, as with another unit."""
         least = values.mean() + self.scale[0] * (values - values.mean())
         part = float(np.mean((least < signal.low) | (least > signal.high)))
         if part > CLIPPED:
@@ -109,7 +110,7 @@ class Recorded(Kind):
             )
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
-        text = f"the inputs are stretches of the file {Path(self.path).name}"
+        text = f"the inputs are parts of the file {Path(self.path).name}"
         if self.scale == (1.0, 1.0):
             return text
         return f"{text}, whose deviations from the means are scaled by {between(self.scale)}"
@@ -121,10 +122,10 @@ class Recorded(Kind):
         factor: float,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Cut a stretch that begins at a random time, scale its deviations, and clip it.
+        """Cut a part that begins at a random time, scale its deviations, and clip it.
 
-        The amplitude factor multiplies the deviations from the record's means and the range to
-        which inputs are clipped. Cosine and sine of an angle are neither scaled nor clipped.
+        The amplitude factor multiplies the deviations from the column means and the range to which
+        inputs are clipped. Cosine and sine of an angle are neither scaled nor clipped.
         """
         table = _read(self.path, str(self.digest))
         times = table[self.time] - table[self.time][0]
@@ -144,14 +145,14 @@ class Recorded(Kind):
 
 
 def _sampled(times: FloatArray, values: FloatArray, at: FloatArray, signal: Signal) -> FloatArray:
-    """Return values (N,) at other times in s, as the signal's hold says."""
+    """Return values (N,) at other times in s, by the signal's hold."""
     if signal.hold == "zero_order":
         return np.asarray(values[np.searchsorted(times, at, side="right") - 1])
     return np.interp(at, times, values)
 
 
 def _to_and_fro(elapsed: FloatArray, length: float) -> FloatArray:
-    """Fold rising times into a record: it is run through forwards, then backwards, and so on."""
+    """Fold rising times into a file's length: forwards, then backwards, and so on."""
     phase = np.mod(elapsed, 2 * length)
     return np.where(phase <= length, phase, 2 * length - phase)
 
@@ -165,7 +166,7 @@ def _content(path: str) -> bytes:
 
 @lru_cache(maxsize=8)
 def _read(path: str, digest: str) -> dict[str, FloatArray]:
-    """Read the columns of a file by name; the digest makes a changed file another one."""
+    """Read the columns of a file by name, once for each digest."""
     lines = _content(path).decode("utf-8-sig", errors="replace").splitlines()
     names = [name.strip().strip('"') for name in lines[0].split(",")] if lines else []
     wrong = [k for k, line in enumerate(lines, 1) if line.count(",") + 1 != len(names)]

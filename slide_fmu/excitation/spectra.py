@@ -13,13 +13,13 @@ from slide_fmu.excitation.words import between, size, subject
 
 
 class FilteredRandom(ChannelKind):
-    """The input is white noise through a low-pass filter of first order, as a rough road is.
+    """The input is white noise through a low-pass filter of first order, like a rough road.
 
-    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+    Its RMS is one over a long time, so ``amplitude`` sets the RMS and not the peak.
 
     Attributes:
-        angular_frequency: range in rad/s from which the filter's corner is drawn; its logarithm
-            is drawn uniformly.
+        angular_frequency: range in rad/s for the filter's corner frequency; its logarithm is drawn
+            uniformly.
     """
 
     kind: Literal["filtered_random"]
@@ -39,7 +39,7 @@ class FilteredRandom(ChannelKind):
         step = time[1] - time[0] if len(time) > 1 else 0.0
         pole = float(np.exp(-step * np.exp(rng.uniform(low, high))))
         noise = rng.standard_normal(len(time)) * np.sqrt(max(1.0 - pole**2, 0.0))
-        # the first sample has the RMS of all others: the filter has run for ever
+        # the filter starts in its steady state: the first sample has the RMS of the others
         first = rng.standard_normal() * pole
         return np.asarray(lfilter([1.0], [1.0, -pole], noise, zi=[first])[0])
 
@@ -48,7 +48,7 @@ class Harmonic(ChannelKind):
     """The input is one sine of random phase.
 
     Attributes:
-        angular_frequency: range in rad/s from which that of the sine is drawn uniformly.
+        angular_frequency: range in rad/s from which the frequency is drawn uniformly.
     """
 
     bends = True
@@ -68,10 +68,10 @@ class Harmonic(ChannelKind):
 
 
 class Sweep(ChannelKind):
-    """The input is a sine whose frequency changes linearly in time, up or down by chance.
+    """The input is a sine whose frequency changes linearly in time, randomly up or down.
 
     Attributes:
-        angular_frequency: range in rad/s through which the frequency goes.
+        angular_frequency: range in rad/s that the frequency sweeps through.
     """
 
     bends = True
@@ -88,7 +88,7 @@ class Sweep(ChannelKind):
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
-        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # a record may be one sample long
+        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # there may be one sample only
         elapsed = time - time[0]
         phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
         return np.asarray(np.sin(phase))
@@ -97,13 +97,13 @@ class Sweep(ChannelKind):
 class Multisine(ChannelKind):
     """The input is a sum of sines of random frequencies and phases.
 
-    Its RMS is one over a long record, so that ``amplitude`` sets the RMS and not the peak.
+    Its RMS is one over a long time, so ``amplitude`` sets the RMS and not the peak.
 
     Attributes:
         angular_frequency: range in rad/s from which all frequencies are drawn uniformly.
         components: range of the number of sines, both ends included.
-        decades: whether the range is cut instead into as many parts as there are sines, all of
-            the same ratio, and each part has one: slow and fast sines at once.
+        decades: whether the range is divided into as many parts of the same ratio as there are
+            sines, with one sine in each part: slow and fast sines at once.
     """
 
     bends = True

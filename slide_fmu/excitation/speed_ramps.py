@@ -1,7 +1,7 @@
 """A rotation speeds up and slows down in ramps; the inputs are its cosine and sine.
 
-This is the excitation of the paper's crank (section "Planar flexible slider-crank"); its defaults
-for the phases are those of the paper.
+This is the excitation of the paper's crank (section "Planar flexible slider-crank"). The defaults
+for the phases are the paper's.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
 from slide_fmu.excitation.words import between
 
 CONSTANT_SPEED = 0.1
-"""In this share of the phases the speed stays as it is, as in the paper."""
+"""Share of the phases in which the speed stays constant, as in the paper."""
 
 
 class SpeedRamps(Kind):
     """One angle moves in phases of constant acceleration; the inputs are its cosine and sine.
 
-    The speed is continuous and stays at its limit where a phase would leave it. The motion starts
-    at a random angle and speed, inside a phase. The amplitude factor multiplies the limits of
-    speed and acceleration.
+    The speed is continuous and stays at its limit if a phase would exceed it. The motion starts at
+    a random angle and speed, inside a phase. The amplitude factor multiplies the limits of speed
+    and acceleration.
 
     Attributes:
         speed: limit of the angular speed in rad/s.
@@ -36,8 +36,8 @@ class SpeedRamps(Kind):
         samples: range of the length of a phase in samples, both ends included.
         rest: share of the phases in which the rotation slows down at the limit of the
             acceleration, and then rests.
-        noise: half the width of the uniform noise on the speed, relative to its limit. It is
-            added to about every second step, chosen at random; the limits do not hold for it.
+        noise: half the width of the uniform noise on the speed, relative to its limit. It is added
+            to about every second step, at random; it may exceed the limits.
         noise_share: share of the trajectories with noise.
     """
 
@@ -52,10 +52,10 @@ class SpeedRamps(Kind):
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse inputs that are not two, or that cannot take all values of cosine and sine.
 
-        Those that are declared as cosine and sine of an angle can: their length is their range.
+        Inputs declared as cosine and sine of an angle can: the end of their range is their length.
 
         Raises:
-            ValueError: the number of inputs is not 2, or a range does not hold -1 .. 1.
+            ValueError: the number of inputs is not 2, or a range does not contain -1 .. 1.
         """
         names = [signal.name for signal in signals]
         if len(signals) != 2:
@@ -99,7 +99,7 @@ class SpeedRamps(Kind):
         return length * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
     def angle(self, time: FloatArray, factor: float, rng: np.random.Generator) -> FloatArray:
-        """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to a turn."""
+        """Draw the angle in rad at the sample times, shape (N,); it is not wrapped to one turn."""
         count = len(time) - 1
         start = rng.uniform(-np.pi, np.pi)
         if count == 0:
@@ -125,14 +125,14 @@ class SpeedRamps(Kind):
         values[rng.random(count + 1) < CONSTANT_SPEED] = 0.0
         if self.rest > 0:
             values[rng.random(count + 1) < self.rest] = np.nan
-        begun = rng.integers(lengths[0])  # the record starts somewhere inside the first phase
+        begun = rng.integers(lengths[0])  # the trajectory starts somewhere inside the first phase
         return np.repeat(values, lengths)[begun : begun + count]
 
 
 def _speeds(start: float, changes: FloatArray, limit: float, braking: float) -> FloatArray:
     """Return speeds in rad/s that change step by step within +-limit, shape (N + 1,).
 
-    Where a change, (N,), is NaN, the speed comes nearer to zero, by ``braking`` in rad/s.
+    Where a change, (N,), is NaN, the speed approaches zero by ``braking`` in rad/s.
     """
 
     def changed(speed: float, change: float) -> float:
@@ -146,9 +146,9 @@ def _speeds(start: float, changes: FloatArray, limit: float, braking: float) -> 
 def _integral(speed: FloatArray, acceleration: FloatArray, step: float) -> FloatArray:
     """Integrate the speed in rad/s, (N + 1,), over steps in s exactly, to angles in rad, (N,).
 
-    The acceleration in rad/s^2, (N,), is that before the limit, at which the speed stays constant.
+    The acceleration in rad/s^2, (N,), is before limiting; at the limit the speed stays constant.
     """
-    # a step changes its speed for ``changing`` s only, where the limit cuts the rest
+    # at the limit, a step changes its speed for ``changing`` s only
     change = np.diff(speed)
     changing = np.divide(change, acceleration, out=np.zeros_like(change), where=change != 0)
     return np.asarray(speed[1:] * step - 0.5 * change * changing)

@@ -1,4 +1,4 @@
-"""Set points vibrate while they move slowly, as those of a shaken or a badly tuned machine do."""
+"""Set points vibrate while they move slowly, as with a shaken or badly tuned machine."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from slide_fmu.excitation.words import between, listed
 
 
 class Vibration(Kind):
-    """Every input moves from point to point, and a sine swells and fades on the way.
+    """Every input moves from point to point, with a sine that swells and fades during each move.
 
-    The way to the next point is the smoothest one, of least jerk (Flash and Hogan, 1985). A burst
-    lasts as long as it; its sines have one frequency, and a phase and an amplitude for each input.
-    The amplitude factor multiplies the amplitudes of the sines; the points stay.
+    The move to the next point has minimum jerk (Flash and Hogan, 1985). A burst lasts as long as
+    the move; its sines share one frequency, and each input has its own phase and amplitude. The
+    amplitude factor multiplies the amplitudes of the sines, but not the points.
 
     Attributes:
         angular_frequency: range in rad/s; its logarithm is drawn uniformly.
         acceleration: largest acceleration of each input's sine, in its unit per s^2; every burst
-            draws its own between zero and this.
+            draws its own value between zero and this.
         duration: range of the time from point to point in s, drawn uniformly.
         reach: share of the range, about its middle, from which the points are drawn.
         single: share of the bursts in which one random input vibrates alone.
@@ -36,10 +36,10 @@ class Vibration(Kind):
     single: Share = 0.3
 
     def check(self, signals: tuple[Signal, ...]) -> None:
-        """Refuse accelerations that are not one for each input.
+        """Refuse accelerations if there is not exactly one for each input.
 
         Raises:
-            ValueError: the number of accelerations is not that of the inputs.
+            ValueError: the number of accelerations is not the number of inputs.
         """
         require_one_each(self.kind, "acceleration", self.acceleration, signals)
 
@@ -84,10 +84,10 @@ class Vibration(Kind):
 
 
 def least_jerk(done: FloatArray) -> FloatArray:
-    """Return the part of the way that is done after a part of the time, both 0 .. 1."""
+    """Return the fraction of the distance covered after a fraction of the time, both 0 .. 1."""
     return np.asarray(done**3 * (10 - 15 * done + 6 * done**2))
 
 
 def swelling(done: FloatArray) -> FloatArray:
-    """Return the amplitude of a burst after a part of its time: 0 at both ends, 1 between."""
+    """Return the relative amplitude of a burst after a fraction of its time: 0 at both ends."""
     return np.asarray(np.sin(np.pi * done) ** 2)

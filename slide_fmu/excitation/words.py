@@ -1,4 +1,4 @@
-"""Words with which kinds of excitation describe what they draw: subjects, sizes, and ranges."""
+"""These functions word the descriptions of excitation: subjects, sizes, and ranges."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from slide_fmu.core.units import ratio
 
 
 def between(pair: tuple[float, float], unit: str = "") -> str:
-    """Return a range as ``0.3 to 2 s``, or its one value where both ends are the same."""
+    """Return a range such as ``0.3 to 2 s``, or one value if both ends are equal."""
     low, high = pair
     numbers = f"{low:g}" if low == high else f"{low:g} to {high:g}"
     return with_unit(numbers, unit)
 
 
 def with_unit(numbers: str, unit: str) -> str:
-    """Return numbers with their unit; none behind those without dimension."""
+    """Return numbers with their unit; without one if they are dimensionless."""
     return numbers if unit in ("", "1") else f"{numbers} {unit}"
 
 
 def listed(values: Sequence[float], signals: tuple[Signal, ...], per: str) -> str:
-    """Return one limit for each input, as ``1.5 and 2 rad/s``; units are given once if all same.
+    """Return one limit for each input, such as ``1.5 and 2 rad/s``; equal units are given once.
 
     Args:
         values: the limits, in the order of the inputs.
         signals: the inputs.
-        per: what their units are divided by, as ``s^2``.
+        per: the divisor of their units, such as ``s^2``.
     """
     units = [ratio(signal.unit, per) for signal in signals]
     if len(set(units)) == 1:
@@ -39,7 +39,7 @@ def _enumerated(words: Sequence[str]) -> str:
 
 
 def subject(signals: tuple[Signal, ...]) -> str:
-    """Name what is drawn on its own: the only input, or the only angle, or every input."""
+    """Return the subject of a sentence: the only input, the only angle, or every input."""
     if len(signals) == 1:
         return signals[0].name
     if _is_one_angle(signals):
@@ -48,9 +48,9 @@ def subject(signals: tuple[Signal, ...]) -> str:
 
 
 def size(amplitude: tuple[float, float], signals: tuple[Signal, ...]) -> str:
-    """Say how far normalised values of an amplitude go from the middle of the range.
+    """Return how far normalised values of an amplitude reach from the middle of the range.
 
-    Of one input it is in its unit. Of several it is a share of half the range of each.
+    For one input it is in its unit. For several it is a share of half the range of each.
     """
     if len(signals) == 1:
         (signal,) = signals

@@ -1,4 +1,4 @@
-"""This room forms what a network sees of the inputs; each module has one set of features.
+"""This room forms network features from the inputs; each module has one set of features.
 
-No network is known here, only signals: features are pure functions of the newest inputs.
+It knows signals, but no network: features are pure functions of the newest inputs.
 """

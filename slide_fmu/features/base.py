@@ -1,8 +1,8 @@
-"""Features: what a network sees of the newest inputs, as named signals, and what each is for.
+"""Features are named signals that a network takes in place of the newest inputs.
 
-A set of features is a pure function of the newest input and the three before it. Its signals
-have names; a network picks those it needs by their roles. All are formed in float64: differences
-cancel. The sets are registered in ``sets.py``.
+A set of features is a pure function of the newest input and the three before it. Its signals have
+names; a network picks the signals it needs by their roles. All are formed in float64, because
+differences cancel. The sets are registered in ``sets.py``.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.serial_chain import SerialChain
 
 BEFORE = 3
-"""Inputs before the newest that features may depend on."""
+"""Number of inputs before the newest one that features may depend on."""
 
 PullBack = Callable[[FloatArray], FloatArray]
-"""Reverse mode of a function at a point: from weights of its results to the gradient of their
-weighted sum, of the same shapes as results and arguments."""
+"""Reverse mode of a function at a point: it maps weights of the results to the gradient of their
+weighted sum. Shapes are those of results and arguments."""
 
 
 @dataclass(frozen=True, eq=False)
 class Offered:
-    """This says what a system offers to the sets of features.
+    """An Offered holds what a system offers to the sets of features.
 
     Attributes:
         inputs: the input signals, in channel order.
-        scaling: of the inputs.
+        scaling: scaling of the inputs.
         step: sample step h in s.
-        chain: geometry and masses of the serial chain whose joints' set points the inputs are; or
-            None.
-        law: how its joints follow them.
+        chain: geometry and masses of the serial chain if the inputs are set points of its joints;
+            else None.
+        law: how the chain's joints follow their set points.
     """
 
     inputs: tuple[Signal, ...]
@@ -56,16 +56,17 @@ class Features(abc.ABC):
         TITLE: the set's name for people.
         NUMBER: the set's number in a surrogate file.
         NAMES: names of all signals that the set can have, in their order.
-        CHANGES_OF: of signals that are the changes of others in a step, the names of those.
-        linear: whether the signals are a linear function of the inputs: they then change their
+        CHANGES_OF: names of signals that are changes over one step, with the name of the signal
+            that changes.
+        linear: whether the signals are a linear function of the inputs, so that they change their
             sign with them.
         n_before: number of inputs before the newest that the signals depend on.
         n_channels: number of input channels.
-        blocks: names of the signals in their order, with the number of each.
-        centred: names of those whose mean is removed before they are scaled.
-        bounded: names of those that lie within -1 and 1 anyway and are left as they are.
-        vectors: names of those of which single components may rest, as in planar machines.
-        cosines: channels that must be the cosine of an angle; the next one is its sine.
+        blocks: names of the signals in their order, with the number of channels of each.
+        centred: names of signals whose mean is removed before they are scaled.
+        bounded: names of signals that always lie within -1 and 1 and are not scaled.
+        vectors: names of signals of which some components may rest, as in planar machines.
+        cosines: channels that must be the cosine of an angle; the next channel is its sine.
     """
 
     TITLE: ClassVar[str]
@@ -84,10 +85,10 @@ class Features(abc.ABC):
     @classmethod
     @abc.abstractmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Features:
-        """Make the set on the inputs of a system, with the signals of some names among its own.
+        """Make the set for the inputs of a system; it must have the signals with these names.
 
         Raises:
-            ValueError: the system has not what the set needs.
+            ValueError: the system does not offer what the set needs.
         """
 
     @classmethod
@@ -96,7 +97,7 @@ class Features(abc.ABC):
         """Read what ``parameters`` wrote.
 
         Raises:
-            ValueError: the bytes are no such set on so many inputs.
+            ValueError: the bytes are not such a set for ``n_inputs`` inputs.
         """
 
     @abc.abstractmethod
@@ -114,8 +115,8 @@ class Features(abc.ABC):
     def pull_back(self, inputs: FloatArray) -> PullBack:
         """Prepare the reverse mode of ``of`` at its inputs, in float64.
 
-        Weights of the signals have the shape (B, N, n_signals), the gradient of their weighted sum
-        that of the inputs.
+        Weights have the shape of the signals, (B, N, n_signals); the gradient has the shape of the
+        inputs.
         """
 
     @property
@@ -126,16 +127,16 @@ class Features(abc.ABC):
     def along(self, sequences: NDArray[Any]) -> FloatArray:
         """Form the signals along sequences: scaled inputs (B, N, n_channels) to (B, N, n_signals).
 
-        Inputs before a sequence count as equal to its first.
+        Inputs before a sequence count as equal to its first input.
         """
         inputs = np.asarray(sequences, dtype=np.float64)
         return self.of(np.pad(inputs, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge"))
 
     def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
-        """Give the indices of the signals of some names, in their order.
+        """Return the indices of the signals with these names, in the order of the names.
 
         Raises:
-            ValueError: there are no signals of a name.
+            ValueError: a name is unknown.
         """
         unknown = [name for name in names if name not in self.blocks]
         if unknown:

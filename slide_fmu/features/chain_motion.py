@@ -1,4 +1,4 @@
-"""Features of the motion of a serial chain: the rigid-body loads on its base."""
+"""Features from the motion of a serial chain, such as the rigid-body loads on its base."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from slide_fmu.features.drive_law import DriveLaw
 from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
 TURN = 1e-3
-"""Of a joint, in rad, to the nearest points of the five-point formula."""
+"""Step of a joint, in rad, between the points of the five-point formula."""
 
 FIVE_POINTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
-"""Multiples of a distance, and weights of the values there for the slope times the distance."""
+"""Positions of the points in steps, and their weights; the sum is slope times step."""
 
 
 class ChainMotion(Features):
-    """The motion of a serial chain whose set points the inputs are, and its loads. Final.
+    """The motion of a serial chain, and its loads; the inputs are set points of its joints. Final.
 
-    The inputs are the set points of the joints, which follow them by a drive law. All signals are
-    those at the end of the step. Signals in SI units, in the axes of the base:
+    The joints follow their set points by a drive law. All signals are values at the end of the
+    step, in SI units and in the axes of the base:
 
     - ``wrench``: force and moment on the base (recursive Newton-Euler); ``wrench_change``: its
       change in the step; ``position``: of the tool point; ``rates``: of the joints;
@@ -33,8 +33,8 @@ class ChainMotion(Features):
       about the base's origin, ``SerialChain.base_inertia``, 9) and ``turned_momentum`` (linear
       and angular, 6). Nothing turns where the first joint is prismatic.
 
-    A base on soft ground moves by M(q) xi'' + (...) xi' + K xi = wrench: drive, feedthrough
-    and scheduling variables of its response are among the signals.
+    A base on soft ground follows M(q) xi'' + (...) xi' + K xi = wrench. The signals contain the
+    state input, the feedthrough and the scheduling variables of this response.
 
     Args:
         chain: geometry and masses.
@@ -54,7 +54,7 @@ class ChainMotion(Features):
         "turned_inertia": 9,
         "turned_momentum": 6,
     }
-    """Numbers of signals by name; None: one for each joint."""
+    """Number of channels by name; None: one for each joint."""
     TITLE = "chain motion"
     NUMBER = 4
     NAMES = tuple(WIDTHS)
@@ -125,7 +125,7 @@ class ChainMotion(Features):
         wrench, change = wrenches[:, 1:], np.diff(wrenches, axis=1)
         position = self.chain.tool_position(places)
         turn = np.zeros(places.shape[:-1])
-        if not self.chain.prismatic[0]:  # as seen from the turned axes
+        if not self.chain.prismatic[0]:  # in the axes that turn with the first joint
             turn, places[..., 0] = places[..., 0].copy(), 0.0
         inertia = self.chain.base_inertia(places)[..., 1:]
         momentum = self.chain.base_momentum(places, rates)
@@ -136,8 +136,8 @@ class ChainMotion(Features):
     def pull_back(self, inputs: FloatArray) -> PullBack:
         """Prepare the reverse mode by the five-point formula in float64.
 
-        It is exact to about 1e-12 of the largest terms where networks round features to 6e-8, and
-        the recursions of ``SerialChain`` stay the only ones.
+        The error is about 1e-12 of the largest terms, while networks round features to 6e-8. So
+        the recursions of ``SerialChain`` need no hand-written derivative.
         """
         slopes = self._slopes(inputs)
 
@@ -153,10 +153,10 @@ class ChainMotion(Features):
         return pull_back
 
     def _slopes(self, inputs: FloatArray) -> dict[tuple[int, int], FloatArray]:
-        """Slopes of the signals (B, N, n_signals) by channel and remainder of the moved samples.
+        """Return the slopes of the signals (B, N, n_signals), by channel and sample remainder.
 
-        Of the samples that a signal depends on, one has each remainder by BEFORE + 1: all samples
-        of the same remainder are moved at once.
+        A signal depends on BEFORE + 1 samples, of which each has another remainder modulo BEFORE +
+        1. So all samples with the same remainder are moved at once.
         """
         slopes = {}
         for channel, half_range in enumerate(np.abs(self.half_range).tolist()):
@@ -171,7 +171,7 @@ class ChainMotion(Features):
 
 
 def _turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
-    """Vectors (..., 3 m), three by three, in axes turned about z by an angle (...)."""
+    """Return vectors (..., 3 m), triples of components, in axes turned about z by angles (...)."""
     c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
     x, y, z = vectors[..., 0::3], vectors[..., 1::3], vectors[..., 2::3]
     turned = np.stack([c * x + s * y, c * y - s * x, z], axis=-1)

@@ -1,4 +1,4 @@
-"""The inputs themselves, and their backward differences, as features."""
+"""Features that are the inputs themselves and their backward differences."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
 
 MAX_DIFFERENCES = 2
-"""Highest order of the differences of inputs."""
+"""Highest order of the differences."""
 
 
 class Differences(Features):
     """The inputs and their backward differences. Final.
 
-    Signals: ``inputs``; from order 1 on ``changes``, u_k - u_(k-1); at order 2
-    ``second_changes``, the changes of those.
+    Signals: ``inputs``; from order 1 on ``changes``, u_k - u_(k-1); at order 2 ``second_changes``,
+    the changes of the changes.
 
     Raises:
         ValueError: an order or a number of channels out of range.
@@ -43,7 +43,7 @@ class Differences(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Differences:
-        """Make the set up to the highest order that is named."""
+        """Make the set up to the highest order that the names contain."""
         return cls(len(offered.inputs), max(cls.NAMES.index(name) for name in names))
 
     @classmethod
@@ -64,7 +64,7 @@ class Differences(Features):
         return np.concatenate([part[:, part.shape[1] - count :] for part in parts], axis=2)
 
     def pull_back(self, inputs: FloatArray) -> PullBack:
-        """Prepare the reverse mode: the transpose of the same sums, wherever the inputs are."""
+        """Prepare the reverse mode: the transposed sums, which do not depend on the inputs."""
 
         def pull_back(weights: FloatArray) -> FloatArray:
             gradient = np.zeros(inputs.shape)
@@ -76,10 +76,10 @@ class Differences(Features):
 
 
 def add_differences(weights: FloatArray, order: int, gradient: FloatArray) -> None:
-    """Add what weights of backward differences give to the gradient of their samples.
+    """Add the contribution of weighted backward differences to the gradient of their samples.
 
-    Differences of the order 0 to 2 have weights (B, N, ...); the gradient, (B, N + BEFORE, ...),
-    is changed.
+    The weights of differences of order 0 to 2 have the shape (B, N, ...). The gradient, (B, N +
+    BEFORE, ...), is changed in place.
     """
     for age, factor in enumerate(((1,), (1, -1), (1, -2, 1))[order]):
         last = gradient.shape[1] - age

@@ -1,4 +1,4 @@
-"""Features of angles, given in rad or by their cosine and sine, and of the inputs beside them."""
+"""Features of angles, given in rad or by cosine and sine, and of the other inputs."""
 
 from __future__ import annotations
 
@@ -14,27 +14,28 @@ from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
 from slide_fmu.features.differences import add_differences
 
 OTHER, ANGLE, COSINE, SINE = range(4)
-"""What an input is, as files number it."""
+"""Kinds of inputs, by their numbers in files."""
 FAR = math.pi / 2
-"""An angle with a smaller half range in rad has directions that hardly differ: they are scaled."""
+"""An angle with a smaller half range, in rad, changes its direction so little that it is
+scaled."""
 
 
 class Director(Features):
-    """The motion of angles, each given by itself or by its cosine and sine. Final.
+    """The motion of angles; each is given directly or by its cosine and sine. Final.
 
-    Signals: ``direction``, cosine and sine of each angle, whatever the length of its director;
-    ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, its change;
-    and where there are inputs that are no angles ``others``, these as they are, and
-    ``other_changes``, their changes in a step.
+    Signals: ``direction``, cosine and sine of each angle, whatever the length of the input vector;
+        ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, the change
+        of the turn. If other inputs exist: ``others``, their values, and ``other_changes``, their
+        changes in a step.
 
     Args:
-        kinds: what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``; the sine of an
-            angle is directly behind its cosine.
-        scaling: of the inputs that are ``ANGLE``, in rad; offset 0 and scale 1 of others.
+        kinds: kind of each input: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``; the sine of an
+            angle directly follows its cosine.
+        scaling: of the inputs that are ``ANGLE``, in rad; offset 0 and scale 1 for the others.
 
     Raises:
-        ValueError: no input is an angle, a cosine or sine stands alone, or the scaling is one of
-            another number of inputs.
+        ValueError: no input is an angle, a cosine or sine stands alone, or the scaling has another
+            number of inputs.
     """
 
     TITLE = "director"
@@ -69,7 +70,7 @@ class Director(Features):
 
     @classmethod
     def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
-        """Make the set on inputs some of which are angles: as ``period_of`` says, or in pairs."""
+        """Make the set for inputs that contain angles: single ones (``period_of``), or pairs."""
         kinds = kinds_of(offered.inputs)
         if set(kinds) == {OTHER}:
             raise ValueError(
@@ -108,7 +109,7 @@ class Director(Features):
         return np.concatenate([*parts, others[:, 1:], np.diff(others, axis=1)], axis=2)
 
     def _in_rad(self, inputs: FloatArray) -> FloatArray:
-        """Angles of scaled inputs, shape (B, N, n_angles)."""
+        """Return the angles of scaled inputs, shape (B, N, n_angles)."""
         offset, scale = self.scaling.offset, self.scaling.scale
         angles = [
             np.arctan2(inputs[..., i + 1], inputs[..., i])
@@ -121,7 +122,8 @@ class Director(Features):
     def pull_back(self, inputs: FloatArray) -> PullBack:
         """Prepare the reverse mode in closed form.
 
-        An angle moves with its director across it, over its length squared.
+        An angle moves with the part of its vector's motion across the vector, divided by the
+        length.
         """
         newest = self._in_rad(inputs[:, BEFORE:])
         c, s = np.cos(newest), np.sin(newest)
@@ -143,7 +145,7 @@ class Director(Features):
         return pull_back
 
     def _of_inputs(self, of_angles: FloatArray, inputs: FloatArray) -> FloatArray:
-        """Gradient by the inputs from that by the angles; zero for inputs that are none."""
+        """Return the gradient of the inputs from that of the angles; zero for other inputs."""
         gradient = np.zeros(inputs.shape)
         for place, i in enumerate(self._angles):
             slope = of_angles[..., place]
@@ -157,7 +159,7 @@ class Director(Features):
 
 
 def kinds_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
-    """Say what each input is: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``."""
+    """Return the kind of each input: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``."""
 
     def kind(signal: Signal) -> int:
         if signal.angle is not None:

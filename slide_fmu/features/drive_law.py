@@ -1,4 +1,4 @@
-"""How the joints of a machine follow their set points, as a table of numbers."""
+"""A drive law describes by a few numbers how the joints of a machine follow their set points."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 EXACT = 1e-9
-"""Weights may miss what they must sum up to by this much."""
+"""Tolerance of the sums of the weights."""
 
 Weights = tuple[float, float, float]
-"""Factors of the newest set point, of the one before, and of the one before that."""
+"""Factors of the newest set point, of the one before it, and of the one before that."""
 
 
 @dataclass(frozen=True)
 class DriveLaw:
     """A DriveLaw gives the motion of a joint at the end of a step from its last three set points.
 
-    Place, rate times the step h, and acceleration times h^2 are weighted sums of the set points.
-    A joint whose set points rest is there and rests; one whose set points move evenly moves as
-    fast as they do. That a joint goes on between the samples in some other way needs no number:
-    features are formed at the samples.
+    Position, rate times the step h, and acceleration times h^2 are weighted sums of the set
+    points. A joint whose set points rest is at rest at that point; with set points that move
+    evenly it moves at the same rate. The motion between the samples needs no number: features are
+    formed at the samples.
 
     Attributes:
-        position: weights of the place; their sum is 1.
+        position: weights of the position; their sum is 1.
         rate: weights of the rate times h; their sum is 0.
         acceleration: weights of the acceleration times h^2; their sum is 0.
 
     Raises:
-        ValueError: weights are not finite, or those of a joint that leaves its set points.
+        ValueError: weights are not finite, or a joint with them would not keep to its set points.
     """
 
     position: Weights
@@ -65,10 +65,10 @@ class DriveLaw:
 
     @classmethod
     def of_numbers(cls, newest: float, oldest: float, rate: float, curvature: float) -> DriveLaw:
-        """Make the law of the four numbers that say all: its other weights follow.
+        """Make the law from the four numbers that define it; its other weights follow.
 
         Args:
-            newest, oldest: weights of these set points in the place.
+            newest, oldest: weights of the newest and the oldest set point in the position.
             rate, curvature: weights of the newest set point in rate and acceleration.
         """
         place = (newest, 1.0 - newest - oldest, oldest)
@@ -81,10 +81,10 @@ class DriveLaw:
         return self.position[0], self.position[2], self.rate[0], self.acceleration[0]
 
     def motion(self, points: FloatArray, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give places, rates and accelerations of joints at the end of steps.
+        """Return positions, rates and accelerations of joints at the end of steps.
 
         Set points (B, N + 2, n) in rad or m, ``step`` s apart, give three arrays (B, N, n). All
-        are formed of differences of set points, which round least.
+        are formed from differences of set points, because these round least.
         """
         between = points[:, 1:-1]
         newer, older = points[:, 2:] - between, between - points[:, :-2]
@@ -100,7 +100,7 @@ DRIVE_LAWS = {
     "cubic_b_spline": DriveLaw.of_numbers(1 / 6, 1 / 6, 0.5, 1.0),
 }
 """Laws by name. ``linear``: joints move evenly from one set point to the next, and reach it at the
-step's end. ``quadratic_b_spline``: with constant acceleration in every step, half a step late.
-``cubic_b_spline``: with continuous acceleration, one step late."""
+end of the step. ``quadratic_b_spline``: acceleration is constant in every step; half a step late.
+``cubic_b_spline``: acceleration is continuous; one step late."""
 DEFAULT_LAW = "quadratic_b_spline"
-"""The law where nothing is said."""
+"""The law if none is given."""

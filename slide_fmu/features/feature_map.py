@@ -1,4 +1,4 @@
-"""The features that one network sees: chosen signals of a set, centred and scaled."""
+"""A feature map selects the signals that one network takes from a set, and scales them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from slide_fmu.features.base import BEFORE, Features, PullBack
 
 
 class FeatureMap:
-    """A FeatureMap gives what a network sees: signals of a set, centred and scaled. Final.
+    """A FeatureMap gives the input of a network: signals of a set, centred and scaled. Final.
 
     Args:
         features: the set.
-        chosen: indices of its signals, in the order in which the network takes them; all if not
-            given.
-        scaling: of the chosen signals; they stay as they are if not given.
+        chosen: indices of its signals, in the order in which the network takes them; default all.
+        scaling: of the chosen signals; default unscaled.
 
     Raises:
-        ValueError: an index is out of range, or the scaling is one of another number of signals.
+        ValueError: an index is out of range, or the scaling has another number of signals.
     """
 
     def __init__(
@@ -42,8 +41,8 @@ class FeatureMap:
         self.scaling = Affine(np.zeros(count), np.ones(count)) if scaling is None else scaling
         if len(self.scaling.scale) != count:
             raise ValueError(
-                f"scaling of {len(self.scaling.scale)} features; expected that of the {count} "
-                "chosen ones"
+                f"scaling of {len(self.scaling.scale)} features; expected {count}, the number of "
+                "chosen features"
             )
 
     @property
@@ -59,7 +58,7 @@ class FeatureMap:
     def along(self, sequences: NDArray[Any]) -> NDArray[np.float32]:
         """Form features along sequences: (B, N, n_channels) to (B, N, n_signals), float32.
 
-        Inputs before a sequence count as equal to its first.
+        Inputs before a sequence count as equal to its first input.
         """
         signals = self.features.along(sequences)[:, :, list(self.chosen)]
         return np.asarray(self.scaling.apply(signals), dtype=np.float32)
@@ -67,8 +66,8 @@ class FeatureMap:
     def pull_back(self, sequences: FloatArray) -> PullBack:
         """Prepare the reverse mode of ``along`` at scaled inputs (B, N, n_channels), in float64.
 
-        Weights of the features have the shape (B, N, n_signals), the gradient of their weighted
-        sum that of the inputs.
+        Weights have the shape of the features, (B, N, n_signals); the gradient has the shape of
+        the inputs.
         """
         padded = np.pad(sequences, ((0, 0), (BEFORE, 0), (0, 0)), mode="edge")
         of_set = self.features.pull_back(padded)

@@ -1,4 +1,4 @@
-"""How the links of a serial chain move: one after the other, in the axes of the base."""
+"""The motion of the links of a serial chain is computed link by link, in the axes of the base."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Frames(NamedTuple):
 
     Attributes:
         positions: origins in m, shape (..., n + 1, 3).
-        rotations: R, a link vector v being R v in base axes, shape (..., n + 1, 3, 3).
+        rotations: R, shape (..., n + 1, 3, 3); a vector v in link axes is R v in base axes.
     """
 
     positions: FloatArray
@@ -22,7 +22,7 @@ class Frames(NamedTuple):
 
 
 class LinkMotion:
-    """A LinkMotion has the motion of one link after the other, in base axes. Final."""
+    """A LinkMotion holds the motion of one link at a time, in base axes. Final."""
 
     def __init__(
         self,
@@ -32,10 +32,10 @@ class LinkMotion:
         frames: Frames,
         base: FloatArray,
     ) -> None:
-        """Start at the base, whose origin accelerates with ``base``, shape (3,).
+        """Start at the base, whose origin has the acceleration ``base``, shape (3,).
 
-        Joints that slide are 1 in ``slides``, (n,); joints move with rates and second derivatives
-        dq and ddq, (..., n).
+        ``slides``, (n,), is 1 for joints that slide; dq and ddq, (..., n), are the rates of the
+        joints and their derivatives.
         """
         self._slides = slides
         self._dq, self._ddq, self._frames = dq[..., None], ddq[..., None], frames
@@ -43,7 +43,7 @@ class LinkMotion:
         self.velocity, self.acceleration = np.zeros(3), base
 
     def enter(self, i: int) -> None:
-        """Go over to link i (from 0), at the origin of the frame before it."""
+        """Move on to link i (from 0), at the origin of the frame before it."""
         axis = self._frames.rotations[..., i, :, 2]
         rate, change = axis * self._dq[..., i, :], axis * self._ddq[..., i, :]
         if self._slides[i]:
@@ -55,7 +55,7 @@ class LinkMotion:
             self.omega = self.omega + rate
 
     def leave(self, i: int) -> None:
-        """Go to the origin of the frame of link i (from 0)."""
+        """Move on to the origin of the frame of link i (from 0)."""
         arm = self._frames.positions[..., i + 1, :] - self._frames.positions[..., i, :]
         self.acceleration = self.acceleration_at(arm)
         self.velocity = self.velocity + cross(self.omega, arm)
@@ -72,7 +72,7 @@ def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Give cross products of vectors (..., 3); as numpy's, but quick for single ones too."""
+    """Return cross products of vectors (..., 3); faster than numpy's for single vectors."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape))
     result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]

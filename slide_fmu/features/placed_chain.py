@@ -1,4 +1,4 @@
-"""A serial chain from the axes of its joints and its rigid parts: which frames its links get."""
+"""A serial chain is built from joint axes and rigid parts: each link gets its frame."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.serial_chain import SerialChain
 
 PARALLEL = 1e-12
-"""Axes whose unit vectors have a smaller cross product are parallel."""
+"""Axes are parallel if the cross product of their unit vectors is smaller."""
 
 
 @dataclass(frozen=True, eq=False)
 class RigidPart:
-    """A RigidPart is what no joint moves in itself.
+    """A RigidPart has mass, centre of mass and inertia, and no joint inside.
 
     Attributes:
         mass: in kg.
-        centre: centre of mass in some axes in m, shape (3,).
-        inertia: tensor about the centre in these axes in kg m^2, shape (3, 3).
+        centre: centre of mass in the part's axes in m, shape (3,).
+        inertia: tensor about the centre in the same axes in kg m^2, shape (3, 3).
     """
 
     mass: float
@@ -28,12 +28,12 @@ class RigidPart:
     inertia: FloatArray
 
     def moved(self, pose: FloatArray) -> RigidPart:
-        """Give the part in other axes; ``pose`` is that of its axes there, shape (4, 4)."""
+        """Return the part in other axes; ``pose`` is the pose of its axes there, shape (4, 4)."""
         turn = pose[:3, :3]
         return RigidPart(self.mass, turn @ self.centre + pose[:3, 3], turn @ self.inertia @ turn.T)
 
     def with_part(self, other: RigidPart) -> RigidPart:
-        """Give both as one part."""
+        """Return both parts as one."""
         mass = self.mass + other.mass
         if mass == 0:
             return self
@@ -49,13 +49,14 @@ NO_PART = RigidPart(0.0, np.zeros(3), np.zeros((3, 3)))
 
 @dataclass(frozen=True, eq=False)
 class PlacedChain:
-    """A PlacedChain is a serial chain, and how it stands in other axes.
+    """A PlacedChain is a serial chain and the pose of its base in other axes.
 
     Attributes:
         chain: the chain, in the axes of its first joint.
-        joints: names of its joints, from the base on.
-        position, rotation: of the chain's base axes in the others, in m, shape (3,), and shape
-            (3, 3); zero and the identity for an upright first joint through their origin.
+        joints: names of its joints, starting at the base.
+        position, rotation: of the chain's base axes in the other axes, shape (3,) in m, and shape
+            (3, 3); zero and the identity if the first joint is upright and passes through their
+            origin.
     """
 
     chain: SerialChain
@@ -70,14 +71,16 @@ def chain_of_axes(
     joints: tuple[FloatArray, tuple[str, ...]],
     points: tuple[FloatArray, FloatArray],
 ) -> PlacedChain:
-    """Give each link its frame: z along the next joint's axis, x across both axes.
+    """Give each link its frame: z along the next joint's axis, x perpendicular to both axes.
 
-    Where all joints are at 0, frame i lies at the next joint's origin; the base's on the first
-    axis, next to the origin. The last frame lies at the last joint's origin, as the one before.
+    With all joints at 0, frame i lies at the next joint's origin. The base frame lies on the first
+    axis, at the point nearest to the origin. The last frame lies at the last joint's origin, like
+    the one before it.
 
     Args:
-        axes: a point on each joint's axis in m, and the axis, shape (3,) each, at places of 0.
-        parts: what each joint moves.
+        axes: a point on each joint's axis in m, and the axis, shape (3,) each, with all joints at
+            0.
+        parts: the rigid part that each joint moves.
         joints: 1 for prismatic joints and 0 for revolute ones, shape (n,), and their names.
         points: gravity in m/s^2, and the tool point in m, shape (3,) each.
     """
@@ -111,7 +114,7 @@ def chain_of_axes(
 
 
 def _turn_and_twist(z: FloatArray) -> tuple[float, float]:
-    """Angles theta and alpha with which turning about z, then about x, leads the z axis there."""
+    """Return angles theta and alpha of the turns, about z then about x, from e_z to ``z``."""
     across = float(np.hypot(z[0], z[1]))
     if across < PARALLEL:
         return 0.0, 0.0 if z[2] > 0 else np.pi
@@ -121,7 +124,7 @@ def _turn_and_twist(z: FloatArray) -> tuple[float, float]:
 
 
 def _base_frame(origin: FloatArray, axis: FloatArray) -> FloatArray:
-    """Axes at the point of an axis next to the base's origin, turned as little as can be."""
+    """Return axes at the point of an axis nearest to the base's origin, with the least turn."""
     frame = np.eye(4)
     theta, alpha = _turn_and_twist(axis)
     frame[:3, :3] = _about(2, theta) @ _about(0, alpha) @ _about(2, -theta)
@@ -130,7 +133,7 @@ def _base_frame(origin: FloatArray, axis: FloatArray) -> FloatArray:
 
 
 def _about(axis: int, angle: float) -> FloatArray:
-    """Rotation about an axis (0 to 2), shape (3, 3)."""
+    """Return the rotation about an axis (0 to 2), shape (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     p, q = (axis + 1) % 3, (axis + 2) % 3
     turn = np.eye(3)
@@ -139,7 +142,7 @@ def _about(axis: int, angle: float) -> FloatArray:
 
 
 def _inverse(pose: FloatArray) -> FloatArray:
-    """The inverse of a pose, shape (4, 4)."""
+    """Return the inverse of a pose, shape (4, 4)."""
     result = np.eye(4)
     result[:3, :3] = pose[:3, :3].T
     result[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
@@ -147,5 +150,5 @@ def _inverse(pose: FloatArray) -> FloatArray:
 
 
 def _steiner(arm: FloatArray) -> FloatArray:
-    """Inertia of a unit mass at a place, shape (3, 3)."""
+    """Return the inertia of a mass of 1 kg at a place, shape (3, 3)."""
     return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))

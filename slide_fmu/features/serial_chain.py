@@ -1,7 +1,7 @@
-"""Rigid kinematics and dynamics of a serial chain of joints on a fixed base.
+"""Rigid kinematics and dynamics of a serial chain of joints on a fixed base are computed here.
 
-Everything is plain recursion over the links with 3-vectors in base axes, for any leading batch
-shape; C code can follow it line by line.
+All formulas are recursions over the links with 3-vectors in base axes, for any leading batch
+shape. The C code follows them line by line.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.link_motion import Frames, LinkMotion, cross, times
 
 SYMMETRY = 1e-9
-"""Largest difference of an inertia tensor and its transpose, over the sum of the absolute values
-of the two diagonal entries in the same row and column; what rotations round is less."""
+"""Largest difference between an inertia tensor and its transpose, relative to the sum of the
+absolute values of the two diagonal entries in the same row and column; rounding of rotations is
+smaller."""
 
 
 def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
-    """Give the shapes of the parts of a chain of n joints by name, in the order of their bytes."""
+    """Return the shapes of a chain's arrays by name, for n joints, in the order of their bytes."""
     joints = {**dict.fromkeys(("prismatic", "theta", "alpha"), (n,)), "steps": (n, 3)}
     links = {"masses": (n,), "centres": (n, 3), "inertias": (n, 3, 3)}
     return {**joints, **links, "gravity": (3,), "tool": (3,)}
@@ -27,13 +28,13 @@ def part_shapes(n: int) -> dict[str, tuple[int, ...]]:
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """A SerialChain has n links, each turning about z of the frame before or sliding along it.
+    """A SerialChain has n links; each turns about z of the frame before it or slides along it.
 
-    Frame i is frame i - 1, turned by theta_i about z, moved by ``steps[i]`` in the axes that it
-    has then, and turned by alpha_i about its new x. A revolute joint adds its angle to theta_i, a
-    prismatic one its way to the third component of the step. Link i moves with frame i. Frame 0
-    gives the base axes: z along the first joint. Joints about any axes have such frames; those of
-    Denavit and Hartenberg are the ones whose steps have no second component.
+    Frame i is frame i - 1, turned by theta_i about z, moved by ``steps[i]`` in its turned axes,
+    and turned by alpha_i about its new x. A revolute joint adds its angle to theta_i, a prismatic
+    one adds its displacement to the third component of the step. Link i moves with frame i. Frame
+    0 gives the base axes: z along the first joint. Joints about any axes have such frames; with
+    the convention of Denavit and Hartenberg the second component of each step is zero.
 
     Attributes:
         prismatic: 1 for prismatic joints, 0 for revolute ones, shape (n,).
@@ -48,8 +49,8 @@ class SerialChain:
         tool: tool point in the last link frame in m, shape (3,).
 
     Raises:
-        ValueError: shapes do not belong together, a number is not finite, a joint is of no kind,
-            or an inertia tensor is not symmetric.
+        ValueError: shapes do not match, a number is not finite, a joint is neither revolute nor
+            prismatic, or an inertia tensor is not symmetric.
     """
 
     prismatic: FloatArray
@@ -72,10 +73,10 @@ class SerialChain:
             a: lengths in m, shape (n,).
             d: offsets in m, shape (n,).
             alpha: twists in rad, shape (n,).
-            links: masses and all behind them, as the attributes.
+            links: masses and all arrays after them, as the attributes.
 
         Raises:
-            ValueError: as of the class; or the parameters have other shapes.
+            ValueError: as for the class; or the parameters have other shapes.
         """
         n = len(links["masses"])
         for name, value in {"a": a, "d": d, "alpha": alpha}.items():
@@ -104,7 +105,7 @@ class SerialChain:
         self._require_symmetry()
 
     def _require_symmetry(self) -> None:
-        """Refuse inertia tensors that are not symmetric, as the C runtime does."""
+        """Refuse inertia tensors that are not symmetric; the C runtime does the same."""
         for link, inertia in enumerate(self.inertias.tolist()):
             for i, j in ((1, 2), (2, 0), (0, 1)):
                 diagonal = abs(inertia[i][i]) + abs(inertia[j][j])
@@ -121,14 +122,14 @@ class SerialChain:
         return len(self.theta)
 
     def turned(self, rotation: FloatArray) -> SerialChain:
-        """Give the chain on a base whose axes are the columns of a rotation matrix, (3, 3).
+        """Return the chain on a base whose axes are the columns of a rotation matrix, (3, 3).
 
-        Base axes stay those of the base: only gravity is another one in them.
+        The chain keeps its base axes; only the direction of gravity in them changes.
         """
         return replace(self, gravity=rotation.T @ self.gravity)
 
     def forward_kinematics(self, q: FloatArray) -> Frames:
-        """Give the frames at joint places q, shape (..., n)."""
+        """Return the frames at joint positions q, shape (..., n)."""
         steps, turns = self._link_transformations(self._places("q", q))
         position, rotation = np.zeros((*steps.shape[:-2], 3)), np.eye(3)
         positions = np.empty((*steps.shape[:-2], self.n_joints + 1, 3))
@@ -141,7 +142,7 @@ class SerialChain:
         return Frames(positions, rotations)
 
     def tool_position(self, q: FloatArray) -> FloatArray:
-        """Give the tool point in base axes in m, (..., 3), at joint places q, (..., n)."""
+        """Return the tool point in base axes in m, (..., 3), at joint positions q, (..., n)."""
         turns, slides = self._turns_and_slides(self._places("q", q))
         cosines, sines = np.cos(turns), np.sin(turns)
         twists = zip(np.cos(self.alpha).tolist(), np.sin(self.alpha).tolist(), strict=True)
@@ -157,20 +158,20 @@ class SerialChain:
         return position
 
     def base_wrench(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-        """Give force in N and moment in N m about the base origin, of the chain ON its base.
+        """Return force in N and moment in N m of the chain ON its base, about the base origin.
 
-        Weight and inertia forces of all links, in base axes: at rest it is the weight. It is
-        minus what holds the base in place. Joint places in rad or m, their rates and second
-        derivatives by s and s^2, (..., n) each, give force and moment, (..., 6).
+        It is the sum of weight and inertia forces of all links, in base axes; at rest it is the
+        weight. Its negative holds the base in place. Joint positions in rad or m, their rates and
+        second derivatives by s and s^2, (..., n) each, give force and moment, (..., 6).
         """
         forces, moments, _ = self._link_wrenches(q, dq, ddq)
         both = np.concatenate([forces.sum(axis=-2), moments.sum(axis=-2)], axis=-1)
         return np.asarray(-both)
 
     def joint_torques(self, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-        """Give the torques in N m, or forces in N, that the drives need, shape (..., n).
+        """Return the torques in N m, or forces in N, that the drives need, shape (..., n).
 
-        Arguments are those of ``base_wrench``.
+        Arguments are as for ``base_wrench``.
         """
         forces, moments, frames = self._link_wrenches(q, dq, ddq)
         forces = np.flip(np.cumsum(np.flip(forces, -2), axis=-2), -2)
@@ -181,10 +182,10 @@ class SerialChain:
         return np.asarray(np.sum(axes * needed, axis=-1))
 
     def base_inertia(self, q: FloatArray) -> FloatArray:
-        """Give mass, first moment and inertia of the chain about the base origin, base axes.
+        """Return mass, first moment and inertia of the chain about the base origin, in base axes.
 
-        Joint places q, (..., n), give (..., 10): mass in kg; mass times centre of mass (3)
-        in kg m; entries xx, yy, zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the
+        Joint positions q, (..., n), give (..., 10): mass in kg; mass times centre of mass (3) in
+        kg m; entries xx, yy, zz, xy, xz, yz of the inertia tensor in kg m^2 (xy is minus the
         integral of x y).
         """
         frames = self.forward_kinematics(q)
@@ -199,9 +200,9 @@ class SerialChain:
         return np.concatenate([mass, first, entries], axis=-1)
 
     def base_momentum(self, q: FloatArray, dq: FloatArray) -> FloatArray:
-        """Give the momenta in N s and N m s of the chain about the base origin, base axes.
+        """Return the momenta in N s and N m s of the chain about the base origin, in base axes.
 
-        Joint places q and their rates, (..., n), give (..., 6), the linear momentum first.
+        Joint positions q and their rates, (..., n), give (..., 6), the linear momentum first.
         """
         frames = self.forward_kinematics(q)
         motion = LinkMotion(
@@ -222,7 +223,7 @@ class SerialChain:
     def _link_wrenches(
         self, q: FloatArray, dq: FloatArray, ddq: FloatArray
     ) -> tuple[FloatArray, FloatArray, Frames]:
-        """Force and moment about the base origin that each link's motion needs, (..., n, 3)."""
+        """Return the force and moment of each link's motion about the base origin, (..., n, 3)."""
         frames = self.forward_kinematics(q)
         rates, changes = self._places("dq", dq), self._places("ddq", ddq)
         motion = LinkMotion(self.prismatic, rates, changes, frames, -self.gravity)
@@ -240,7 +241,7 @@ class SerialChain:
         return forces, moments, frames
 
     def _link_transformations(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Origin (..., n, 3) and axes (..., n, 3, 3) of each frame in the frame before it."""
+        """Return origins (..., n, 3) and axes (..., n, 3, 3) of frames in their predecessors."""
         angles, slides = self._turns_and_slides(q)
         c, s, (a, b, _) = np.cos(angles), np.sin(angles), self.steps.T
         ca, sa = np.cos(self.alpha), np.sin(self.alpha)
@@ -252,20 +253,20 @@ class SerialChain:
         return steps, turns
 
     def _turns_and_slides(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Turns about z in rad and ways along it in m of all joints, shape (..., n)."""
+        """Return turns about z in rad and ways along it in m of all joints, (..., n) each."""
         return self.theta + (1 - self.prismatic) * q, self.steps[:, 2] + self.prismatic * q
 
     def _centres(self, frames: Frames) -> FloatArray:
-        """Centres of mass in base axes, shape (..., n, 3)."""
+        """Return the centres of mass in base axes, shape (..., n, 3)."""
         return frames.positions[..., 1:, :] + times(frames.rotations[..., 1:, :, :], self.centres)
 
     def _inertias(self, frames: Frames) -> FloatArray:
-        """Inertia tensors about the centres of mass in base axes, shape (..., n, 3, 3)."""
+        """Return inertia tensors about the centres of mass in base axes, (..., n, 3, 3)."""
         rotations = frames.rotations[..., 1:, :, :]
         return np.asarray(rotations @ self.inertias @ np.swapaxes(rotations, -1, -2))
 
     def _places(self, name: str, values: FloatArray) -> FloatArray:
-        """Values that must have one entry per joint."""
+        """Return values as an array with one entry per joint."""
         if values.ndim == 0 or values.shape[-1] != self.n_joints:
             raise ValueError(
                 f"serial chain: {name} of shape {values.shape}; expected (..., {self.n_joints})"

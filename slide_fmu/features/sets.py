@@ -1,7 +1,8 @@
-"""The sets of features, each registered by its class, and the bytes of those that a network sees.
+"""Feature sets are registered here, with the bytes of the features that a network takes.
 
-A set joins with its module (a final class of ``Features``) and its place in ``SETS``; in the C
-runtime with a file that reads and forms the same, and its lines in ``feature_set.h`` and ``.c``.
+To add a set: write its module (a final class of ``Features``) and add it to ``SETS``; in the C
+runtime add a file that reads and forms the same features, and its lines in ``feature_set.h``
+and ``.c``.
 
     features := u32 set  parameters  u32 count  u32 signal[count]  f64 offset[count]
                 f64 scale[count]                  feature = (signal - offset) / scale
@@ -15,8 +16,8 @@ runtime with a file that reads and forms the same, and its lines in ``feature_se
                            kind 0 other, 1 angle, 2 cosine with 3 sine behind it; an angle is
                            middle + half_range * input in rad
 
-The law has the weights of the newest and the oldest set point in the place, and of the newest in
-rate and acceleration; the others follow (``drive_law.py``).
+The law has the weights of the newest and the oldest set point in the position, and of the newest
+in rate and acceleration; the others follow (``drive_law.py``).
 
 The signals of a set and their order are its ``blocks``. All numbers are little-endian.
 """
@@ -41,10 +42,10 @@ LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES
 
 
 def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
-    """Make the set that all names of signals, at least one, belong to, on a system's inputs.
+    """Make the set that contains all these signals, at least one, for the inputs of a system.
 
     Raises:
-        ValueError: names are unknown or of several sets, or the system has not what the set needs.
+        ValueError: names are unknown or from several sets, or the system lacks what the set needs.
     """
     for kind in SETS:
         if set(names) <= set(kind.NAMES):
@@ -54,7 +55,7 @@ def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
 
 
 def encode_features(features: FeatureMap) -> bytes:
-    """Write the bytes of the features that a network sees.
+    """Write the bytes of the features that a network takes.
 
     Raises:
         TypeError: their set is not registered.
@@ -69,10 +70,10 @@ def encode_features(features: FeatureMap) -> bytes:
 
 
 def decode_features(section: Reader, n_inputs: int) -> FeatureMap:
-    """Read the features that a network sees.
+    """Read the features that a network takes.
 
     Raises:
-        ValueError: the bytes are no features of so many inputs.
+        ValueError: the bytes are not features of ``n_inputs`` inputs.
     """
     number = section.u32()
     readers = {kind.NUMBER: kind.read for kind in SETS}

@@ -1,7 +1,7 @@
-"""A serial chain from a robot's description in URDF (https://wiki.ros.org/urdf/XML).
+"""A serial chain is read from a robot's description in URDF (https://wiki.ros.org/urdf/XML).
 
-The file is read by yourdfpy (extra ``urdf``); what is said here is which robots are serial chains,
-and which frames their links get.
+The package yourdfpy (extra ``urdf``) reads the file. This module decides which robots are serial
+chains, and which frames their links get.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # an extra
     from yourdfpy import Joint, Link, Robot
 
 MOST_JOINTS = 7
-"""A chain has at most so many joints."""
+"""Largest number of joints of a chain."""
 MOVING = {"revolute": 0.0, "continuous": 0.0, "prismatic": 1.0}
 """Types of joints that move, and whether they slide."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -27,7 +27,7 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
 
 class UrdfError(ValueError):
-    """A file is no URDF of a serial chain; the message has the file, and what to do."""
+    """A file is not the URDF of a serial chain; the message names the file and the remedy."""
 
 
 def read_urdf(
@@ -43,7 +43,7 @@ def read_urdf(
         gravity: acceleration of gravity in the axes of the file's base link, in m/s^2.
 
     Raises:
-        UrdfError: the file cannot be read, or the robot is no serial chain of one to seven
+        UrdfError: the file cannot be read, or the robot is not a serial chain of one to seven
             revolute or prismatic joints whose moved links have masses.
     """
     robot = _read(path)
@@ -63,7 +63,7 @@ def read_urdf(
 
 
 def _read(path: Path) -> Robot:
-    """The robot as yourdfpy has it, without its meshes."""
+    """Return the robot as yourdfpy reads it, without meshes."""
     try:
         from yourdfpy import URDF
     except ImportError as error:
@@ -74,7 +74,7 @@ def _read(path: Path) -> Robot:
     if not path.is_file():
         raise UrdfError(f"{path}: no such file; expected a robot's URDF")
     try:
-        ElementTree.parse(path)  # yourdfpy goes on with what it can read of a broken file
+        ElementTree.parse(path)  # yourdfpy reads broken files in part, without an error
         return URDF.load(
             str(path), build_scene_graph=False, load_meshes=False, load_collision_meshes=False
         ).robot
@@ -86,10 +86,10 @@ def _read(path: Path) -> Robot:
 
 
 def _in_order(path: Path, robot: Robot, links: dict[str, Link]) -> list[Joint]:
-    """All joints from the base on.
+    """Return all joints, starting at the base.
 
     Raises:
-        UrdfError: they are no single row, or one is of a type that no chain has.
+        UrdfError: they do not form a single row, or one is of a type that a chain cannot have.
     """
     behind: dict[str, Joint] = {}
     for joint in robot.joints:
@@ -101,7 +101,7 @@ def _in_order(path: Path, robot: Robot, links: dict[str, Link]) -> list[Joint]:
             raise UrdfError(
                 f"{path}: link {joint.parent!r} carries the joints "
                 f"{behind[joint.parent].name!r} and {joint.name!r}; expected a chain without "
-                "branches: leave out what is beside it (a gripper's fingers as one link)"
+                "branches: leave out all other links (a gripper's fingers as one link)"
             )
         behind[joint.parent] = joint
     children = [joint.child for joint in robot.joints]
@@ -140,9 +140,9 @@ def _require_kind(path: Path, joint: Joint) -> None:
 def _chain(
     path: Path, joints: list[Joint], links: dict[str, Link], wanted: tuple[str, FloatArray]
 ) -> PlacedChain:
-    """The chain of joints in their order; wanted are the tool's link and gravity."""
+    """Build the chain from the joints in their order, the tool's link and gravity."""
     bodies, axes, slides, names = [NO_PART], [], [], []
-    described = [True]  # whether the file says anything of the masses
+    described = [True]  # whether the file has masses
     tool_name, gravity = wanted
     pose, tool = np.eye(4), (0, np.zeros(3))  # of a link in the base where all joints are at 0
     for joint in joints:
@@ -159,8 +159,8 @@ def _chain(
         described[-1] |= links[joint.child].inertial is not None
         if joint.child == tool_name:
             tool = len(names), pose[:3, 3].copy()
-    for name, said in zip(names, described[1:], strict=True):
-        if not said:
+    for name, has_mass in zip(names, described[1:], strict=True):
+        if not has_mass:
             raise UrdfError(
                 f"{path}: what joint {name!r} moves has no <inertial>; expected one with mass, "
                 "origin and inertia, if need be of mass 0, in its link or in one fixed to it"
@@ -174,7 +174,7 @@ def _chain(
 
 
 def _body(path: Path, link: Any) -> RigidPart:
-    """Mass, centre and inertia of a link in its own axes; nothing where the file has none."""
+    """Return mass, centre and inertia of a link in its own axes; zeros if the file has none."""
     inertial = link.inertial
     if inertial is None:
         return NO_PART
@@ -192,7 +192,7 @@ def _body(path: Path, link: Any) -> RigidPart:
 
 
 def _pose(path: Path, name: str, origin: Any) -> FloatArray:
-    """An origin of the file as matrix, shape (4, 4)."""
+    """Return an origin in the file as a matrix, shape (4, 4)."""
     pose = np.eye(4) if origin is None else np.asarray(origin, dtype=np.float64)
     if not np.isfinite(pose).all():
         raise UrdfError(f"{path}: the origin of {name!r} is not finite; expected numbers")

@@ -1,5 +1,5 @@
 """This room fits networks in PyTorch, with progress and checkpoints.
 
-What a fit gives is data and needs no torch. Here is nothing that a released FMU needs. How wrong a
-fitted network may be is learnt in ``bounds``.
+A fit returns data that need no torch. Released FMUs need nothing from here. The error of a fitted
+network is learnt in ``bounds``.
 """

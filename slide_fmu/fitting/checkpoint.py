@@ -1,8 +1,8 @@
-"""A checkpoint is a file from which a training goes on; it begins with the hash of what follows.
+"""A checkpoint is a file from which a training resumes; it begins with the hash of its content.
 
-So a file that a disk or a transfer has damaged is never taken for the training it was. The name of
-the file has a key of what the training depends on: its code, its data, its recipe and its machine.
-The CPU time that the training has taken so far stands in another file.
+So a file damaged by a disk or a transfer is never used. The name of the file has a key of
+everything the training depends on: its code, its data, its recipe and its machine. The CPU time of
+the training so far is in another file.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from slide_fmu.features.base import Offered
 from slide_fmu.fitting.errors import TrainingError
 
 DIGEST = hashlib.sha256().digest_size
-"""Bytes of the SHA-256 hash with which a checkpoint begins."""
+"""Length of the SHA-256 hash at the beginning of a checkpoint, in bytes."""
 
 
 def write_checkpoint(path: Path, content: Mapping[str, object]) -> None:
-    """Write plain values and tensors as checkpoint; its folder is made where there is none."""
+    """Write plain values and tensors as a checkpoint; its folder is made if it does not exist."""
     buffer = io.BytesIO()
     torch.save(content, buffer)
     data = buffer.getvalue()
@@ -40,10 +40,10 @@ def write_checkpoint(path: Path, content: Mapping[str, object]) -> None:
 
 
 def read_checkpoint(path: Path, device: torch.device) -> Any:
-    """Return what a checkpoint holds, its tensors on the device.
+    """Return the content of a checkpoint, with its tensors on the device.
 
     Raises:
-        TrainingError: the file is damaged, or is none that this version has written.
+        TrainingError: the file is damaged, or was not written by this version.
     """
     with reading(path):
         found = path.read_bytes()
@@ -54,7 +54,7 @@ def read_checkpoint(path: Path, device: torch.device) -> Any:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn what a checkpoint that cannot be used raises into a TrainingError with the remedy."""
+    """Turn errors of an unusable checkpoint into a TrainingError with the remedy."""
     try:
         yield
     except (RuntimeError, LookupError, TypeError, ValueError, EOFError, UnpicklingError) as error:
@@ -68,19 +68,19 @@ ROOMS = (
     *("core", "features", "excitation", "network", "systems"),
     *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting", "bounds"),
 )
-"""A training runs the code of these rooms: all that ``bounds`` imports, directly or by others. A
-test compares this list with the imports, so that no change of their code can pass unseen by the
-checkpoints: an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
+"""Rooms whose code a training runs: all that ``bounds`` imports, directly or indirectly. A test
+compares this list with the imports, so that no change of their code is missed by the checkpoints:
+an estimator's targets are errors that ``surrogate`` and ``network`` compute."""
 
 
 def checkpoint_key(*parts: Any) -> str:
-    """Return a key for a checkpoint: of the training's code, and of what JSON can hold."""
+    """Return a key for a checkpoint, from the training's code and from values for JSON."""
     text = json.dumps([_code(), *parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def content_of(split: Split) -> str:
-    """Return a digest of a split's values: a checkpoint belongs to the data it was trained on."""
+    """Return a digest of a split's values: a checkpoint belongs to the data of its training."""
     total = hashlib.sha256(split.inputs.tobytes() + split.outputs.tobytes())
     if split.parameters is not None:
         total.update(split.parameters.tobytes())
@@ -88,7 +88,7 @@ def content_of(split: Split) -> str:
 
 
 def machine_of(offered: Offered) -> object:
-    """Return the numbers of the machine that features may be formed of, and data need not show."""
+    """Return the machine's numbers that features use, since the data need not depend on them."""
     chain, law = offered.chain, dataclasses.astuple(offered.law)
     if chain is None:
         return None
@@ -96,7 +96,7 @@ def machine_of(offered: Offered) -> object:
 
 
 def _code() -> str:
-    """Return a digest of the training's code and of torch, to which checkpoints belong."""
+    """Return a digest of the training's code and of torch; checkpoints belong to both."""
     total = hashlib.sha256(torch.__version__.encode())
     for room in ROOMS:
         for source in sorted((PACKAGE / room).rglob("*.py")):
@@ -106,14 +106,14 @@ def _code() -> str:
 
 
 WRITE_EVERY = 1.0
-"""The time is written after so many further seconds of it."""
+"""The time is written again after this number of seconds."""
 
 
 class CpuTime:
-    """A CPU time counts the seconds of this process, on all its cores, from where a file stands.
+    """A CpuTime counts the seconds of this process, on all its cores, starting from a file.
 
-    The file lies beside the checkpoint of the training that it belongs to. A damaged one raises a
-    DamagedFileError. Final.
+    The file is next to the checkpoint of its training. A damaged file raises a DamagedFileError.
+    Final.
     """
 
     def __init__(self, place: Path) -> None:
@@ -124,11 +124,11 @@ class CpuTime:
 
     @property
     def seconds(self) -> float:
-        """The CPU time until now, in s."""
+        """The CPU time so far, in s."""
         return self._before + time.process_time() - self._begin
 
     def counted(self, stages: Stages) -> Stages:
-        """Return the stages of a training; whenever their progress is called, the time is kept."""
+        """Return the stages of a training; calls of their progress also write the time."""
 
         def keep_at_times() -> None:
             if self.seconds - self._written > WRITE_EVERY:

@@ -1,4 +1,4 @@
-"""What a training raises."""
+"""Trainings raise this error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recipe names features: here they get their set, their normalisation from data, their roles."""
+"""Features named in a recipe get their set, their normalisation from data, and their roles."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import StateSpaceRecipe
 
 STILL = 1e-9
-"""A feature whose standard deviation is below this part of its size never changes: it is rounding.
-So is a change below this part of the standard deviation of what changes. Components of a vector
-count with the largest of them: one that geometry makes zero is a rounding of others."""
+"""A feature with a standard deviation below this fraction of its size never changes: the rest is
+rounding. The same holds for a change, relative to the standard deviation of the changing signal.
+Components of a vector are compared with the largest of them: a component that geometry makes zero
+contains rounding of the others."""
 
 
 def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray) -> FeatureMap:
     """Build the map from scaled inputs to the named features of one set, normalised by data.
 
-    Bounded features are left as they are. The others are divided by their standard deviation, some
-    of them after their mean is removed. The data are scaled inputs, (n_trajectories, N, n_inputs).
+    Bounded features stay unscaled. The others are divided by their standard deviation, some of
+    them after their mean is removed. The data are scaled inputs, (n_trajectories, N, n_inputs).
 
     Raises:
-        ValueError: names are unknown or of several sets, the system has not what the set needs, or
-            a feature never changes (of vectors: none of their components does).
+        ValueError: names are unknown or from several sets, the system lacks what the set needs, or
+            a feature never changes (for vectors: none of its components does).
     """
     features = feature_set(names, offered)
     chosen = features.indices(names)
@@ -55,16 +56,16 @@ def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray
                 "table, or check data.excitation"
             )
         scale[part] = np.where(still, 1.0, deviation)
-    # files hold the scales in float32: training must see the same numbers
+    # files store the scales in float32: training must use the same numbers
     rounded = scale.astype(np.float32).astype(np.float64)
     return FeatureMap(features, chosen, Affine(offset, rounded))
 
 
 def require_odd(features: FeatureMap) -> None:
-    """Refuse features that do not change their sign with the inputs, where signs shall be flipped.
+    """Refuse features that do not change their sign with the inputs, if signs are to be flipped.
 
     Raises:
-        ValueError: the features are no odd functions of the inputs; the message names them.
+        ValueError: the features are not odd functions of the inputs; the message names them.
     """
     if not features.features.linear:
         raise ValueError(
@@ -75,9 +76,9 @@ def require_odd(features: FeatureMap) -> None:
 
 
 def roles_of(network: StateSpaceRecipe, features: FeatureMap) -> Roles:
-    """Return the indices among the chosen features of those of each role.
+    """Return the indices of the features of each role among the chosen features.
 
-    Recipes and ``Roles`` say ``drive`` for the state input, ``static`` for the feedthrough and
+    Recipes and ``Roles`` use ``drive`` for the state input, ``static`` for the feedthrough and
     ``schedule`` for the scheduling variables of LPV units.
     """
     place = {signal: index for index, signal in enumerate(features.chosen)}

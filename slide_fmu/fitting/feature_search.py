@@ -1,7 +1,7 @@
-"""The features of a state-space network are tried where its recipe leaves them open.
+"""The features of a state-space network are searched if its recipe leaves them open.
 
-Every choice is fitted shortly to a part of the data, with one size of the network for all, and the
-best is taken.
+Every choice is briefly fitted to a part of the data, with the same size of network, and the best
+is taken.
 """
 
 from __future__ import annotations
@@ -34,32 +34,31 @@ from slide_fmu.recipe.learning import (
 )
 
 STAGE = "choice of features"
-"""The progress of the search has this name, and the names of its histories begin with it."""
+"""Name of the search in the progress; the names of its histories begin with it."""
 WORTHWHILE = 0.8
-"""A later, richer choice is taken when its error is below this part of the one taken before."""
+"""A later, richer choice is taken if its error is below this fraction of the best before."""
 SAMPLES = 6_000
-"""A choice is judged on trajectories of about this many samples."""
+"""Approximate number of samples of the trajectories that judge a choice."""
 ORDER, HIDDEN = 8, 8
-"""The networks that are compared have at most this size."""
+"""Largest order and number of hidden units of the compared networks."""
 TURNED_ORDER, TURNED_PAIRS = 12, 4
-"""The order of a network in turning axes, where the recipe gives none, and its pairs at most."""
+"""Order of a network in turning axes if the recipe gives none, and its largest number of pairs."""
 SHORT = {"starts": 1, "iterations": 6}
 SHORT_EXPERT = {"start_iterations": 12, "kept": 1, "kept_iterations": 1, "part": 2}
-"""The training of each choice differs from the recipe's in these keys, and in these of its
-table ``expert``."""
+"""Keys of the training's table ``expert`` that differ from the recipe in these trials."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """Trials are what the choices of features are tried on.
+    """Trials have the data on which choices of features are tried.
 
     Attributes:
-        offered: what features can be formed of.
+        offered: the values that features can be formed from.
         window: the surrogate's window.
-        splits: trajectories to learn from, and others to judge by; the first ones are used, of
-            about ``SAMPLES`` samples.
-        eigenvalues: as of ``Problem``.
-        folder: place of the checkpoints.
+        splits: trajectories to train on, and others to judge by; the first ones are used, about
+            ``SAMPLES`` samples.
+        eigenvalues: as in ``Problem``.
+        folder: folder of the checkpoints.
     """
 
     offered: Offered
@@ -70,10 +69,10 @@ class Trials:
 
 
 def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
-    """Return the tables of a network whose features are left open, one for each choice.
+    """Return a network's tables with its open features chosen, one table for each choice.
 
-    Angles are taken by their directions first; of a serial chain, the loads on its base come
-    next. A network that must be odd sees the inputs as they are.
+    For angles, their directions come first; for a serial chain, the loads on its base come next. A
+    network that must be odd takes the inputs as they are.
     """
     plain = network.model_copy(update={"drive": ("inputs",)})
     if network.roles_are_named or not network.bias:
@@ -90,7 +89,7 @@ def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list
 def _of_chain(
     network: StateSpaceRecipe, offered: Offered, n_outputs: int
 ) -> list[StateSpaceRecipe]:
-    """Choices of a machine whose serial chain is known, the richest last."""
+    """Return choices for a machine with a known serial chain, the richest last."""
     assert offered.chain is not None
     loads = {"drive": ("wrench_change",), "static": ("wrench",)}
     found = [network.model_copy(update=loads)]
@@ -115,10 +114,10 @@ def _of_chain(
 def search_features(
     network: NetworkTable, training: TrainingTable, trials: Trials, progress: Stages
 ) -> tuple[NetworkTable, dict[str, History]]:
-    """Return the table with its features chosen, and how each choice did by its name.
+    """Return the table with its features chosen, and the result of each choice by its name.
 
-    There are no trials where there is but one choice. Trials that were done are read from their
-    checkpoints, whatever else has been learnt since from more trajectories.
+    With only one choice there are no trials. Finished trials are read from their checkpoints, also
+    if more trajectories were used since.
 
     Raises:
         TrainingError: no choice has a finite error.
@@ -155,7 +154,7 @@ def search_features(
 
 
 def described(table: StateSpaceRecipe) -> str:
-    """Return which features have which part in a network, for people."""
+    """Describe the features of a network and their roles, for users."""
     parts = {
         "drive": table.drive or (),
         "static": table.static or (),
@@ -169,7 +168,7 @@ def described(table: StateSpaceRecipe) -> str:
 def _try(
     table: StateSpaceRecipe, training: LeastSquaresRecipe, trials: Trials, place: Path
 ) -> History | None:
-    """Fit a choice shortly; give its best error as a history of one entry, None if it diverges."""
+    """Fit a choice briefly; return its best error as a history of one entry, or None."""
     most = {"order": ORDER, "hidden": HIDDEN}
     given = {key: getattr(table, key) for key in most}
     sizes = {k: n if given[k] == "auto" else min(n, given[k]) for k, n in most.items()}
@@ -201,7 +200,7 @@ def _first(split: Split) -> Split:
 
 
 def _scaling(split: Split) -> Affine:
-    """Scale outputs by their mean and standard deviation; measured ones may lack samples."""
+    """Scale outputs by their mean and standard deviation; measured outputs may have gaps."""
     outputs = split.outputs.reshape(-1, split.outputs.shape[2])
     outputs = outputs[np.isfinite(outputs).all(axis=1)]
     return Affine(outputs.mean(0), outputs.std(0))

@@ -1,4 +1,4 @@
-"""The paper's feed-forward network is a module of torch, which Adam trains."""
+"""The paper's feed-forward network is a torch module, trained with Adam."""
 
 from __future__ import annotations
 
@@ -24,31 +24,30 @@ FUSED: dict[str, Callable[[torch.Tensor], torch.Tensor]] = {
     "elu": torch.nn.functional.elu,
     "gelu": functools.partial(torch.nn.functional.gelu, approximate="tanh"),
 }
-"""Activations of which torch has a single kernel with its derivative.
+"""Activations that torch computes in a single kernel, with their derivative.
 
-The formulas that numpy and torch share give the same in several passes, which would make a
-training of small layers 1.3 to 2 times as long.
-"""
+The formulas shared by numpy and torch need several passes, which would make the training of small
+layers 1.3 to 2 times slower."""
 
 
 def activation(name: str) -> Callable[[torch.Tensor], torch.Tensor]:
-    """Return an activation of tensors of any shape, as fast as torch offers it."""
+    """Return an activation for tensors of any shape, in its fastest form in torch."""
     return FUSED.get(name) or (lambda values: ACTIVATIONS[name].value(values, torch))
 
 
 class FeedForwardModule(torch.nn.Module):
-    """A feed-forward module is a trainable network on a flattened window. Final.
+    """A FeedForwardModule is a trainable network on a flattened window. Final.
 
     This is the paper's network (section "Feedforward networks (FFN)"), with a linear skip
-    connection and a choice of the samples that it looks at as options.
+    connection and a selection of samples as options.
 
     Args:
         recipe: hidden widths, activation, bias, linear skip.
         n_samples: number of samples of the input sequence.
-        features: what the network sees of the inputs at each sample.
-        n_values: number of values that it gives.
-        ages: ages in samples of those that the network looks at, 0 for the newest, falling from
-            n_samples - 1; it looks at all samples if there are none.
+        features: the features formed at each sample.
+        n_values: number of values of the network.
+        ages: ages of the samples that the network takes, 0 for the newest, falling from n_samples
+            - 1; if empty, it takes all samples.
     """
 
     def __init__(
@@ -74,7 +73,7 @@ class FeedForwardModule(torch.nn.Module):
     def initialise(self, generator: torch.Generator) -> None:
         """Draw the weights: Xavier uniform (Glorot and Bengio, 2010), with zero biases.
 
-        The paper does so too (section "Training loss and validation error").
+        This is also the paper's choice (section "Training loss and validation error").
         """
         modules = [*self.linear, *([] if self.skip is None else [self.skip])]
         for module in modules:
@@ -87,13 +86,13 @@ class FeedForwardModule(torch.nn.Module):
         return self.values_of(self.seen(windows))
 
     def seen(self, windows: torch.Tensor) -> torch.Tensor:
-        """Pick samples that the network looks at, (..., n_seen, n_features), the oldest first."""
+        """Pick the samples that the network takes, (..., n_seen, n_features), the oldest first."""
         if not self.ages:
             return windows
         return windows[..., [self.n_samples - 1 - age for age in self.ages], :]
 
     def values_of(self, seen: torch.Tensor) -> torch.Tensor:
-        """Map the samples (B, n_seen, n_features) that the network looks at to (B, n_values)."""
+        """Map the picked samples (B, n_seen, n_features) to values (B, n_values)."""
         flat = seen.flatten(1)
         hidden = flat
         for index, linear in enumerate(self.linear):
@@ -127,7 +126,7 @@ def fit_feed_forward(
     training: TrainingRecipe,
     progress: Progress,
 ) -> FittedNetwork:
-    """Train the paper's feed-forward network by Adam.
+    """Train the paper's feed-forward network with Adam.
 
     Raises:
         TrainingError: the training diverged.

@@ -1,4 +1,4 @@
-"""A history holds the course of a training, what it tried, and what it may have missed."""
+"""A history has the course of a training, the options it tried, and remarks on the result."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class TriedSize:
-    """A tried size is one that the search for sizes has judged, in short runs.
+    """A TriedSize was judged by the search for sizes, in short runs.
 
     Attributes:
         order: number of states that carry the response.
         units: number of hidden units; 0 for a linear network.
         parameters: number of parameters.
-        validation_error: RMS in scaled units; None where no run was stable.
+        validation_error: RMS in scaled units; None if no run was stable.
         learnable_error: RMS of the part of that error that could be predicted from the inputs;
-            None where the search did not ask.
+            None if the search did not compute it.
     """
 
     order: int
@@ -27,14 +27,14 @@ class TriedSize:
 
 @dataclass(frozen=True)
 class TriedUnits:
-    """A kind of hidden units was tried on data whose largest amplitudes were held out.
+    """A TriedUnits is a kind of hidden units tried on data without the largest amplitudes.
 
     Attributes:
         units: the kind, as in recipes.
         number: number of hidden units.
         substeps: number of sub-steps.
-        validation_error: RMS in scaled units within the amplitudes that were learnt from.
-        error_beyond: RMS in scaled units at those that were held out; infinite where the network
+        validation_error: RMS in scaled units within the trained amplitudes.
+        error_beyond: RMS in scaled units at the larger amplitudes; infinite if the network
             diverged.
     """
 
@@ -47,19 +47,19 @@ class TriedUnits:
 
 @dataclass(frozen=True)
 class History:
-    """A history is the course of a training, with one entry for each validation.
+    """A History is the course of a training, with one entry for each validation.
 
     Attributes:
-        step: optimizer steps done until then.
-        training_error: error of the batches since the entry before, as the objective reports it.
+        step: number of optimizer steps so far.
+        training_error: error of the batches since the previous entry, as the objective reports it.
         validation_error: error on the validation windows, as the objective reports it.
-        sizes: what the search for sizes has judged, in its order; empty without a search.
-        units: kinds of hidden units that were tried; empty where the recipe names the kind.
+        sizes: sizes that the search has judged, in their order; empty without a search.
+        units: kinds of hidden units that were tried; empty if the recipe names the kind.
         remark: what the user should know about the result; None if there is nothing.
-        relative: whether the errors are relative RMSE: those of outputs over their standard
-            deviation, all samples weighted alike.
-        cpu_seconds: CPU time in s that it took, with the search for features before it; None
-            where it was not measured. Histories that differ in it alone are equal.
+        relative: whether the errors are relative RMSE: errors of outputs over their standard
+            deviation, with equal weights for all samples.
+        cpu_seconds: CPU time in s, including the search for features before; None if not measured.
+            Histories that differ only in it are equal.
     """
 
     step: tuple[int, ...]
@@ -74,13 +74,13 @@ class History:
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """A point of a learning curve.
+    """A CurvePoint is one point of a learning curve.
 
     Attributes:
-        trajectories: number of trajectories that were learnt from.
+        trajectories: number of training trajectories.
         validation_error: RMS on other trajectories, in scaled units.
-        training_error: RMS on those that were learnt from.
-        seconds: time that its data and its learning took.
+        training_error: RMS on the training trajectories.
+        seconds: time in s for its data and its training.
     """
 
     trajectories: int
@@ -91,9 +91,9 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class Curve:
-    """A learning curve, from few trajectories to many, and why it ended.
+    """A Curve is a learning curve, from few trajectories to many, and the reason why it ended.
 
-    ``ended`` is None as long as it has not ended.
+    ``ended`` is None while it has not ended.
     """
 
     points: tuple[CurvePoint, ...] = ()

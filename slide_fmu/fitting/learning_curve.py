@@ -1,8 +1,8 @@
-"""A learning curve: how the validation error falls with the number of trajectories.
+"""A learning curve shows the validation error by the number of trajectories.
 
-One network of moderate size goes on learning from twice as many trajectories, point by point. It
-starts each point with what it knows: the validation error falls with the iterations too, so it is
-the difference from the training error that shows whether more data would pay.
+One network of moderate size is trained on twice the number of trajectories, point by point. It
+starts each point with its weights so far. The validation error also falls with the iterations, so
+its difference from the training error shows whether more data would pay.
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 FIRST_ITERATIONS, ITERATIONS = 20, 10
-"""The first point of the curve takes at most the first number of iterations, each further one the
-second."""
+"""Largest number of iterations for the first point of the curve, and for each further one."""
 
 
 class LearningCurve:
-    """A learning curve of a recipe with a state-space network, on trajectories in a store. Final.
+    """A LearningCurve belongs to a recipe with a state-space network, and to a store. Final.
 
-    Points are asked for with rising numbers of trajectories. The first one fixes scalings and
-    features for all: errors in scaled units compare only where the scale is the same. A curve that
-    was broken off goes on from its checkpoint in the folder ``checkpoints``.
+    Points are requested with rising numbers of trajectories. The first one fixes scalings and
+    features for all, since errors in scaled units are comparable only with the same scale. An
+    interrupted curve resumes from its checkpoint in the folder ``checkpoints``.
     """
 
     def __init__(self, case: Case, store: Path, checkpoints: Path) -> None:
@@ -41,7 +40,7 @@ class LearningCurve:
         self._candidate: Candidate | None = None
 
     def errors(self, train: int, validation: int, progress: Progress) -> tuple[float, float]:
-        """Return validation and training error after learning from the first trajectories.
+        """Return validation and training error after training on the first ``train`` trajectories.
 
         Both are RMS in scaled units.
 
@@ -79,7 +78,7 @@ class LearningCurve:
 
 
 def _first(fit: MultiStart) -> Candidate:
-    """Return what the curve starts from: the sizes that are given, else moderate ones."""
+    """Return the start of the curve: the given sizes, or moderate ones."""
     order, hidden = fit.network.order, fit.network.hidden
     order = fit.first_order() if order == "auto" else order
     hidden = fit.dense_units(order, FIRST_UNITS if hidden == "auto" else hidden)

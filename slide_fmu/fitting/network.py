@@ -1,4 +1,4 @@
-"""A surrogate is fitted to trajectories: its network, without forecast, estimator and bound."""
+"""A surrogate's network is fitted to trajectories, without forecast, estimator and bound."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ FITS: dict[type, Callable[[Problem, Any, Any, Progress], FittedNetwork]] = {
 }
 """The fits of all families, by the class of the family's table in the recipe.
 
-They are given a problem, the recipe's tables of the network and of its training, and a progress;
-they raise a TrainingError where they diverge."""
+Arguments are a problem, the recipe's tables of the network and of its training, and a progress. A
+fit that diverges raises a TrainingError."""
 
 SURROGATE = "surrogate"
-"""The stage of the surrogate's network has this name in the progress and in the figures."""
+"""Name of the network's stage in the progress and in the figures."""
 
 MARGIN = 0.01
-"""Ranges of outputs in the training are wider by this part of their width at both ends."""
+"""Margin of the trained ranges of outputs at both ends, relative to their width."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a surrogate is a network that is fitted to trajectories.
+    """A Part is a network of a surrogate that is fitted to trajectories.
 
     Attributes:
         stage: its name in the progress and in the figures.
-        split: trajectories that it learns from.
-        judged_by: trajectories by which the best of the training is chosen.
-        output_scaling: from the standard deviations of these trajectories if None.
+        split: name of the training trajectories.
+        judged_by: name of the trajectories that select the best weights.
+        output_scaling: scaling of the outputs; from their standard deviations here if None.
     """
 
     stage: str = SURROGATE
@@ -56,12 +56,12 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fit is a surrogate, and how its trainings went.
+    """A Fit is a surrogate, and the histories of its trainings.
 
     Attributes:
-        surrogate: what was fitted.
-        histories: course of each training by its stage; one for each choice of features too.
-        recipe: the recipe, whose table of the network has the features and sizes that were found.
+        surrogate: the fitted surrogate.
+        histories: course of each training by its stage, and of each choice of features.
+        recipe: the recipe, whose table of the network has the features and sizes found.
     """
 
     surrogate: Surrogate
@@ -75,7 +75,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     Raises:
         StoreError: trajectories are missing.
         TrainingError: the training diverged.
-        RecipeError, UnstableModeError, ValueError: as of ``scales_of`` and ``prepare``.
+        RecipeError, UnstableModeError, ValueError: as for ``scales_of`` and ``prepare``.
     """
     recipe, source, known = work.recipe, work.case.source, work.known
     splits = work.splits(part.split, part.judged_by, *(["beyond"] if recipe.data.beyond else []))
@@ -108,7 +108,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
 def learnt_ranges(outputs: FloatArray) -> FloatArray:
     """Return the ranges of outputs, (n_trajectories, N, n_outputs), as (n_outputs, 2) values.
 
-    They are ``MARGIN`` of their width wider, for what a surrogate errs by.
+    They are wider by ``MARGIN`` of their width, for the errors of a surrogate.
     """
     low, high = (found(outputs, axis=(0, 1)) for found in (np.nanmin, np.nanmax))
     margin = MARGIN * (high - low)

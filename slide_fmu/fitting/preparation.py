@@ -1,7 +1,7 @@
-"""The data of a fit are prepared in one way, whichever network is to learn from them.
+"""The data of a fit are prepared in one way, for every network.
 
-First come scalings and what is known of the system (``scales_of``), then the features that the
-network sees (``prepare``), then the problem that a network family is given (``Prepared.problem``).
+The steps are scalings and knowledge of the system (``scales_of``), then the features of the
+network (``prepare``), then the problem for a network family (``Prepared.problem``).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Linearizable, Source
 
 LEARNT_BY = {"window", "network", "training", "parameters"}
-"""Tables of a recipe by which its network is learnt."""
+"""Tables of a recipe that determine the training of its network."""
 STILL = 1e-9
 """A standard deviation below this part of the range is rounding, not motion."""
 
@@ -47,10 +47,10 @@ Eigenvalues = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """All fits of one surrogate have this in common.
+    """Work has what all fits of one surrogate share.
 
     Attributes:
-        case: what is to be fitted, and where the trajectories come from.
+        case: the case to fit, with the source of its trajectories.
         store: folder of the trajectories.
         checkpoints: folder for the states of interrupted trainings.
         progress: opens the progress of each training.
@@ -71,7 +71,7 @@ class Work:
 
     @cached_property
     def offered(self) -> Offered:
-        """What features are formed of; inputs are scaled by their ranges, or as known.
+        """The values to form features from; inputs are scaled by their ranges, or as known.
 
         Raises:
             RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the
@@ -83,20 +83,20 @@ class Work:
 
     @property
     def device(self) -> torch.device:
-        """Networks are fitted on a GPU where there is one."""
+        """The device for fits: a GPU if there is one."""
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
 
     @property
     def linearized(self) -> bool:
-        """Tell whether the fit begins with the eigenvalues of the linearized system.
+        """Whether the fit begins with the eigenvalues of the linearized system.
 
-        Its data are in double precision then, whatever the training's precision.
+        Its data are then in double precision, whatever the training's precision.
         """
         return isinstance(self.recipe.network, StateSpaceRecipe)
 
     @property
     def start(self) -> StateSpace | None:
-        """The network that the fit begins with, if there is one."""
+        """The network that the fit begins with, if any."""
         network = None if self.known is None else self.known.network
         return network if isinstance(network, StateSpace) else None
 
@@ -111,14 +111,14 @@ class Work:
 
 @dataclass(frozen=True, eq=False)
 class Scales:
-    """Scales are what the data of a fit are relative to, before its features are chosen.
+    """Scales have scalings and knowledge of a fit, before its features are chosen.
 
     Attributes:
         outputs: scaling of the outputs.
-        eigenvalues: eigenvalues in 1/s of the system linearized at rest; None where they are not
-            known, or of no use.
-        noise: samples of the outputs' noise alone in scaled units, (N, n_outputs) each; None
-            where it is not known.
+        eigenvalues: eigenvalues in 1/s of the system linearized at rest; None if they are not
+            known or not useful.
+        noise: samples of the outputs' noise in scaled units, (N, n_outputs) each; None if it is
+            not known.
         key: key of the data, the machine and the recipe, for the names of checkpoints.
     """
 
@@ -130,14 +130,14 @@ class Scales:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Prepared data fix scalings and features; trajectories may be more than they came from.
+    """Prepared data fix scalings and features; more trajectories may be used with them later.
 
     Attributes:
-        work: what the fits have in common.
-        scales: scalings, and what is known of the system.
+        work: what the fits share.
+        scales: scalings, and knowledge of the system.
         table: the recipe's table of the network, with its features.
-        features: what the network sees of the inputs.
-        tried: how each choice of features did, by its name; empty where there was one alone.
+        features: the features of the network.
+        tried: result of each choice of features by name; empty if there was only one.
     """
 
     work: Work
@@ -147,10 +147,10 @@ class Prepared:
     tried: dict[str, History]
 
     def problem(self, splits: Sequence[Split], checkpoint: Path) -> Problem:
-        """Return the problem that trajectories are for a network family.
+        """Return the problem of a network family for these trajectories.
 
-        The splits are those to learn from, to validate by, and perhaps those beyond the range. The
-        checkpoint is the file for the state of an interrupted fit.
+        The splits are for training, for validation, and possibly beyond the range. ``checkpoint``
+        is the file for the state of an interrupted fit.
         """
         work, scales = self.work, self.scales
         training, validation, *beyond = (self._seen(split) for split in splits)
@@ -177,13 +177,13 @@ class Prepared:
 
 
 def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None) -> Scales:
-    """Return what the data of a fit are relative to.
+    """Return scalings and knowledge of the system for a fit.
 
-    The splits are as of ``Prepared.problem``. The scaling of the outputs is by default that of the
-    known surrogate, else that of the first split.
+    The splits are as for ``Prepared.problem``. By default the outputs have the scaling of the
+    known surrogate, or else of the first split.
 
     Raises:
-        ValueError: signs shall be flipped of signals that are not symmetric, or a signal never
+        ValueError: signs are to be flipped of signals that are not symmetric, or a signal never
             moves.
         UnstableModeError: a mode of the system linearized at rest grows.
     """
@@ -208,12 +208,12 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
 
 
 def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
-    """Choose the features of a fit: those of a known network, those that are named, or the best.
+    """Choose the features of a fit: of a known network, the named ones, or the best.
 
     Raises:
-        RecipeError: the features are left open, with physical parameters.
+        RecipeError: the recipe leaves features open, although it has physical parameters.
         TrainingError: no choice of features has a finite error.
-        ValueError: features never change, or do not change their sign where signs are flipped.
+        ValueError: features never change, or are not odd although signs are flipped.
     """
     recipe, start = work.recipe, work.start
     table, tried = recipe.network, dict[str, History]()
@@ -235,8 +235,8 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
 def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
     """Return the eigenvalues in 1/s of the system linearized at rest under its start inputs.
 
-    There is one of each conjugate pair, and none of rigid-body modes; None of a system that does
-    not offer to be linearized.
+    There is one eigenvalue of each conjugate pair, and none for rigid-body modes; None if the
+    system does not offer linearization.
 
     Raises:
         UnstableModeError: a mode grows.
@@ -249,9 +249,9 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
 
 
 def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
-    """Return the physical parameters of trajectories; None where the recipe has none.
+    """Return the physical parameters of trajectories; None if the recipe has none.
 
-    Eigenvalues are known where all corners of the parameters' box are linearized.
+    Eigenvalues are known if all corners of the parameters' box are linearized.
     """
     parameters, network = case.recipe.physical(), case.recipe.network
     if not parameters:
@@ -269,7 +269,7 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
 
 
 def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:
-    """Refuse to search for the features of a network with parameters: the search knows none.
+    """Refuse to search for features of a network with parameters: this is not supported.
 
     Raises:
         RecipeError: the recipe leaves the features open, and there are several choices.
@@ -286,7 +286,7 @@ def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) ->
 
 
 def require_symmetry(signals: tuple[Signal, ...]) -> None:
-    """Refuse to flip the signs of signals whose ranges do not lie evenly about 0.
+    """Refuse to flip the signs of signals whose ranges are not symmetric about 0.
 
     Raises:
         ValueError: a range is not symmetric; the message names the signal.
@@ -305,7 +305,7 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
     """Refuse data (..., n_signals) in which a signal never moves.
 
     Raises:
-        ValueError: nothing can be learnt about a signal, which the message names.
+        ValueError: a signal is constant, so nothing can be learnt about it; the message names it.
     """
     deviations = values.reshape(-1, len(signals)).std(axis=0)
     for signal, value in zip(signals, deviations, strict=True):
@@ -318,7 +318,7 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
 
 
 def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
-    """Scale by the middle of the signals' ranges and the standard deviation in the data.
+    """Return the scaling by the middle of the ranges and the standard deviation in the data.
 
     Raises:
         ValueError: an output never moves.

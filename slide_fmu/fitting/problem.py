@@ -1,9 +1,9 @@
-"""A problem is what a network family is given to learn from.
+"""A problem has the data that a network family is trained on.
 
-Inputs and outputs of motions go through four forms, each of which the next step needs. A ``Split``
-of the store has them in their units. ``Seen`` has them scaled, as features that a network sees.
-``WindowData`` cut windows out of them on the fly, at every phase, for networks without a state.
-``Segments`` are long pieces of them side by side, for networks with a state.
+Inputs and outputs of motions go through four forms. A ``Split`` of the store has them in their
+units. ``Seen`` has them scaled, as features of a network. ``WindowData`` cut windows out of them
+on the fly, at every phase, for networks without a state. ``Segments`` are long parts of them in
+parallel, for networks with a state.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import NetworkTable
 
 Which = Literal["training", "validation", "beyond"]
-"""The trajectories of a problem: to learn from, to choose by, and beyond the inputs' range."""
+"""The trajectories of a problem: for training, for validation, and beyond the inputs' range."""
 
 Seen = tuple[torch.Tensor, torch.Tensor]
 """Features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1, n_outputs), both in
@@ -34,23 +34,23 @@ scaled units."""
 
 
 def seen(features: FeatureMap, inputs: FloatArray, outputs: FloatArray) -> Seen:
-    """Return scaled inputs, (n_trajectories, N, n_inputs), and outputs as a network sees them.
+    """Return scaled inputs, (n_trajectories, N, n_inputs), as features, with the outputs.
 
-    They have the precision of the features and of the outputs.
+    Both have the precision of the features and of the outputs.
     """
     return torch.as_tensor(features.along(inputs)), torch.as_tensor(outputs)
 
 
 @dataclass(frozen=True, eq=False)
 class Physical:
-    """Physical parameters of trajectories: each trajectory has its own values.
+    """Physical has the physical parameters of trajectories: each trajectory has its own values.
 
     Attributes:
         basis: the polynomials that the weights follow.
         training: values in the parameters' units, shape (n_trajectories, n_parameters).
-        validation, beyond: the same of the other data; ``beyond`` is None if there are none.
+        validation, beyond: values for the other data; ``beyond`` is None if there are none.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, at the corners of the
-            parameters' box; None where they are not known.
+            parameters' box; None if they are not known.
     """
 
     basis: ParameterBasis
@@ -66,23 +66,22 @@ class Physical:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A problem is one regression, from features of input windows to scaled outputs.
+    """A Problem is one regression, from features of input windows to scaled outputs.
 
     Attributes:
         window: the surrogate's window.
-        features: what the network sees of the inputs.
-        training: trajectories to learn from.
-        validation: trajectories by which the weights are chosen.
-        checkpoint: file that holds the state of an interrupted fit.
+        features: the features of the network.
+        training: training trajectories.
+        validation: trajectories that select the weights.
+        checkpoint: file for the state of an interrupted fit.
         eigenvalues: eigenvalues in 1/s of the system linearized at rest, one of each conjugate
-            pair, without those of rigid-body modes; None where they are not known, as for
-            measured records.
-        beyond: trajectories beyond the inputs' range, learnt with a low weight; None if there are
-            none.
+            pair, without rigid-body modes; None if they are not known, as for measured records.
+        beyond: trajectories beyond the inputs' range, trained on with a low weight; None if there
+            are none.
         start: network that the fit begins with; None if it searches for one.
-        physical: the physical parameters that the weights shall follow; None if there are none.
-        noise: samples of the outputs' noise alone in scaled units, (N, n_outputs) each, by whose
-            spectrum residuals are weighted; None where it is not known.
+        physical: the physical parameters that the weights must follow; None if there are none.
+        noise: samples of the outputs' noise in scaled units, (N, n_outputs) each, whose spectrum
+            weights the residuals; None if it is not known.
     """
 
     window: Window
@@ -99,12 +98,12 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class FittedNetwork:
-    """A network was fitted to a problem.
+    """A FittedNetwork is a network fitted to a problem.
 
     Attributes:
         network: the network, frozen.
         history: course of its training.
-        table: the recipe's table of the network, with the sizes that were found.
+        table: the recipe's table of the network, with the sizes found.
     """
 
     network: Network

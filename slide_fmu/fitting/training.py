@@ -1,6 +1,6 @@
 """The training loop runs Adam with a schedule of rates and keeps the best validation weights.
 
-Loss, optimizer and the choice of the weights are those of the paper (section "Training loss and
+Loss, optimizer and the selection of weights follow the paper (section "Training loss and
 validation error"); warm-up, cosine decay and decoupled weight decay (AdamW: Loshchilov and Hutter,
 2019) are additions.
 """
@@ -23,30 +23,31 @@ from slide_fmu.fitting.windows import WindowData
 from slide_fmu.recipe.learning import TrainingRecipe
 
 VALIDATION_TARGETS, VALIDATION_LEAST = 16_384, 512
-"""A validation uses this many output samples, and at least this many windows: its figures are
+"""Number of output samples in a validation, and its smallest number of windows: its figures are
 stable and cost little."""
 
 VALIDATION_BATCH = 512
-"""A validation evaluates this many windows at once, which bounds its memory."""
+"""Number of windows that a validation evaluates at once, which limits its memory."""
 
 SEED_STRIDE = 1_000_003
-"""Two seeds are this many steps apart in their random numbers; torch's generator uses 32 bits."""
+"""Distance of two seeds in their random numbers; torch's generator uses 32 bits."""
 
 ADAM_EPSILON = {"float32": 1e-8, "float64": 1e-16}
-"""The guard of Adam's denominator lies far below gradients that each precision tells from zero."""
+"""Guard of Adam's denominator: far below the smallest significant gradients of each precision."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """An objective says what a training minimises and how the loss is reported.
+    """An Objective defines what a training minimises and how the loss is reported.
 
     Attributes:
-        loss: gives the mean loss of a batch from the model's values (B, n) and the targets (B, m).
-        error: gives the figure as which a mean loss is reported; it rises with the loss.
-        relative: whether the figure is a relative RMSE where outputs are scaled by their standard
+        loss: returns the mean loss of a batch from the model's values (B, n) and the targets (B,
+            m).
+        error: returns the reported figure for a mean loss; it rises with the loss.
+        relative: whether the figure is a relative RMSE if outputs are scaled by their standard
             deviation.
-        odd: whether the targets change their sign with the inputs, as the outputs of an odd
-            system do.
+        odd: whether the targets change their sign with the inputs, as the outputs of an odd system
+            do.
     """
 
     loss: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
@@ -58,7 +59,7 @@ class Objective:
 MEAN_SQUARE = Objective(
     lambda values, targets: (values - targets).square().mean(), math.sqrt, relative=True
 )
-"""The objective is the mean squared error, reported as RMSE (paper)."""
+"""The mean squared error, reported as RMSE (paper)."""
 
 
 def train(
@@ -72,18 +73,19 @@ def train(
 ) -> History:
     """Train a model in place to the weights of the best validation, and return the whole course.
 
-    A training that was killed goes on from its checkpoint and ends with the same weights as an
-    unbroken one: the order of the windows depends on the seed and the number of the step alone.
+    A training that was killed resumes from its checkpoint and ends with the same weights as an
+        uninterrupted one: the order of the windows depends only on the seed and the number of the
+        step.
 
     Args:
-        model: maps features of input windows (B, n_in, n_features) to what the objective compares
-            with the targets (B, n_out * n_targets).
-        training: windows to learn from.
-        validation: windows by which the weights are chosen.
+        model: maps features of input windows (B, n_in, n_features) to values that the objective
+            compares with the targets (B, n_out * n_targets).
+        training: training windows.
+        validation: windows that select the weights.
         recipe: optimizer, schedule of rates and number of steps.
-        checkpoint: file that holds the state between validations.
-        progress: is called at the start and after every validation.
-        objective: what is minimised.
+        checkpoint: file for the state between validations.
+        progress: called at the start and after every validation.
+        objective: defines what is minimised.
 
     Raises:
         TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be
@@ -102,7 +104,7 @@ def train(
     shown = Heard(progress, with_error=objective.relative)
     shown(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
-        # every step seeds anew: its batch is the same after a restart
+        # every step has its own seed, so its batch is the same after a restart
         generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
         windows, targets = _batch(training, recipe, objective, generator)
         for group in optimizer.param_groups:
@@ -138,7 +140,7 @@ def evaluate(
 ) -> float:
     """Return the error over windows in equal distances, as the objective reports it.
 
-    The same windows are used every time, so that two validations differ by the weights alone.
+    The same windows are used every time, so that two validations differ only by the weights.
 
     Raises:
         TrainingError: the model gives values that are not finite.

@@ -11,14 +11,14 @@ from slide_fmu.core.window import Window
 
 @dataclass(frozen=True, eq=False)
 class WindowData:
-    """Window data are the trajectories of one split, from which windows are cut.
+    """WindowData are the trajectories of one split, from which windows are cut.
 
     Windows are numbered from 0: first all phases of the first trajectory, then those of the next.
 
     Attributes:
         inputs: features of the inputs, shape (n_trajectories, N, n_features).
         targets: scaled targets, shape (n_trajectories, N + 1, n_targets).
-        window: says which inputs and targets belong together (the index law).
+        window: determines which inputs and targets belong together (the index law).
 
     Raises:
         ValueError: the trajectories are shorter than a window.
@@ -29,7 +29,7 @@ class WindowData:
     window: Window
 
     def __post_init__(self) -> None:
-        for name in ("inputs", "targets"):  # else every cut would copy all of them
+        for name in ("inputs", "targets"):  # otherwise every cut would copy all of them
             object.__setattr__(self, name, getattr(self, name).contiguous())
         if self.inputs.shape[1] < self.window.n_in:
             raise ValueError(
@@ -39,13 +39,13 @@ class WindowData:
 
     @property
     def n_windows(self) -> int:
-        """The data have this number of windows: all phases of all trajectories."""
+        """The number of windows: all phases of all trajectories."""
         return len(self.inputs) * (self.inputs.shape[1] - self.window.n_in + 1)
 
     def cut(self, numbers: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Cut windows by their numbers, shape (B,), each in 0 .. n_windows - 1.
 
-        They are features (B, n_in, n_features), and targets (B, n_out * n_targets), sample by
+        The result is features (B, n_in, n_features) and targets (B, n_out * n_targets), sample by
         sample.
         """
         per_trajectory = self.inputs.shape[1] - self.window.n_in + 1
@@ -57,7 +57,7 @@ class WindowData:
     def evenly_chosen(self, count: int) -> torch.Tensor:
         """Return the numbers of at least ``count`` windows in equal distances over all of them.
 
-        All windows are chosen where there are fewer.
+        All windows are chosen if there are fewer.
         """
         stride = max(1, self.n_windows // count)
         return torch.arange(0, self.n_windows, stride, device=self.inputs.device)
@@ -66,10 +66,10 @@ class WindowData:
 def _cut(
     values: torch.Tensor, trajectory: torch.Tensor, first: torch.Tensor, length: int
 ) -> torch.Tensor:
-    """Cut stretches of a length, (B, length, channels), out of trajectories.
+    """Cut parts of a length, (B, length, channels), out of trajectories.
 
-    Trajectory and first sample of each stretch have the shape (B,). All stretches are rows of one
-    strided view of the memory, so that taking some is one copy. Rows that run across the end of a
+    Trajectory and first sample of each part have the shape (B,). All parts are rows of one strided
+    view of the memory, so that a selection is one copy. Rows that run across the end of a
     trajectory exist in the view, but are never taken.
     """
     n_trajectories, samples, channels = values.shape

@@ -1,4 +1,4 @@
-"""From a surrogate to an FMU file and back."""
+"""A surrogate is written to an FMU file and read back."""
 
 from __future__ import annotations
 
@@ -26,36 +26,35 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 DESCRIPTION = "modelDescription.xml"
 DOCUMENTATION, EXTRA = "documentation", "extra"
-"""Folders for files that no runtime reads."""
+"""Folders for files that the runtime does not read."""
 SURROGATE = "resources/surrogate.slide"
 PROVENANCE = "resources/provenance.json"
 PROVENANCE_FORMAT = 2
-"""Format of the provenance. FMUs of other formats are refused: it is raised when a change of the
-recipe or of the measured figures makes those of FMUs unreadable."""
+"""Format of the provenance. It is raised when a change of the recipe or of the measured figures
+makes older FMUs unreadable; FMUs of other formats are refused."""
 
 LARGEST = 2_000_000_000
-"""Members of more bytes than this, together or alone, are not unpacked: surrogates are small."""
+"""Largest size of members in bytes, together or alone, to unpack: surrogates are small."""
 
 LARGEST_TEXT = 20_000_000
-"""Texts that are parsed have no more bytes: in memory they take up to a hundred times as many."""
+"""Largest size of texts to parse, in bytes: in memory they take up to a hundred times more."""
 
 LARGEST_SURROGATE = 200_000_000
-"""A surrogate of an FMU has no more bytes: they are enough for fifty million weights."""
+"""Largest size of a surrogate in an FMU, in bytes: enough for fifty million weights."""
 
 PARSED = {".csv", ".exp", ".json", ".srmd", ".ssv", ".xml"}
-"""Members with these endings are such texts."""
+"""Archive members with these suffixes are texts that are parsed."""
 
 Provenance = Mapping[str, Any]
-"""What an FMU says about its origin, as its JSON holds it: ``recipe``, the text; what was
-``resolved`` in it; ``seeds`` and ``versions``; the ``measured`` figures; what records and apps
-keep."""
+"""The origin of an FMU, as its JSON holds it: ``recipe``, the text; the ``resolved`` values;
+``seeds`` and ``versions``; the ``measured`` figures; and values of records and apps."""
 
 REMEDY = "get the file again, or write it anew (slide-fmu export)"
-"""What is to be done about a damaged FMU."""
+"""The remedy for a damaged FMU."""
 
 
 class FmuError(ValueError):
-    """A file is no FMU, no FMU of slide-fmu, or damaged."""
+    """A file is not an FMU, not an FMU of slide-fmu, or damaged."""
 
 
 def export_fmu(
@@ -72,14 +71,14 @@ def export_fmu(
 
     Args:
         surrogate: its name becomes the model identifier.
-        path: the FMU file; replaced as a whole when it is there.
+        path: the FMU file; an old file is replaced as a whole.
         fmi: version of the standard: 2.0 or 3.0.
-        provenance: where the surrogate comes from, as JSON values.
-        documentation: files of the documentation folder, by name, ``index.html`` first of all.
-            The folder ``licenses`` is written in any case.
-        extra: files of the folder ``extra``, by name, which no runtime reads.
-        sources: also write the C sources, for targets that the libraries are not for; "scalar":
-            those without vector types and dynamic memory, for controllers.
+        provenance: origin of the surrogate, as JSON values.
+        documentation: files of the documentation folder, by name; ``index.html`` is the first
+            page. The folder ``licenses`` is always written.
+        extra: files of the folder ``extra``, by name; the runtime does not read them.
+        sources: whether to write the C sources too, for targets without a compiled library;
+            "scalar": sources without vector types and dynamic memory, for controllers.
 
     Returns:
         The path.
@@ -87,7 +86,7 @@ def export_fmu(
     Raises:
         ValueError: names of variables, documentation or extra files are not usable.
         FileNotFoundError: the runtime has not been compiled.
-        NativeError: scalar sources: there is no compiled library for this computer.
+        NativeError: scalar sources need a compiled library for this computer, and there is none.
         OSError: the file cannot be written.
     """
     path = Path(path)
@@ -121,20 +120,19 @@ def export_fmu(
 def load(path: str | Path) -> Surrogate:
     """Read the surrogate out of an FMU or of a surrogate file.
 
-    What the file is follows from its content, not from its name. The surrogate predicts in numpy
-    what the FMU answers in C.
+    The content of the file decides what it is, not its name. The surrogate computes in numpy the
+    same results as the FMU in C.
 
     Args:
-        path: an FMU that slide-fmu wrote (``.fmu``), or a surrogate file, as a training leaves it
-            in its run folder (``surrogate.slide``).
+        path: an FMU that slide-fmu wrote (``.fmu``), or a surrogate file from a run folder
+            (``surrogate.slide``).
 
     Returns:
         The surrogate, with its error estimator if it has one.
 
     Raises:
         FileNotFoundError: there is no such file.
-        FmuError: the file is neither, or it is an FMU that slide-fmu did not write, or a damaged
-            one.
+        FmuError: the file is neither, or an FMU that slide-fmu did not write, or damaged.
         PayloadError: the surrogate file is damaged, or of another version.
         OSError: the file cannot be read.
     """
@@ -162,8 +160,8 @@ def read_fmu(path: Path) -> tuple[Surrogate, Provenance | None]:
     """Read the surrogate and its provenance from an FMU.
 
     Raises:
-        FmuError: the file is no FMU, no FMU of slide-fmu, damaged, or one of another version whose
-            provenance has another format.
+        FmuError: the file is not an FMU, not an FMU of slide-fmu, damaged, or its provenance has
+            the format of another version.
         OSError: the file cannot be read.
     """
     beginning = read_member(path, SURROGATE, len(MAGIC))
@@ -184,7 +182,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, Provenance | None]:
         )
     provenance = _read_provenance(path)
     try:
-        if beginning != MAGIC:  # then nothing of it is worth unpacking
+        if beginning != MAGIC:  # it is not a surrogate, so nothing more is unpacked
             Surrogate.from_bytes(beginning)
         with _opened(path, SURROGATE) as member:
             if member is not None:
@@ -196,7 +194,7 @@ def read_fmu(path: Path) -> tuple[Surrogate, Provenance | None]:
 
 
 def _read_provenance(path: Path) -> Provenance | None:
-    """Read where a surrogate comes from; None where its FMU does not say it."""
+    """Read the origin of a surrogate; None if the FMU does not contain it."""
     provenance = read_json(path, PROVENANCE)
     if provenance is not None and provenance.pop("format", None) != PROVENANCE_FORMAT:
         versions = provenance.get("versions")
@@ -210,16 +208,16 @@ def _read_provenance(path: Path) -> Provenance | None:
 
 
 def _tool_of(path: Path) -> str | None:
-    """Return the tool that made an FMU, where the FMU tells it."""
+    """Return the tool that made an FMU, if the FMU names it."""
     found = re.search(rb'generationTool="([^"]*)"', read_member(path, DESCRIPTION) or b"")
     return None if found is None else found[1].decode("utf-8", "replace")
 
 
 def read_json(path: Path, name: str) -> JsonObject | None:
-    """Read a JSON object in an FMU, or None when there is no such file; null stands for NaN.
+    """Read a JSON object in an FMU; None if there is no such file; null stands for NaN.
 
     Raises:
-        FmuError: the file is no zip archive or is damaged, or holds no JSON object.
+        FmuError: the file is not a zip archive or is damaged, or has no JSON object.
         OSError: the file cannot be read.
     """
     text = read_member(path, name)
@@ -227,7 +225,7 @@ def read_json(path: Path, name: str) -> JsonObject | None:
         return None
     try:
         found = json.loads(text, parse_constant=lambda constant: None)
-        # halves of characters and numbers without end could not be written again
+        # lone surrogate characters and infinite numbers could not be written again
         json.dumps(found, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
         raise FmuError(f"{path}: {name} is no JSON: {error}; {REMEDY}") from error
@@ -237,15 +235,15 @@ def read_json(path: Path, name: str) -> JsonObject | None:
 
 
 def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | None:
-    """Read one file of an FMU, or None when it has no such file.
+    """Read one file of an FMU; None if it has no such file.
 
     Args:
         path: the FMU.
-        name: of the file in it.
-        beginning: read so many bytes at most; all if None.
+        name: name of the file in it.
+        beginning: largest number of bytes to read; all if None.
 
     Raises:
-        FmuError: the file is no zip archive or is damaged, or what is read is very large.
+        FmuError: the file is not a zip archive or is damaged, or the content is very large.
         OSError: the file cannot be read.
     """
     with _opened(path, name) as member:
@@ -256,10 +254,10 @@ def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | 
 
 @contextmanager
 def _opened(path: Path, name: str) -> Iterator[tuple[IO[bytes], int] | None]:
-    """Open one file of an FMU, and tell its size in bytes; None when it has no such file.
+    """Open one file of an FMU, with its size in bytes; None if it has no such file.
 
     Raises:
-        FmuError, OSError: as of ``read_member``, in the block too.
+        FmuError, OSError: as for ``read_member``, also within the block.
     """
     try:
         with open_archive(path) as archive:
@@ -284,17 +282,17 @@ def _opened(path: Path, name: str) -> Iterator[tuple[IO[bytes], int] | None]:
 
 
 def _most_bytes(name: str) -> int:
-    """Return how many bytes a file of an FMU may have."""
+    """Return the largest number of bytes that a file of an FMU may have."""
     if name == SURROGATE:
         return LARGEST_SURROGATE
     return LARGEST_TEXT if PurePosixPath(name).suffix in PARSED else LARGEST
 
 
 def read_folder(path: Path, folder: str) -> dict[str, bytes]:
-    """Read the files of a folder of an FMU, by their names in it; none if there is no such folder.
+    """Read the files of a folder of an FMU, by name; empty if there is no such folder.
 
     Raises:
-        FmuError: the file is no zip archive or is damaged, or what is read is very large.
+        FmuError: the file is not a zip archive or is damaged, or the content is very large.
         OSError: the file cannot be read.
     """
     try:
@@ -307,7 +305,7 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
 
 
 def _no_archive(path: Path, error: Exception) -> FmuError:
-    """Say that a file is no FMU, and what else it is by its name."""
+    """Return an error: a file is not an FMU, with the kind that its name suggests."""
     other = file_of_another_kind(path, "an FMU (.fmu)")
     if other is not None and path.suffix != ".fmu":
         return FmuError(f"{path} {other}")

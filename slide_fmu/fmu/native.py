@@ -1,6 +1,7 @@
-"""A surrogate on the kernels of the C runtime, without FMI: records and windows, on all cores.
+"""A surrogate runs on the kernels of the C runtime without FMI: sequences and windows, on all
+cores.
 
-The compiled library exports the functions of ``runtime/native/native.h`` beside those of FMI.
+The compiled library exports the functions of ``runtime/native/native.h`` in addition to FMI's.
 """
 
 from __future__ import annotations
@@ -28,16 +29,16 @@ from slide_fmu.surrogate.surrogate import Surrogate
 __all__ = ["NativeError", "NativeSurrogate", "kernels", "library_path"]
 
 TOGETHER, TOGETHER_BACK = 32, 8
-"""Records that go together in the C runtime (``record_kernel.h``), and those on the way back, in
-double precision: threads share whole groups."""
+"""Number of sequences evaluated together in the C runtime (``record_kernel.h``), and in reverse
+mode, in double precision. Threads share whole groups."""
 
 
 class NativeSurrogate:
     """A NativeSurrogate is a surrogate in the C runtime. Final.
 
     Args:
-        surrogate: what is evaluated.
-        kernel: index into ``kernels()`` of that of the network.
+        surrogate: the surrogate to evaluate.
+        kernel: index into ``kernels()``, for the network's kernel.
 
     Raises:
         NativeError: there is no compiled library, or it refuses the surrogate.
@@ -50,13 +51,14 @@ class NativeSurrogate:
     def predict_windows(self, windows: NDArray[Any], threads: int | None = None) -> FloatArray:
         """Predict the outputs of single windows, as ``Surrogate.predict_windows`` does.
 
-        Overlapping windows of a record, as ``numpy.lib.stride_tricks.sliding_window_view`` gives
-        them, are read in place: the record is scaled once. (Features that look at inputs before
-        the newest are formed window by window: before a window its first input counts.)
+        Overlapping windows of a sequence, as from ``numpy.lib.stride_tricks.sliding_window_view``,
+        are read in place: the sequence is scaled once. (Features that need inputs before the
+        newest one are formed window by window: a window counts as constant before its first
+        input.)
 
         Args:
             windows: physical inputs, shape (B, n_in, n_inputs).
-            threads: that share the windows; one per core if None.
+            threads: number of threads that share the windows; one per core if None.
 
         Returns:
             Outputs, shape (B, n_out, n_outputs), in the outputs' units.
@@ -70,12 +72,12 @@ class NativeSurrogate:
         count = checked_threads(threads)
         if len(array) == 0:
             return np.empty((0, window.n_out, len(surrogate.outputs)))
-        record, step = _record_behind(array)
-        if not np.all(np.isfinite(record)):
+        sequence, step = _sequence_behind(array)
+        if not np.all(np.isfinite(sequence)):
             raise ValueError("windows hold values that are not finite; expected numbers")
         network = surrogate.network
         if isinstance(network, FeedForward):
-            scaled = surrogate.input_scaling.apply(record)
+            scaled = surrogate.input_scaling.apply(sequence)
             shape = (len(array), step, window.n_in)
             values = Layers(network, self._handles).windows(scaled, shape, count)
             blocks = values.reshape(len(array), window.n_out, len(surrogate.outputs))
@@ -83,24 +85,25 @@ class NativeSurrogate:
         if not isinstance(network, StateSpace):
             raise self._unknown("batches", "predict_windows")
         outputs = np.empty((len(array), window.n_out, len(surrogate.outputs)))
-        self._cells(record, (window.n_in, step, 0), outputs, count)
+        self._cells(sequence, (window.n_in, step, 0), outputs, count)
         return outputs
 
-    def predict(self, records: NDArray[Any], threads: int | None = None) -> FloatArray:
-        """Predict whole records as a co-simulation does, many of them side by side.
+    def predict(self, sequences: NDArray[Any], threads: int | None = None) -> FloatArray:
+        """Predict whole sequences as a co-simulation does, many of them in parallel.
 
-        Of feed-forward networks the results are those of ``Surrogate.predict_newest``. A network
-        of cells runs one state along each record. It begins with what ``predict_newest`` has at
-        the first sample, the first input held for n_in samples, and forgets nothing after that,
-        where ``predict_newest`` starts its states anew every n_in samples. So both agree, but for
-        rounding, in the first n_in - n_out + 1 samples, and after that they differ by what the
-        surrogate's memory is too short for: its truncation error (``docs/runtime.md`` has it for
-        released FMUs). With n_in = n_out = N, ``predict_windows``
-        of records that rest at first is the same.
+        With feed-forward networks the results are equal to ``Surrogate.predict_newest``. A
+        state-space network runs one state along each sequence. It starts like ``predict_newest``,
+        with the first input held for n_in samples. After that it forgets nothing, while
+        ``predict_newest`` restarts its states every n_in samples. So both agree, up to rounding,
+        in the first n_in - n_out + 1 samples. After that they differ by the effect of the
+        surrogate's finite memory, its truncation error (``docs/runtime.md`` has it for released
+        FMUs). ``predict_windows`` with n_in = n_out = N gives the same for sequences that start at
+        rest.
 
         Args:
-            records: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
-            threads: that share the records; one per core if None. Results do not depend on it.
+            sequences: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
+            threads: number of threads that share the sequences; one per core if None. Results do
+                not depend on it.
 
         Returns:
             Outputs at samples 1 .. N, shape (B, N, n_outputs) or (N, n_outputs), in their units.
@@ -110,12 +113,12 @@ class NativeSurrogate:
             NativeError: a feature is not finite.
         """
         surrogate = self.surrogate
-        array, count = self._checked_records(records), checked_threads(threads)
+        array, count = self._checked_sequences(sequences), checked_threads(threads)
         outputs = np.empty((*array.shape[:2], len(surrogate.outputs)))
         if isinstance(surrogate.network, FeedForward):
             layers = Layers(surrogate.network, self._handles)
-            for record, output in zip(array, outputs, strict=True):
-                values = layers.along(surrogate.input_scaling.apply(record), count)
+            for sequence, output in zip(array, outputs, strict=True):
+                values = layers.along(surrogate.input_scaling.apply(sequence), count)
                 newest = values[:, -len(surrogate.outputs) :].astype(np.float64)
                 output[:] = surrogate.output_scaling.invert(newest)
         elif isinstance(surrogate.network, StateSpace):
@@ -123,36 +126,37 @@ class NativeSurrogate:
             shape = (samples, samples, surrogate.window.n_in - 1)
             self._cells(array.reshape(-1, channels), shape, outputs, count)
         else:
-            raise self._unknown("records", "predict_newest_batch")
-        return outputs if np.ndim(records) == 3 else outputs[0]
+            raise self._unknown("sequences", "predict_newest_batch")
+        return outputs if np.ndim(sequences) == 3 else outputs[0]
 
     def vjp(
-        self, records: NDArray[Any], weights: NDArray[Any], threads: int | None = None
+        self, sequences: NDArray[Any], weights: NDArray[Any], threads: int | None = None
     ) -> FloatArray:
         """Compute the gradient of a weighted sum of the outputs of ``predict`` by all inputs.
 
-        Reverse mode in double precision, features included: those of a serial chain by
-        differences of a few points, exact to about 1e-12 of the largest terms, everything else in
-        closed form. What is differentiated is what ``predict`` computes, so an input of a first
-        sample also counts as held before the record. The memory that is needed beside the
-        arguments is that of a block of samples, and a state for each block.
+        It is reverse mode in double precision, including features. Features of a serial chain use
+        differences of a few points, exact to about 1e-12 of the largest terms; everything else has
+        closed form. The derivative is that of ``predict``, so a first input also counts as
+        constant before the sequence. In addition to the arguments, memory is needed for one block
+        of samples, and for one state per block.
 
         Args:
-            records: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
+            sequences: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.
             weights: of the outputs, shape (B, N, n_outputs) or (N, n_outputs).
-            threads: that share the records; one per core if None. Results do not depend on it.
+            threads: number of threads that share the sequences; one per core if None. Results do
+                not depend on it.
 
         Returns:
-            Derivative of sum(weights * outputs) by the inputs, of the shape of the records; in
+            Derivative of sum(weights * outputs) by the inputs, in the shape of the sequences; in
             weight times output unit per input unit.
 
         Raises:
             ValueError: wrong shapes, values that are not finite, or no threads.
-            NativeError: the network is no cell, or a feature is not finite.
+            NativeError: the network is not a state-space network, or a feature is not finite.
         """
         surrogate = self.surrogate
-        array, count = self._checked_records(records), checked_threads(threads)
-        expected = (*np.shape(records)[:-1], len(surrogate.outputs))
+        array, count = self._checked_sequences(sequences), checked_threads(threads)
+        expected = (*np.shape(sequences)[:-1], len(surrogate.outputs))
         if np.shape(weights) != expected:
             raise ValueError(f"weights: shape {np.shape(weights)}; expected {expected}")
         of_outputs = np.ascontiguousarray(weights, dtype=np.float64)
@@ -175,19 +179,19 @@ class NativeSurrogate:
             )
 
         self._handles.run(run, groups(len(array), TOGETHER_BACK, count))
-        return slopes.reshape(np.shape(records))
+        return slopes.reshape(np.shape(sequences))
 
-    def _checked_records(self, records: NDArray[Any]) -> FloatArray:
-        """Records of shape (B, N, n_inputs), which lie in one piece of memory."""
-        channels, shape = len(self.surrogate.inputs), np.shape(records)
+    def _checked_sequences(self, sequences: NDArray[Any]) -> FloatArray:
+        """Return sequences of shape (B, N, n_inputs) in contiguous memory."""
+        channels, shape = len(self.surrogate.inputs), np.shape(sequences)
         if len(shape) not in (2, 3) or shape[-1] != channels or shape[-2] < 1:
             raise ValueError(
-                f"records: shape {shape}; expected (B, N, {channels}), or (N, {channels}) of a "
+                f"sequences: shape {shape}; expected (B, N, {channels}), or (N, {channels}) of a "
                 "single one, with at least one sample"
             )
-        array = np.ascontiguousarray(records, dtype=np.float64).reshape(-1, *shape[-2:])
+        array = np.ascontiguousarray(sequences, dtype=np.float64).reshape(-1, *shape[-2:])
         if not np.all(np.isfinite(array)):
-            raise ValueError("records hold values that are not finite; expected numbers")
+            raise ValueError("sequences hold values that are not finite; expected numbers")
         return array
 
     def _cells(
@@ -197,11 +201,12 @@ class NativeSurrogate:
         outputs: FloatArray,
         threads: int,
     ) -> None:
-        """Run cells along records, some groups of them in each thread.
+        """Run cells along sequences; each thread takes some groups of them.
 
-        The inputs (samples, n_inputs) hold one record after the other; shape: samples of each,
-        samples between the first ones of two, and those that the first input is held before. The
-        outputs, (B, n_given, n_outputs), are those of the last n_given samples of each.
+        The inputs (samples, n_inputs) hold one sequence after the other. ``shape`` has the samples
+        of each, the distance between the starts of two, and the number of samples that the first
+        input is held before. The outputs, (B, n_given, n_outputs), belong to the last n_given
+        samples of each.
         """
         rows = np.ascontiguousarray(inputs)
         length, step, held = shape
@@ -225,10 +230,10 @@ class NativeSurrogate:
         )
 
 
-def _record_behind(windows: FloatArray) -> tuple[FloatArray, int]:
-    """The record (samples, channels) that windows are cut from, and the samples between them.
+def _sequence_behind(windows: FloatArray) -> tuple[FloatArray, int]:
+    """Return the sequence (samples, channels) that windows are cut from, and their distance.
 
-    Windows that are no parts of a record are laid out one after the other.
+    Windows that are not parts of one sequence are copied one after the other.
     """
     count, n_in, channels = windows.shape
     between, sample, _ = windows.strides

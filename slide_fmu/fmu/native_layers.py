@@ -1,4 +1,5 @@
-"""Feed-forward networks on the kernels of the C runtime: windows, and every sample of a record."""
+"""Feed-forward networks run on the kernels of the C runtime: windows, or every sample of a
+sequence."""
 
 from __future__ import annotations
 
@@ -13,11 +14,11 @@ from slide_fmu.network.feed_forward.network import FeedForward
 
 
 class Layers:
-    """Layers are a feed-forward network in the C runtime. Final.
+    """Layers run a feed-forward network in the C runtime. Final.
 
     Args:
         network: the network.
-        handles: the surrogate that it belongs to; threads share the first one.
+        handles: the surrogate that it belongs to; threads share the first handle.
     """
 
     def __init__(self, network: FeedForward, handles: Handles) -> None:
@@ -28,36 +29,36 @@ class Layers:
     ) -> NDArray[np.float32]:
         """Evaluate windows of scaled rows (samples, n_inputs).
 
-        The shape is the number of windows, the samples between two of them, and those of each.
-        The values of every evaluation, (K, n_values), are one a window, or one at each of its
-        last positions.
+        ``shape`` has the number of windows, the distance between two of them, and the samples of
+        each. Values (K, n_values) are returned, one for each window, or one for each of its last
+        positions.
         """
         count, step, n_in = shape
         if self._network.features.features.n_before > 0:
             starts = step * np.arange(count)[:, None] + np.arange(n_in)
-            records, step = scaled[starts], n_in
+            sequences, step = scaled[starts], n_in
         else:
-            records = scaled[None]
+            sequences = scaled[None]
         last = n_in - self._network.n_samples + 1
         firsts = step * np.arange(count)[:, None] + np.arange(last)
-        return self._evaluated(records, firsts.reshape(-1), threads)
+        return self._evaluated(sequences, firsts.reshape(-1), threads)
 
     def along(self, scaled: FloatArray, threads: int) -> NDArray[np.float32]:
-        """Evaluate at every sample of a scaled record, (N, n_inputs), to (N, n_values).
+        """Evaluate at every sample of a scaled sequence, (N, n_inputs), to (N, n_values).
 
-        Before the record its first sample is held.
+        The first sample counts as constant before the sequence.
         """
         lead = ((self._network.n_samples - 1, 0), (0, 0))
         padded = np.pad(scaled, lead, mode="edge")
         return self._evaluated(padded[None], np.arange(len(scaled)), threads)
 
     def _evaluated(
-        self, records: FloatArray, firsts: NDArray[np.int64], threads: int
+        self, sequences: FloatArray, firsts: NDArray[np.int64], threads: int
     ) -> NDArray[np.float32]:
-        """Values (K, n_values) of the network's windows that start at K rows of the records."""
+        """Return values (K, n_values) of windows that start at K rows of the sequences."""
         network, seen = self._network, self._network.features
         with np.errstate(all="ignore"):
-            features = seen.along(records).reshape(-1, seen.n_signals)
+            features = seen.along(sequences).reshape(-1, seen.n_signals)
         rows = np.ascontiguousarray(features, dtype=np.float32)
         if not np.all(np.isfinite(rows)):
             raise NativeError("a feature of the inputs is not finite")
@@ -71,7 +72,7 @@ class Layers:
         return values
 
     def _share(self, begins: NDArray[np.uintp], values: NDArray[np.float32], threads: int) -> None:
-        """Each thread evaluates some of the windows, which begin at these places of memory."""
+        """Let each thread evaluate some of the windows, which begin at these places of memory."""
         bounds = np.linspace(0, len(begins), threads + 1).astype(int)
         function, handle = self._handles.library.slide_native_layers, self._handles.first
 

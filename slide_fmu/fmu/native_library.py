@@ -1,6 +1,6 @@
-"""The compiled library without FMI: its functions, and surrogates opened in it.
+"""The compiled library is used without FMI: its functions, and surrogates opened in it.
 
-They are those of ``runtime/native/native.h``.
+The functions are declared in ``runtime/native/native.h``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from slide_fmu.fmu.libraries.build import BINARIES, PYTHON_LIBRARIES
 
 MESSAGE = 400
-"""Bytes for the message of a refusal."""
+"""Length of the buffer for an error message, in bytes."""
 
 
 class NativeError(RuntimeError):
@@ -28,7 +28,7 @@ class NativeError(RuntimeError):
 
 
 def kernels() -> list[str]:
-    """Name the kernels that this processor supports, the fastest first.
+    """Return the names of the kernels that this processor supports, the fastest first.
 
     Raises:
         NativeError: there is no compiled library.
@@ -41,15 +41,15 @@ def kernels() -> list[str]:
 
 
 class Handles:
-    """Handles are one surrogate, opened in the library as often as threads use it at once. Final.
+    """Handles open one surrogate in the library as many times as threads use it at once. Final.
 
     Args:
-        name: of the surrogate, for messages.
+        name: name of the surrogate, for messages.
         payload: the surrogate file.
-        kernel: index into ``kernels()`` of that of the network.
+        kernel: index into ``kernels()``, for the network's kernel.
 
-    Attributes:
-        library: what has the functions that take a handle.
+        Attributes:
+            library: has the functions that take a handle.
 
     Raises:
         NativeError: there is no compiled library, or it refuses the surrogate.
@@ -63,7 +63,7 @@ class Handles:
 
     @property
     def first(self) -> int:
-        """The handle that is always open; functions that only read it may share it."""
+        """The handle that is always open; functions that only read may share it."""
         return self._handles[0]
 
     def _open(self) -> int:
@@ -77,12 +77,12 @@ class Handles:
         return int(handle)
 
     def run(self, task: Callable[[int, slice], int], parts: list[slice]) -> None:
-        """Do each part of some records with a handle of its own, which has states and scratch.
+        """Do each part of some sequences with its own handle, which has states and scratch memory.
 
         The task takes the handle and the part, and returns 0 on success.
 
         Raises:
-            NativeError: it does not.
+            NativeError: a task failed.
         """
         if not parts:
             return
@@ -100,12 +100,13 @@ class Handles:
 
 
 def memory_sizes(payload: bytes, fmi: int, steps_per_sample: int) -> tuple[int, int]:
-    """Measure the most memory that an FMU's instance takes, on any processor, in bytes.
+    """Return an upper limit of the memory of an FMU's instance, on any processor, in bytes.
 
     Args:
         payload: the surrogate file.
         fmi: major version of the FMU's standard.
-        steps_per_sample: that are told apart, the macro ``SLIDE_STEPS_PER_SAMPLE``.
+        steps_per_sample: number of communication steps that are distinguished in a sample step, as
+            in the macro ``SLIDE_STEPS_PER_SAMPLE``.
 
     Returns:
         Bytes of an instance whose name has at most 255 characters, and of one saved state.
@@ -121,17 +122,17 @@ def memory_sizes(payload: bytes, fmi: int, steps_per_sample: int) -> tuple[int, 
 
 
 def groups(count: int, together: int, threads: int) -> list[slice]:
-    """Give slices of so many records, at most one for each thread, of whole groups."""
+    """Return slices of ``count`` sequences, at most one for each thread, of whole groups."""
     whole = -(-count // together)
     bounds = np.linspace(0, whole, min(threads, whole) + 1).astype(int) * together
     return [slice(first, last) for first, last in pairwise(bounds.tolist())]
 
 
 def checked_threads(threads: int | None) -> int:
-    """Tell how many threads share the work: one per core if nothing is said.
+    """Return the number of threads that share the work: one per core by default.
 
     Raises:
-        ValueError: it is to be none.
+        ValueError: the number is below 1.
     """
     count = _available_cores() if threads is None else threads
     if count < 1:
@@ -146,10 +147,10 @@ def _available_cores() -> int:
 
 
 def load_library() -> ctypes.CDLL:
-    """Load the compiled library, whose functions then know what they take and give.
+    """Load the compiled library, and declare the types of its functions.
 
     Raises:
-        NativeError: there is none.
+        NativeError: the library is missing.
     """
     path = library_path()
     if not path.is_file():
@@ -177,9 +178,9 @@ def library_path() -> Path:
     """Find the compiled library for Python of this platform.
 
     Raises:
-        NativeError: there is none for it.
+        NativeError: there is no library for this platform.
     """
-    import fmpy  # here, since exports need sizes only of scalar sources
+    import fmpy  # imported late: only exports of scalar sources need sizes
 
     names = [name for name in PYTHON_LIBRARIES if name.startswith(f"{fmpy.platform_tuple}/")]
     if not names:

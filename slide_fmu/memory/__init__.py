@@ -1,7 +1,7 @@
 """This room finds how long a system and its surrogate remember: modes, decay, stability.
 
-``modes`` gives the eigenvalues of a linearized system, ``decay`` the time in which initial effects
-vanish along a motion, and ``convergence`` measures it. ``sizing`` finds the window that a recipe
-needs, and ``stability`` tests whether a recursive network forgets its state and stays bounded.
+``modes`` gives the eigenvalues of a linearized system. ``decay`` gives the time in which initial
+effects vanish along a motion, and ``convergence`` measures it. ``sizing`` finds the window that a
+recipe needs. ``stability`` tests whether a recursive network forgets its state and stays bounded.
 Nothing is trained here.
 """

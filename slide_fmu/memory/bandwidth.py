@@ -1,9 +1,9 @@
-"""A sample step is proposed for a system, from the spectrum of its outputs.
+"""A sample step is proposed for a system from the spectrum of its outputs.
 
-A step is proposed before there is a recipe: inputs are drawn anew over their whole range every few
-samples, so that they move at all frequencies, and the step follows from the frequency up to which
-the outputs answer. In between the inputs go back to the same values, and outputs are looked at
-there alone: what follows the inputs at once, by whatever law, is then always the same.
+The step is proposed before there is a recipe. Inputs are drawn over their whole range every few
+samples, so that they contain all frequencies. The step follows from the frequency up to which the
+outputs respond. In between the inputs return to the same values, and outputs are evaluated only
+there: a static part of the response, of any law, is then always the same.
 """
 
 from __future__ import annotations
@@ -20,46 +20,46 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 
 GAIN = 0.2
-"""Beyond its bandwidth an output answers with less than this part of its largest gain: a lag of
-first order at five times its corner, a weakly damped resonance a little above it. What is beyond
-hardly counts, and to follow it would make the window many times as long."""
+"""Beyond its bandwidth an output responds with less than this fraction of its largest gain: a lag
+of first order at five times its corner frequency, a weakly damped resonance a little above its
+own. Higher frequencies hardly count, and following them would lengthen the window many times."""
 SMOOTHED = 16
-"""A spectrum is the mean over about this many parts of a motion, which makes it smooth."""
+"""Approximate number of parts of a motion over which a spectrum is averaged, to smooth it."""
 SAMPLES_PER_PERIOD = {"zero_order": 5.0, "first_order": 10.0}
-"""Samples in a period of the bandwidth; a resonance below it gets about twice as many. How inputs
-that move go on within a step is forecast from their past: that takes more samples."""
+"""Samples in a period of the bandwidth; a resonance below it gets about twice that number. Moving
+inputs are forecast within a step from their past, which takes more samples."""
 SAMPLES, LEAD_IN = 4096, 1024
-"""Samples of a spectrum, and those before it in which the start is forgotten."""
+"""Samples of a spectrum, and samples before it in which the initial state is forgotten."""
 RESOLVED = 0.5
-"""A bandwidth above this part of the highest frequency that samples show needs a finer step."""
+"""A bandwidth above this fraction of the highest frequency in the samples needs a finer step."""
 WASTED = 0.04
-"""A bandwidth below this part of it needs a coarser step to be seen sharply."""
+"""A bandwidth below this fraction of it needs a coarser step to be resolved."""
 BACK = 0.6
-"""Inputs go back to this part of their ranges: not to the middle, where a product of an input and
-a state may hide the state."""
+"""Inputs return to this fraction of their ranges. It is not the middle, where a product of an
+input and a state may hide the state."""
 EVERY = {"zero_order": 2, "first_order": 3}
-"""Inputs are drawn at every such sample: those that are held are back one sample later, those that
-move linearly rest there another sample later."""
+"""Inputs are drawn once in this number of samples. A held input has returned one sample later; a
+linearly moving one stays there for one more sample."""
 ZOOM, ZOOMS = 4.0, 10
-"""The step is changed by this factor, at most so many times."""
+"""Factor by which the step is changed, and the largest number of changes."""
 STATIC = 1e-4
-"""An output of which less than this part of the power is left where the inputs are back has no
-dynamics."""
+"""An output has no dynamics if less than this fraction of its power remains where the inputs have
+returned."""
 PARTS = (1.0, 0.5, 0.25)
-"""A system that fails under inputs over their whole ranges is given these parts of them."""
+"""Fractions of the input ranges, tried one after the other if the system fails."""
 TIDY = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 
 
 @dataclass(frozen=True)
 class ProposedStep:
-    """A step is proposed for a system.
+    """A ProposedStep is the sample step proposed for a system.
 
     Attributes:
         step: sample step h in s.
-        bandwidth: frequency in Hz up to which an output answers with ``GAIN`` of its largest gain;
-            None where no output has dynamics that a spectrum shows.
-        failed: what the system said where it failed under inputs over their whole ranges, so that
-            they moved in a part of them; None if it did not.
+        bandwidth: frequency in Hz up to which an output responds with ``GAIN`` of its largest
+            gain; None if no output shows dynamics in its spectrum.
+        failed: error of the system under inputs over their whole ranges, so that a fraction of the
+            ranges was used; None if it did not fail.
     """
 
     step: float
@@ -69,11 +69,11 @@ class ProposedStep:
 
 @dataclass(frozen=True)
 class Bandwidth:
-    """A bandwidth was seen in samples.
+    """A Bandwidth was measured in samples of outputs.
 
     Attributes:
-        frequency: frequency in Hz up to which an output answers.
-        part: the same relative to the highest frequency that the samples show.
+        frequency: frequency in Hz up to which an output responds.
+        part: this frequency relative to the highest one that the samples resolve.
     """
 
     frequency: float
@@ -85,8 +85,7 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
 
     Args:
         make: makes the system with a step in s.
-        first: the step in s that is tried first, which is also the answer where no output has
-            dynamics.
+        first: the step in s that is tried first; it is also the result if no output has dynamics.
 
     Raises:
         LoadError: the system cannot be made with the first step.
@@ -94,21 +93,21 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
     """
     step, (found, failure) = first, _seen(make(first))
     for _ in range(ZOOMS):
-        # where nothing is seen, only a finer step may show more
+        # if nothing is visible, only a finer step may show more
         part = 1.0 if found is None else found.part
         if WASTED <= part <= RESOLVED:
             break
         other = step / ZOOM if part > RESOLVED else step * ZOOM
         try:
             seen, failure = _seen(make(other))
-        except LoadError:  # it has a step of its own
+        except LoadError:  # the system prescribes its own step
             break
         if part < WASTED and (seen is None or seen.part > RESOLVED):
             break
         step, found = other, seen
     else:
         if found is not None and found.part > RESOLVED:
-            found = None  # it follows the step, as of a simulation that does not know its step
+            found = None  # it scales with the step, as in a simulation that ignores its step
     failed = None if failure is None else str(failure)
     if found is not None:
         width = found.frequency
@@ -120,7 +119,7 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
 
 
 def _seen(system: System) -> tuple[Bandwidth | None, SimulationError | None]:
-    """Return the bandwidth of a system, and why it could not be simulated over whole ranges."""
+    """Return the bandwidth of a system, and the error if it failed over its whole ranges."""
     failure = None
     for part in PARTS:
         try:
@@ -131,10 +130,11 @@ def _seen(system: System) -> tuple[Bandwidth | None, SimulationError | None]:
 
 
 def bandwidth(system: System, part: float = 1.0) -> Bandwidth | None:
-    """Return the frequency in Hz up to which an output answers with ``GAIN`` of its largest gain.
+    """Return the frequency in Hz up to which an output responds with ``GAIN`` of its largest gain.
 
-    What is drawn is white, so the spectrum of an output is that of its gain. The result is None if
-    no output shows dynamics of its own. Inputs move in a part of their ranges, about the middle.
+    The drawn values are white noise, so the spectrum of an output is that of its gain. The result
+    is None if no output shows its own dynamics. Inputs move in a fraction of their ranges, about
+    the middle.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -143,7 +143,7 @@ def bandwidth(system: System, part: float = 1.0) -> Bandwidth | None:
 
     every = EVERY[hold_of(system.inputs)]
     outputs = simulate(system, _returning_inputs(system, every, part)).outputs[LEAD_IN:]
-    # a system that grows has outputs whose squares are too large for a number
+    # outputs of a growing system have squares that overflow
     outputs = outputs / np.maximum(np.max(np.abs(outputs), axis=0), np.finfo(np.float64).tiny)
     first = (every - LEAD_IN) % every
     back = outputs[first::every]
@@ -159,7 +159,7 @@ def bandwidth(system: System, part: float = 1.0) -> Bandwidth | None:
 
 
 def _returning_inputs(system: System, every: int, part: float) -> FloatArray:
-    """Draw inputs at every so many samples; in between they are back at the same values."""
+    """Draw inputs at every ``every``-th sample; in between they return to the same values."""
     rng = np.random.default_rng(0)
     low, high = (np.array([getattr(s, end) for s in system.inputs]) for end in ("low", "high"))
     low, high = (0.5 * ((1 + part) * a + (1 - part) * b) for a, b in ((low, high), (high, low)))

@@ -1,8 +1,8 @@
-"""Linearized equations are refused where they contradict what is measured.
+"""Linearized equations are refused if they contradict the measured decay.
 
-Along motions the two differ where a system is nonlinear. So a contradiction is looked for near
-rest too, where the equations are those of the system itself: only one that is there as well, in
-the same direction, is the equations' own.
+Along motions of a nonlinear system the two differ. So they are also compared near rest, where the
+equations describe the system itself. Only a contradiction at both places, in the same direction,
+is a fault of the equations.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from slide_fmu.systems.base import Linearizable
 from slide_fmu.systems.simulation import simulate
 
 FACTOR = 2.0
-"""Decay times that differ by more than this factor contradict each other: along the motions of
-the project's systems the factor is 0.97 to 1.12, and 1.2 with a weak drive."""
+"""Decay times that differ by more than this factor contradict each other. Along the motions of the
+project's systems the factor is 0.97 to 1.12, and 1.2 with a weak drive."""
 KICK = 0.01
-"""Near rest, inputs move by this part of half their ranges."""
+"""Near rest, inputs move by this fraction of half their ranges."""
 KICK_SAMPLES = 64
-"""They do so in this many samples."""
+"""Number of samples of this motion."""
 FROM, TO = 0.1, 1e-3
-"""The last rate counts: between these parts of the first difference, where fast modes are gone."""
+"""The rate is taken between these fractions of the first difference: fast modes have decayed."""
 
 
 def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> str | None:
-    """Say that linearized equations contradict the measured decay; None if they do not.
+    """Describe a contradiction of linearized equations and measured decay; None if they agree.
 
     Raises:
         SimulationError: a motion could not be simulated.
@@ -62,8 +62,8 @@ def _finite(value: float) -> float:
 def _rate_near_rest(motions: Motions, expected: float) -> float | None:
     """Return the rate in 1/s at which the slowest mode decays after a small kick at rest.
 
-    It is None where inputs cannot be moved a little, since they are those of an angle, or where
-    the outputs do not show enough of the decay.
+    It is None if inputs cannot be moved a little, since they belong to an angle, or if the outputs
+    do not show enough of the decay.
     """
     system = motions.system
     assert isinstance(system, Linearizable)
@@ -78,7 +78,7 @@ def _rate_near_rest(motions: Motions, expected: float) -> float | None:
     rest, state = np.tile(start, (count, 1)), system.rest_state(start)
     quiet = simulate(system, np.concatenate([np.tile(start, (len(kick), 1)), rest]), state)
     moved = simulate(system, np.concatenate([kick, rest]), state)
-    # with a first-order hold the first input of the rest is reached on different ways
+    # with a first-order hold the first input at rest is reached from different values
     gap = (moved.outputs - quiet.outputs)[len(kick) + 1 :]
     gap = gap / np.array([signal.high - signal.low for signal in system.outputs])
     ahead = np.sqrt(np.cumsum(np.sum(gap[::-1] ** 2, axis=1))[::-1])

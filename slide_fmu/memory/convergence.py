@@ -1,6 +1,6 @@
-"""The time in which a system forgets its past is measured: that in which two motions meet.
+"""The time in which a system forgets its past is measured: two motions meet after it.
 
-Both are under the same input, and the system need only be simulated.
+Both have the same input. The system need only be simulated.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from slide_fmu.systems.base import RandomStates, State, System
 from slide_fmu.systems.simulation import simulate
 
 LEAST_MET = 3
-"""A rate is measured on this many samples; motions that meet faster count as meeting in these."""
+"""Number of samples that a rate needs; motions that meet faster count as meeting in these."""
 
 
 class NoGapError(ValueError):
-    """Two motions never differ, as within a dead zone: there is nothing to measure."""
+    """Two motions never differ, for example in a dead zone: there is nothing to measure."""
 
 
 class MetAtOnceError(ValueError):
@@ -37,12 +37,12 @@ def measured_rate(
 ) -> float:
     """Measure the rate Re(v) in 1/s at which outputs from two states meet under the same inputs.
 
-    The energy that the difference still has ahead of it, E(t) = sum over t' >= t of |e(t')|^2,
-    falls like exp(2 Re(v) t) without the zero crossings of e itself (backward integration, as for
-    the decay of sound in rooms: Schroeder, 1965). A line through log E, from the start until E has
-    fallen to the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs),
-    take about twice the expected decay time. The result is 0 if the outputs have not met after
-    three quarters of the record: it is too short, or the motion depends on its start for good.
+    The energy of the remaining difference, E(t) = sum over t' >= t of |e(t')|^2, falls like exp(2
+    Re(v) t) without the zero crossings of e itself (backward integration, as for the decay of
+    sound in rooms: Schroeder, 1965). A line through log E, from the start until E has fallen to
+    the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs), last about
+    twice the expected decay time. The result is 0 if the outputs have not met after three quarters
+    of the samples: then there are too few, or the motion depends on its start for ever.
 
     Raises:
         ValueError: the outputs never differ, or meet within two samples.
@@ -57,7 +57,7 @@ def measured_rate(
 def convergence_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
     """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
 
-    The result is 0 if it has not closed after three quarters of the record.
+    The result is 0 if it has not closed after three quarters of the samples.
 
     Raises:
         NoGapError: there is no gap.
@@ -90,31 +90,32 @@ def measured_decay(
     remaining_amplitude: float = 0.01,
     patience: TimeBudget | None = None,
 ) -> Decay:
-    """Measure the decay on several input records, (N, n_inputs), each from its own random states.
+    """Measure the decay under several input sequences, (N, n_inputs), from random states.
 
-    Of a system that draws no states, one motion comes from another record, and one from rest.
+    If the system draws no states, one motion of a pair follows another sequence, and one follows
+    rest.
 
-    A nonlinear motion decays faster at some times than at others; the mean over several records is
-    what compares with the linearized equations. A record in which the outputs do not meet counts
-    with the rate 0 and has an infinite decay time. One in which they meet within fewer samples
-    than a rate can be measured on counts as if they met in ``LEAST_MET`` samples; one in which
-    they never differ is left out, and so are those that were not begun when the patience is gone.
+    A nonlinear motion decays faster at some times than at others; the mean over several sequences
+    is compared with the linearized equations. If the outputs do not meet, the sequence has the
+    rate 0 and an infinite decay time. If they meet too fast to measure a rate, they count as
+    meeting in ``LEAST_MET`` samples. Sequences in which they never differ are left out, as are
+    those that have not begun when the time is over.
 
     Raises:
-        NoGapError: there is no record in which outputs differ.
-        ValueError: there is no record.
+        NoGapError: the outputs differ in no sequence.
+        ValueError: there are no sequences.
         SimulationError: a motion could not be simulated.
     """
     if not inputs:
-        raise ValueError("measured decay: no inputs; expected at least one record")
+        raise ValueError("measured decay: no inputs; expected at least one sequence")
     rates: list[float] = []
     same: NoGapError | None = None
-    for index, record in enumerate(inputs):
+    for index, sequence in enumerate(inputs):
         if rates and patience is not None and patience.gone("further pairs of motions"):
             break
         try:
             rates.append(
-                _rate_of_pair(system, record, inputs[index - 1], rng, remaining_amplitude)
+                _rate_of_pair(system, sequence, inputs[index - 1], rng, remaining_amplitude)
             )
         except MetAtOnceError:
             rates.append(math.log(remaining_amplitude) / (LEAST_MET * system.step))
@@ -127,19 +128,19 @@ def measured_decay(
 
 def _rate_of_pair(
     system: System,
-    record: FloatArray,
+    sequence: FloatArray,
     before: FloatArray,
     rng: np.random.Generator,
     remaining_amplitude: float,
 ) -> float:
-    """Measure the rate of two motions, from random states or after other inputs and after rest."""
+    """Measure the rate of two motions: from random states, or after other inputs and rest."""
     if isinstance(system, RandomStates):
-        one, other = (system.random_state(rng, record[0]) for _ in range(2))
-        return measured_rate(system, record, one, other, remaining_amplitude)
-    # with a first-order hold the first input is reached on different ways
+        one, other = (system.random_state(rng, sequence[0]) for _ in range(2))
+        return measured_rate(system, sequence, one, other, remaining_amplitude)
+    # with a first-order hold the first input is reached from different values
     first = len(before) + (hold_of(system.inputs) == "first_order")
     after_motion, after_rest = (
-        simulate(system, np.concatenate([past, record])).outputs[first:]
+        simulate(system, np.concatenate([past, sequence])).outputs[first:]
         for past in (before, np.repeat(before[:1], len(before), axis=0))
     )
     return convergence_rate(system, after_motion - after_rest, remaining_amplitude)

@@ -1,7 +1,7 @@
-"""How fast a system forgets its initial state decides how long the window must be.
+"""The window must be as long as a system takes to forget its initial state.
 
-Here it comes from the equations linearized along a motion (paper, section "Computation of decay
-time in linearized multibody systems"); ``meeting`` measures it.
+This time follows here from the equations linearized along a motion (paper, section "Computation of
+decay time in linearized multibody systems"); ``convergence`` measures it.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from slide_fmu.systems.base import Linearizable, State
 
 @dataclass(frozen=True, eq=False)
 class Decay:
-    """A decay holds the rates of several motions, or those at several instants of one motion.
+    """A Decay has the rates of several motions, or of several instants of one motion.
 
     Attributes:
-        rates: real part Re(v) in 1/s of each, shape (n,); that of a motion is the mean along it.
+        rates: real part Re(v) in 1/s of each, shape (n,); the rate of a motion is the mean along
+            it.
         remaining_amplitude: fraction A_rel to which initial effects decay.
     """
 
@@ -32,27 +33,27 @@ class Decay:
 
     @property
     def times(self) -> FloatArray:
-        """Each rate has a decay time in s, shape (n,); it is infinite where nothing decays."""
+        """The decay times in s, shape (n,); infinite where nothing decays."""
         return np.array([time_to_decay(rate, self.remaining_amplitude) for rate in self.rates])
 
     @property
     def mean(self) -> float:
-        """The mean rate has this decay time in s."""
+        """The decay time in s of the mean rate."""
         return time_to_decay(float(np.mean(self.rates)), self.remaining_amplitude)
 
     @property
     def worst(self) -> float:
-        """The slowest motion or instant has this decay time in s."""
+        """The decay time in s of the slowest motion or instant."""
         return float(np.max(self.times))
 
     @property
     def meeting(self) -> float:
-        """This part of the motions or instants decays at all."""
+        """The fraction of the motions or instants that decay at all."""
         return float(np.mean(self.rates < 0.0))
 
     @property
     def slowest(self) -> float:
-        """The slowest of those that decay at all has this decay time in s; infinite if none do."""
+        """The longest finite decay time in s; infinite if nothing decays."""
         decaying = self.times[self.rates < 0.0]
         return float(np.max(decaying)) if len(decaying) else math.inf
 
@@ -62,9 +63,9 @@ def decay_along(
 ) -> Decay:
     """Compute the rates of the slowest mode at states in equal distances along a motion.
 
-    What was there at the motion's start decays with the mean of these rates, by exp(Re(v) h) from
-    state to state (paper, section "Spatial 6R manipulator on a flexible socket"). So a mode may
-    grow for a moment.
+    An effect at the motion's start decays with the mean of these rates, by exp(Re(v) h) from state
+    to state (paper, section "Spatial 6R manipulator on a flexible socket"). So a mode may grow for
+    a moment.
 
     Raises:
         UnstableModeError: the mode grows in the mean; the message names the rates.
@@ -77,13 +78,13 @@ def decay_along(
     return Decay(rates, remaining_amplitude)
 
 
-def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
-    """Return the mean rates over stretches of motions, each of ``length`` instants at least.
+def decay_in_pieces(motions: Sequence[Decay], length: int) -> Decay:
+    """Return the mean rates over parts of motions, each of ``length`` instants at least.
 
-    A motion that is shorter is one stretch.
+    A motion that is shorter is one part.
 
     Raises:
-        UnstableModeError: a mode grows in the mean over a stretch.
+        UnstableModeError: a mode grows in the mean over a part.
     """
     parts = [
         part
@@ -97,7 +98,7 @@ def decay_in_stretches(motions: Sequence[Decay], length: int) -> Decay:
 
 
 def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
-    """Return the shortest window whose truncated part (n_in - n_out) h holds the decay time in s.
+    """Return the shortest window whose truncated part (n_in - n_out) h covers the decay time in s.
 
     This is the paper's condition on the window, with equality allowed.
 
@@ -108,15 +109,15 @@ def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
 
 
 MARGIN = 1.25
-"""A window that truncates this many times the longest decay time that was found holds all but rare
-motions of any other seed (docs/window.md has the figures)."""
+"""Factor on the longest decay time that was found: a window that truncates this time covers all
+but rare motions of any other seed (docs/window.md has the figures)."""
 
 
 def too_short(window: Window, decay_time: float, slowest: float = 0.0) -> str | None:
-    """Say why a window is too short for a system of this decay time in s; None if it is not.
+    """Explain that a window is too short for a system of this decay time in s; None if it is not.
 
-    One length is suggested that need not be raised again for another seed: it has a margin for the
-    slowest pair of motions that was measured, which takes so many s.
+    The message suggests one length that is enough for other seeds too: it has a margin above
+    ``slowest``, the time in s of the slowest measured pair of motions.
     """
     needed = _needed_samples(decay_time, window.step)
     if window.n_truncated >= needed:

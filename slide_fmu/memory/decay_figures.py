@@ -1,6 +1,6 @@
-"""The figures of decay times and windows, with SI units in their names, as JSON files hold them.
+"""Figures of decay times and windows have SI units in their names, for JSON files.
 
-None stands for what the system does not offer, and in a time for one without end.
+None means that the system does not offer a figure; for a time it means infinite.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from slide_fmu.memory.motions import Linearized
 
 @dataclass(frozen=True, kw_only=True)
 class DecayTimes:
-    """These are decay times in s: that of the mean rate, and the longest one."""
+    """DecayTimes are decay times in s: from the mean rate, and the longest one."""
 
     mean: float | None
     worst: float | None
@@ -28,14 +28,14 @@ class DecayTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearizedTimes(DecayTimes):
-    """These are decay times in s from the eigenvalues, and the longest one at an instant."""
+    """LinearizedTimes are decay times in s by eigenvalues; the longest at an instant too."""
 
     local_worst: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModeFigures:
-    """This is a mode of the system linearized at rest."""
+    """A ModeFigures is a mode of the system linearized at rest."""
 
     frequency_rad_s: float
     damping_ratio: float
@@ -44,7 +44,7 @@ class ModeFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class WindowSize:
-    """These are the lengths of a window."""
+    """A WindowSize has the lengths of a window."""
 
     step_s: float
     n_in: int
@@ -64,12 +64,12 @@ class WindowSize:
 
 @dataclass(frozen=True, kw_only=True)
 class SizingVerdict:
-    """This says whether a window is long enough.
+    """A SizingVerdict says whether a window is long enough.
 
     Attributes:
-        recommended_n_in: shortest length that is.
-        refusal: why no window can hold the system; None if one can.
-        remark: what one should know.
+        recommended_n_in: shortest sufficient length.
+        refusal: why no window can cover the system's memory; None if one can.
+        remark: what the user should know.
     """
 
     window: WindowSize
@@ -81,9 +81,10 @@ class SizingVerdict:
 
 @dataclass(frozen=True, kw_only=True)
 class SystemSizing(SizingVerdict):
-    """This is how a window holds a system that is simulated.
+    """A SystemSizing says how a window fits a system that is simulated.
 
-    What the equations say (all but ``measured_decay_time_s``) is None if they are not offered.
+    Figures from the equations (all but ``measured_decay_time_s``) are None if the system does not
+    offer equations.
     """
 
     remaining_amplitude: float
@@ -95,7 +96,7 @@ class SystemSizing(SizingVerdict):
 
 @dataclass(frozen=True, kw_only=True)
 class FittedTime:
-    """This is a decay time in s of a linear fit, with its 95 % interval."""
+    """A FittedTime is a decay time in s of a linear fit, with its 95 % interval."""
 
     value: float | None
     low: float | None
@@ -104,7 +105,7 @@ class FittedTime:
 
 @dataclass(frozen=True, kw_only=True)
 class SlowestPole:
-    """This is the slowest pole of a linear fit: rate and deviation in 1/s, frequency in rad/s."""
+    """A SlowestPole is from a linear fit: rate and deviation in 1/s, frequency in rad/s."""
 
     rate_1_s: float
     rate_deviation_1_s: float
@@ -113,7 +114,7 @@ class SlowestPole:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearModel:
-    """These are the sizes of a linear fit."""
+    """A LinearModel has the sizes of a linear fit."""
 
     order: int
     states: int
@@ -121,7 +122,7 @@ class LinearModel:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordSizingFigures(SizingVerdict):
-    """This is how a window holds what was recorded, by a linear fit of the records."""
+    """A RecordSizingFigures says how a window fits measured records, by a linear fit of them."""
 
     remaining_amplitude: float
     fitted_decay_time_s: FittedTime
@@ -133,17 +134,17 @@ SizingFigures = SystemSizing | RecordSizingFigures
 
 
 def seconds(value: float | None) -> str:
-    """Write a decay time in s as people read it; None stands for a motion that never decays."""
+    """Write a decay time in s for users; None is a motion that never decays."""
     return "without end" if value is None else f"{value:.4g} s"
 
 
 def finite(value: float) -> float | None:
-    """Return a number for JSON, which knows no infinity: None stands for it."""
+    """Return a number for JSON, which has no infinity: None replaces it."""
     return value if math.isfinite(value) else None
 
 
 def linearized_times(linearized: Linearized | None) -> LinearizedTimes | None:
-    """Return the decay times of what was linearized, if anything was."""
+    """Return the decay times of linearized equations, if there are any."""
     if linearized is None:
         return None
     times = DecayTimes.of(linearized.decay)
@@ -151,7 +152,7 @@ def linearized_times(linearized: Linearized | None) -> LinearizedTimes | None:
 
 
 def mode_figures(linearized: Linearized | None) -> tuple[ModeFigures, ...] | None:
-    """Return the modes at rest of what was linearized, if anything was."""
+    """Return the modes at rest of linearized equations, if there are any."""
     if linearized is None:
         return None
     return tuple(

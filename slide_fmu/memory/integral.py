@@ -1,6 +1,6 @@
-"""A system whose outputs integrate its inputs never forgets; that is found without a recipe.
+"""A system whose outputs integrate its inputs never forgets; this is found without a recipe.
 
-``path_dependence`` finds it along the motions of a recipe, with other reasons.
+``path_dependence`` finds it along the motions of a recipe, and distinguishes it from other causes.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
 PAST, EVERY = 100, 10
-"""Pasts have the first number of samples, and other inputs after every second number of them."""
+"""Samples of a past, and number of samples after which its inputs change."""
 SOON, LATE = 500, 2000
-"""Outputs are compared these numbers of samples after the pasts."""
+"""Numbers of samples after the pasts at which outputs are compared."""
 MET = 0.2
-"""Outputs that are apart by less than this part of their first difference meet."""
+"""Outputs have met if their difference is below this fraction of the first difference."""
 FLAT = 0.99
-"""A difference of which this part is left from ``SOON`` to ``LATE`` stays."""
+"""A difference stays if this fraction of it remains from ``SOON`` to ``LATE``."""
 GROWN = 2.0
-"""One that becomes this many times as large grows without end: past motions differ widely."""
+"""A difference that grows by this factor grows without end: past motions differ widely."""
 ALONE = 0.01
-"""A strong input changes a difference that is integrated by less than this part of it."""
+"""A strong input changes an integrated difference by less than this fraction of it."""
 SEVERAL = 6
-"""This many pasts lead to as many ends where outputs integrate, and to few where there are several
-positions of rest."""
+"""Number of pasts: outputs that integrate end at different values after each; with several
+equilibria there are few different ends."""
 
 
 def integral(system: System) -> PathDependence | None:
-    """Find out whether the outputs integrate; None if they do not, or if it cannot be simulated.
+    """Find out whether the outputs integrate; None if they do not, or if simulation fails.
 
-    Motions with several pasts are compared while their inputs are constant. Their differences
-    stay, or grow, where the outputs integrate, also after a strong input that they share.
+    Motions with several pasts are compared under constant inputs. If the outputs integrate, their
+    differences stay or grow, also after a strong input that they share.
     """
     try:
         if _part(_apart(_rests(system, 2, SOON))) < MET:
@@ -59,7 +59,7 @@ def integral(system: System) -> PathDependence | None:
 def _rests(system: System, pasts: int, count: int, shaken: bool = False) -> FloatArray:
     """Return outputs (pasts, count + 1, n_outputs) under constant inputs after different pasts.
 
-    A strong motion that all have in common lies between, if they are ``shaken``.
+    If ``shaken``, a strong motion, the same for all, comes in between.
     """
     signals, found = system.inputs, []
     low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
@@ -72,13 +72,13 @@ def _rests(system: System, pasts: int, count: int, shaken: bool = False) -> Floa
 
 
 def _drawn(low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
-    """Draw inputs (PAST, n_inputs) that stay for some samples each."""
+    """Draw inputs (PAST, n_inputs), each constant for some samples."""
     rng = np.random.default_rng([PAST, seed])
     return np.repeat(rng.uniform(low, high, (PAST // EVERY, len(low))), EVERY, axis=0)
 
 
 def _apart(outputs: FloatArray) -> FloatArray:
-    """Return how far two motions are apart, relative to the first part of it: (N, n_outputs)."""
+    """Return the distance of two motions relative to its first part, (N, n_outputs)."""
     apart = np.abs(outputs[1] - outputs[0])
     first = np.max(apart[:EVERY], axis=0)
     relative: FloatArray = apart[:, first > 0] / first[first > 0]

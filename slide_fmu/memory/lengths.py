@@ -1,7 +1,7 @@
-"""The lengths that a recipe leaves open are found: window, trajectories, and their burn-in.
+"""Lengths that a recipe leaves open are found: window, trajectories, and their burn-in.
 
-The window follows from how long the system remembers, the rest from the window. The same recipe
-and the same system always give the same lengths.
+The window follows from the memory of the system, the rest from the window. The same recipe and the
+same system always give the same lengths.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 
 OUTPUTS = 0.5
-"""Output samples of a window, relative to those that it truncates: a third of the window."""
+"""Output samples of a window, relative to its truncated samples: a third of the window."""
 WINDOWS = 4
-"""A trajectory is this many windows long, so that its burn-in is a small part of the work."""
+"""Length of a trajectory in windows, so that its burn-in is a small part of the work."""
 LEAST_SAMPLES = 1024
-"""It scores at least this many samples, some segments of a training."""
+"""Smallest number of scored samples in a trajectory: some segments of a training."""
 ROUNDS = 4
-"""The window is sized this many times at most: motions as long as the window found may need more
-than those of a first guess."""
+"""Largest number of rounds to size the window: motions as long as the window found may need more
+than the motions of a first guess."""
 TOO_LONG = 2.0
-"""A window that truncates this many times what its own motions need is much too long."""
+"""A window is much too long if it truncates this multiple of what its own motions need."""
 
 
 @dataclass(frozen=True)
 class Lengths:
-    """Lengths were found for a recipe.
+    """Lengths are those found for a recipe.
 
     Attributes:
-        recipe: the recipe with them; numbers of trajectories may still be open in it.
-        values: the same by table and key, as ``{"window": {"n_in": 96}}``.
-        sizing: how the window was sized; None where the recipe gives it.
+        recipe: the recipe with them; numbers of trajectories may still be open.
+        values: the lengths by table and key, such as ``{"window": {"n_in": 96}}``.
+        sizing: how the window was sized; None if the recipe gives it.
     """
 
     recipe: OpenRecipe
@@ -51,20 +51,20 @@ class Lengths:
 def find_lengths(
     recipe: OpenRecipe, system: System, patience: TimeBudget | None = None
 ) -> Lengths:
-    """Find the lengths that a recipe leaves open; when the patience is gone, by what is known.
+    """Find the lengths that a recipe leaves open; if the time is over, from what is known so far.
 
-    A window that turns out to be much too long, since a few motions had a rare one among them, is
-    found anew once, and then need not hold the slowest pair of its own motions.
+    If one rare pair among few motions made the window much too long, it is sized once more, and
+    then need not cover the slowest pair of its own motions.
 
     Raises:
-        NotForgettingError: no window can hold the system, since it does not forget.
-        RecipeError: what the recipe gives does not fit the window that its system needs.
-        UnstableModeError, SimulationError, ValueError: as of ``size_window``.
+        NotForgettingError: no window can cover the system's memory, since it does not forget.
+        RecipeError: values of the recipe do not fit the window that its system needs.
+        UnstableModeError, SimulationError, ValueError: as for ``size_window``.
     """
     patience = patience or TimeBudget()
     if "window.n_in" not in recipe.open_keys:
         return with_window(recipe, recipe.guess.window.n_in, None)
-    # a first look, which is cheap
+    # a first estimate, which is cheap
     sizing = size_window(recipe.guess, system, most=LEAST_MEASURED, patience=patience)
     truncated, shortened = _truncated(recipe.guess, sizing), False
     for _ in range(ROUNDS):
@@ -85,7 +85,7 @@ def find_lengths(
 
 
 def both_lengths(recipe: OpenRecipe, truncated: int) -> tuple[int, int]:
-    """Return n_in and n_out of a window that truncates so many samples."""
+    """Return n_in and n_out of a window that truncates this number of samples."""
     n_out = recipe.guess.window.n_out
     if "window.n_out" in recipe.open_keys:
         n_out = max(1, int(OUTPUTS * truncated))
@@ -101,7 +101,7 @@ def tidy(count: int) -> int:
 def _time_to_hold(sizing: Sizing, but_one: bool) -> float:
     """Return the longest decay time in s, by eigenvalues or of a pair of motions that meets.
 
-    With ``but_one`` the slowest pair is left out, where there are others: it is known to be rare.
+    With ``but_one`` the slowest pair is left out if there are others: it is known to be rare.
     """
     times = np.sort(sizing.measured.times)
     met = times[np.isfinite(times)]
@@ -110,7 +110,7 @@ def _time_to_hold(sizing: Sizing, but_one: bool) -> float:
 
 
 def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
-    """Return how many samples the window of a recipe shall truncate.
+    """Return the number of samples that the window of a recipe must truncate.
 
     Raises:
         NotForgettingError: the system does not forget.

@@ -1,9 +1,9 @@
-"""A linearized, constrained system has modes, each of which takes its own time to decay.
+"""The modes of a linearized, constrained system have decay times of their own.
 
-The method is that of the paper, section "Computation of decay time in linearized multibody
-systems", with corrections of its printed formulas: the right singular vectors span the nullspace
-of the constraint Jacobian G, and the eigenvalues come from the generalized problem, which works
-with rigid-body modes too.
+The method is in the paper, section "Computation of decay time in linearized multibody systems",
+with corrections of its printed formulas: the right singular vectors span the nullspace of the
+constraint Jacobian G, and the eigenvalues come from the generalized problem, which also handles
+rigid-body modes.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from slide_fmu.systems.base import Linearized, StateMatrix
 INSTANT = 1e6
 """Eigenvalues above this multiple of the system's rate belong to coordinates without mass."""
 UNSTABLE = 1e-6
-"""Re(v) above this fraction of |v| is growth; what is smaller is rounding of an undamped mode."""
+"""Re(v) above this fraction of |v| is growth; smaller values are rounding of an undamped mode."""
 
 
 class UnstableModeError(ValueError):
-    """A mode grows, so that the system never forgets its initial state."""
+    """A mode grows, so the system never forgets its initial state."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode decays with the rate of its eigenvalue; a conjugate pair of eigenvalues is one mode.
+    """A Mode decays with the rate of its eigenvalue; a conjugate pair of eigenvalues is one mode.
 
     Attributes:
-        eigenvalue: v in 1/s, with an imaginary part that is not negative.
+        eigenvalue: v in 1/s, with a nonnegative imaginary part.
         decay_time: time in s until only the remaining amplitude is left; infinite for an undamped
             mode.
     """
@@ -54,14 +54,14 @@ class Mode:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A spectrum holds all modes of a linearized system.
+    """A Spectrum has all modes of a linearized system.
 
     Attributes:
-        modes: modes that are not those of rigid bodies, the slowest first.
-        rigid: eigenvalues in 1/s of rigid-body modes, which neither decay nor swing: two for each
-            free direction, one if it is damped.
-        n_instant: number of infinite eigenvalues. They belong to coordinates without mass, which
-            follow the others at once.
+        modes: modes other than rigid-body modes, the slowest first.
+        rigid: eigenvalues in 1/s of rigid-body modes, which neither decay nor oscillate: two for
+            each free direction, one if it is damped.
+        n_instant: number of infinite eigenvalues, of coordinates without mass, which follow the
+            others at once.
     """
 
     modes: tuple[Mode, ...]
@@ -70,14 +70,14 @@ class Spectrum:
 
     @property
     def decay_time(self) -> float:
-        """The slowest mode has this decay time in s, 0 without any; rigid bodies do not count."""
+        """The decay time in s of the slowest mode; 0 without modes; rigid bodies do not count."""
         return self.modes[0].decay_time if self.modes else 0.0
 
 
 def time_to_decay(rate: float, remaining_amplitude: float) -> float:
     """Return the time t_d = ln(A_rel) / Re(v) in s for a rate in 1/s.
 
-    It is infinite for a rate that is not negative.
+    It is infinite if the rate is not negative.
 
     Raises:
         ValueError: the remaining amplitude A_rel is not between 0 and 1.
@@ -93,7 +93,7 @@ def time_to_decay(rate: float, remaining_amplitude: float) -> float:
 def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatArray:
     """Return unit directions, (n, n_free), that constraints (n_constraints, n) leave free.
 
-    Redundant rows are fine: singular values below ``rank_tolerance`` times the largest count as
+    Redundant rows are allowed: singular values below ``rank_tolerance`` times the largest count as
     zero.
     """
     if len(constraints) == 0:
@@ -108,10 +108,10 @@ def spectrum(
 ) -> Spectrum:
     """Compute the modes of a system linearized at one state.
 
-    They are those in the directions that its constraints leave free; initial effects decay to the
+    The modes are in the directions that the constraints leave free; initial effects decay to the
     remaining amplitude A_rel. The uncertainty of the stiffness, relative to its norm, comes from
-    rounding and numerical differentiation: a mode that it alone would explain is that of a rigid
-    body.
+    rounding and numerical differentiation. A mode that the uncertainty alone can explain is a
+    rigid-body mode.
 
     Raises:
         UnstableModeError: a mode has Re(v) > 0.
@@ -128,9 +128,9 @@ def spectrum(
 def slowest_rate(linearization: Linearized, uncertainty: float = 1e-10) -> float:
     """Return Re(v) in 1/s of the mode that decays most slowly, at one instant of a motion.
 
-    The rate is positive if the mode grows: in motion it may do so for a while, since the equations
-    change with the time. It is 0 for an undamped mode, and where all modes are those of rigid
-    bodies, as of a rate limiter in its limit; without any mode it is minus infinity.
+    The rate is positive if the mode grows. During a motion it may grow for a while, since the
+    equations change with time. The rate is 0 for an undamped mode, and if all modes are rigid-body
+    modes, as for a rate limiter at its limit. Without modes it is minus infinity.
 
     Raises:
         ValueError: as for ``spectrum``.
@@ -143,7 +143,7 @@ def slowest_rate(linearization: Linearized, uncertainty: float = 1e-10) -> float
 def _finite_eigenvalues(
     linearization: Linearized, uncertainty: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Return finite eigenvalues in 1/s, those of rigid-body modes, and how many are infinite."""
+    """Return eigenvalues in 1/s of modes, of rigid-body modes, and the number of infinite ones."""
     if isinstance(linearization, StateMatrix):
         return _of_first_order(linearization.matrix, uncertainty)
     free = nullspace(linearization.constraints)
@@ -160,7 +160,7 @@ def _finite_eigenvalues(
 def _of_first_order(
     matrix: FloatArray, uncertainty: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Return the same of x' = A x; a rigid-body mode is then an integrator of its input."""
+    """Return the same for x' = A x; a rigid-body mode is then an integrator of its input."""
     if not np.isfinite(matrix).all():
         raise ValueError("linearization: the state matrix is not finite")
     values = np.asarray(np.linalg.eigvals(matrix), dtype=np.complex128)
@@ -173,9 +173,9 @@ def _rigid_limits(
 ) -> FloatArray:
     """Return |v| in 1/s, (n_modes,), up to which a small stiffness k alone explains a mode.
 
-    A stiffness of either sign moves v no further than the positive root of v^2 m + v d - k = 0,
-    with the mass m and the damping d of the mode's shape, a column of unit length; it is written
-    without cancellation.
+    A stiffness of either sign moves v by at most the positive root of v^2 m + v d - k = 0, with
+    the mass m and the damping d of the mode's shape, a column of unit length. The formula avoids
+    cancellation.
     """
     m, d = (np.abs(np.sum(shapes.conj() * (matrix @ shapes), 0)) for matrix in (mass, damping))
     root = d + np.sqrt(d**2 + 4 * m * stiffness)
@@ -187,9 +187,9 @@ def _eigenvalues(
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
     """Return finite v of v^2 M + v D + K, their shapes of unit length, and the number of others.
 
-    The linear problem is A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]] and
-    B = [[0, M], [I, 0]]. It is the paper's form with I for M in the second row, so that a singular
-    M gives infinite eigenvalues instead of undetermined ones.
+    The linear problem is A z = -v B z for z = [q, q'] with A = [[K, D], [0, -I]] and B = [[0, M],
+    [I, 0]]. It is the paper's form with I for M in the second row, so that a singular M gives
+    infinite eigenvalues instead of undetermined ones.
     """
     for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
         if not np.isfinite(matrix).all():
@@ -201,7 +201,7 @@ def _eigenvalues(
     size, stiff, damped = (float(np.linalg.norm(m)) for m in (mass, stiffness, damping))
     if size == 0.0:
         raise ValueError("linearization: mass matrix is zero; expected mass in some coordinate")
-    # time in units of the system's own rate: all blocks are then of one order of magnitude
+    # time is scaled by the system's rate: all blocks have the same order of magnitude
     rate = max(math.sqrt(stiff / size), damped / size) or 1.0
     one, zero = np.eye(n), np.zeros((n, n))
     a = np.block([[stiffness / (size * rate**2), damping / (size * rate)], [zero, -one]])
@@ -232,5 +232,5 @@ def _refuse_growth(values: NDArray[np.complex128]) -> None:
 
 
 def _rate(eigenvalue: complex) -> float:
-    """Return Re(v) in 1/s; rounding of an undamped mode is no damping."""
+    """Return Re(v) in 1/s; rounding of an undamped mode does not count as damping."""
     return 0.0 if abs(eigenvalue.real) <= UNSTABLE * abs(eigenvalue) else eigenvalue.real

@@ -1,7 +1,7 @@
-"""The memory of a system along the motions of its recipe is linearized, and measured.
+"""The memory of a system is linearized, and measured, along the motions of its recipe.
 
-The equations are linearized along motions where the system offers that. The decay is measured on
-pairs of motions of any system, in records that grow until the motions meet.
+The equations are linearized along motions if the system offers that. The decay is measured on
+pairs of motions of any system, which are lengthened until they meet.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from slide_fmu.memory.convergence import measured_decay
 from slide_fmu.memory.decay import (
     Decay,
     decay_along,
-    decay_in_stretches,
+    decay_in_pieces,
     recommend_window,
 )
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
@@ -28,38 +28,38 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, State, System
 
 MOTIONS = 40
-"""At most this many pairs of motions are measured."""
+"""Largest number of pairs of motions that are measured."""
 LINEARIZED_MOTIONS = 20
-"""The equations are linearized along at most this many motions."""
+"""Largest number of motions along which the equations are linearized."""
 LINEARIZED_SAMPLES = 40_000
-"""No more motions are linearized after this many samples, but at least ``LEAST_MEASURED``."""
+"""After this number of samples linearizing stops, but not before ``LEAST_MEASURED`` motions."""
 WINDOWS_PER_MOTION = 10
-"""These motions are at most this many input windows long."""
+"""Largest length of these motions, in input windows."""
 POINTS_PER_WINDOW = 8
-"""The equations are linearized at this many states in each of these windows."""
+"""Number of states in each window at which the equations are linearized."""
 MEASURED_DECAYS = 3.0
-"""The measured motions are at least this many decay times long."""
+"""Smallest length of the measured motions, in decay times."""
 MEASURED_SAMPLES, LEAST_MEASURED = 20_000, 4
-"""No more motions are measured after this many samples, but at least this many motions: where the
-decay takes long, a few pairs show what the window needs."""
+"""After the first number of samples measuring stops, but not before the second number of motions:
+if the decay takes long, a few pairs show what the window needs."""
 GROWTH = 32
-"""Records grow to this many times their first length before motions count as never meeting."""
+"""Motions grow to this multiple of their first length before they count as never meeting."""
 FURTHER, LINEARIZING = "further motions to linearize along", 0.4
-"""Of a limited time this part is there to linearize: measuring shows more."""
+"""Fraction of a limited time for linearizing: measuring shows more."""
 MEETING = 0.5
-"""This part of the measured pairs must meet, or the system counts as one that does not forget."""
+"""Fraction of the measured pairs that must meet; otherwise the system does not forget."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linearized:
-    """A system was linearized at rest and along motions.
+    """A Linearized is a system linearized at rest and along motions.
 
     Attributes:
         modes: modes of the system linearized at rest.
-        decay: decay along stretches of the recipe's motions, each as long as the input window, or
-            as the mean decay time if that is longer.
-        local_worst: the longest decay time in s at a single instant; infinite where a mode grows
-            for a moment.
+        decay: decay along parts of the recipe's motions, each as long as the input window, or as
+            the mean decay time if that is longer.
+        local_worst: the longest decay time in s at a single instant; infinite if a mode grows for
+            a moment.
     """
 
     modes: Spectrum
@@ -69,15 +69,15 @@ class Linearized:
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """Motions along which a recipe's window is sized.
+    """Motions are drawn to size a recipe's window.
 
     Attributes:
-        recipe: what they are drawn from.
+        recipe: the recipe whose excitation is drawn.
         system: the recipe's system.
-        stream: their seeds, and how long those are that are linearized.
-        most: so many motions, or pairs of them, at most.
-        failing: leaves out draws on which the system fails.
-        patience: how long they may take in all.
+        stream: their seeds, and the length of motions to linearize.
+        most: largest number of motions, or of pairs of them.
+        failing: skips draws on which the system fails.
+        patience: the time that they may take in total.
     """
 
     recipe: Recipe
@@ -88,13 +88,13 @@ class Motions:
     patience: TimeBudget
 
     def inputs(self, index: int, count: int) -> FloatArray:
-        """Draw the inputs of a motion of at least so many samples, shape (count, n_inputs)."""
+        """Draw the inputs of a motion of at least ``count`` samples, shape (count, n_inputs)."""
         duration = max(self.stream.duration, count * self.recipe.window.step)
         whole = replace(self.stream, duration=duration)
         return self._drawn(whole, index, count).inputs
 
     def drawn(self, index: int) -> Draw:
-        """Draw a motion as long as the stream says."""
+        """Draw a motion of the stream's length."""
         return self._drawn(self.stream, index, None)
 
     def _drawn(self, stream: Stream, index: int, count: int | None) -> Draw:
@@ -108,8 +108,8 @@ def motions_of(
 ) -> Motions:
     """Return the motions along which a recipe's window is sized.
 
-    The seed is the recipe's data seed if None; there are ``MOTIONS`` at most if ``most`` is None.
-    Where the time is limited, motions of a slow system are shorter.
+    The seed is the recipe's data seed if None; ``most`` is ``MOTIONS`` if None. If the time is
+    limited, motions of a slow system are shorter.
     """
     training, window = split_stream(recipe, "train", 0), recipe.window
     entropy = recipe.data.seed if seed is None else seed
@@ -129,7 +129,7 @@ def motions_of(
 
 
 def linearize_motions(motions: Motions) -> Linearized:
-    """Linearize a system, which offers that, at rest and along motions of its recipe.
+    """Linearize a system at rest and along motions of its recipe; the system must offer that.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
@@ -153,8 +153,8 @@ def linearize_motions(motions: Motions) -> Linearized:
     return Linearized(modes, decay, max(each.worst for each in along))
 
 
-def first_record(motions: Motions, expected: float) -> int:
-    """Return how many samples are measured at first, for an expected decay time in s."""
+def first_length(motions: Motions, expected: float) -> int:
+    """Return the number of samples to measure at first, for an expected decay time in s."""
     window = motions.recipe.window
     return max(window.n_in, math.ceil(MEASURED_DECAYS * expected / window.step))
 
@@ -162,9 +162,9 @@ def first_record(motions: Motions, expected: float) -> int:
 def measure_motions(motions: Motions, count: int, grow: bool = True) -> Decay:
     """Measure the decay of the difference of two motions under the same input, on several pairs.
 
-    The records have ``count`` samples at first. They grow, if they may, while most pairs have not
-    met, and where a pair has not met, until the record is several times as long as the slowest of
-    the others took.
+    The motions have ``count`` samples at first. If ``grow``, they are lengthened while most pairs
+    have not met. If single pairs have not met, they are lengthened to several times the slowest
+    meeting time of the others.
 
     Raises:
         SimulationError: a motion could not be simulated.
@@ -173,14 +173,14 @@ def measure_motions(motions: Motions, count: int, grow: bool = True) -> Decay:
     longest = GROWTH * count if grow else count
     while True:
         measured = _measure(motions, count)
-        needed = _needed_record(measured, count, motions.recipe.window.step)
-        if not count < needed <= longest or motions.patience.gone("longer records"):
+        needed = _needed_length(measured, count, motions.recipe.window.step)
+        if not count < needed <= longest or motions.patience.gone("longer motions"):
             return measured
         count = needed
 
 
-def _needed_record(measured: Decay, count: int, step: float) -> int:
-    """Return how many samples a record needs after what was measured on one of ``count``."""
+def _needed_length(measured: Decay, count: int, step: float) -> int:
+    """Return the number of samples to measure after a measurement with ``count`` samples."""
     meeting = measured.meeting
     if meeting == 1.0:
         return count
@@ -190,18 +190,18 @@ def _needed_record(measured: Decay, count: int, step: float) -> int:
 
 
 def _measure(motions: Motions, count: int) -> Decay:
-    """Measure the decay on records of ``count`` samples."""
+    """Measure the decay on motions of ``count`` samples."""
     stream, amplitude = motions.stream, motions.recipe.window.remaining_amplitude
     pairs = min(motions.most, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
-    records = [motions.inputs(index, count) for index in range(pairs)]
+    sequences = [motions.inputs(index, count) for index in range(pairs)]
     rng = np.random.default_rng(np.random.SeedSequence(stream.seed, spawn_key=(stream.number,)))
-    return measured_decay(motions.system, records, rng, amplitude, motions.patience)
+    return measured_decay(motions.system, sequences, rng, amplitude, motions.patience)
 
 
 def _decay_along_motions(motions: Motions, draws: list[Draw], stride: int) -> list[Decay]:
     """Compute the decay along each of the motions, at every ``stride``-th sample.
 
-    When the time is over, those that were not begun are left out.
+    If the time is over, motions that have not begun are left out.
     """
     system, amplitude = motions.system, motions.recipe.window.remaining_amplitude
     assert isinstance(system, Linearizable)
@@ -218,17 +218,17 @@ def _decay_along_motions(motions: Motions, draws: list[Draw], stride: int) -> li
 
 
 def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Decay:
-    """Return the decay over stretches of the motions, one mean rate for each.
+    """Return the decay over parts of the motions, one mean rate for each.
 
-    A stretch is as long as the input window, as in the paper, but not shorter than the decay
-    takes in the mean: rates at single instants say little where the decay takes many windows.
+    A part is as long as the input window, as in the paper, but not shorter than the mean decay
+        time: rates at single instants are not significant if the decay takes many windows.
     """
     decay_time = Decay(
         np.concatenate([decay.rates for decay in along]), along[0].remaining_amplitude
     ).mean
     recommend_window(decay_time, window.step, window.n_out)  # raises for an infinite time
     samples = max(window.n_in, decay_time / window.step)
-    return decay_in_stretches(along, math.ceil(samples / stride))
+    return decay_in_pieces(along, math.ceil(samples / stride))
 
 
 def _states_along(

@@ -1,9 +1,9 @@
-"""A system that forgets comes to rest at the same outputs, whatever it went through before.
+"""A system that forgets comes to rest at the same outputs after any past.
 
-Motions with different pasts are given the same constant input. What forgets ends at the same
-outputs, however slowly. What does not is told apart by where it ends, and by what the same strong
-input does to the difference: hysteresis ends anywhere, and a strong input wipes its past out; of
-several positions of rest there are few; an integral keeps its difference under every input.
+Motions with different pasts get the same constant input. A system that forgets ends at the same
+outputs, however slowly. For other systems the end, and the effect of a strong common input on the
+difference, show the cause: with hysteresis there are many ends, and a strong input erases the
+past; several equilibria give few ends; an integral keeps its difference under every input.
 """
 
 from __future__ import annotations
@@ -22,40 +22,40 @@ from slide_fmu.systems.base import RandomStates, State
 from slide_fmu.systems.simulation import simulate
 
 PASTS, CERTAIN_PASTS = 3, 8
-"""Different pasts that are compared at first, and where the outputs stayed apart."""
+"""Number of pasts compared at first, and if the outputs stayed apart."""
 RAMP = 32
-"""Samples in which the inputs of a past go over to the constant ones."""
+"""Number of samples in which the inputs of a past change to the constant ones."""
 LONGEST = 8
-"""A time at rest is not lengthened any more beyond this many times the first one."""
+"""Largest time at rest, as a multiple of the first one."""
 FLAT = 0.9
-"""A difference that keeps this part of itself while the time at rest grows fourfold stays."""
+"""A difference stays if this fraction of it remains while the time at rest grows fourfold."""
 ALONE = 0.2
-"""A difference that a strong input changes by more than this part of itself is no sum of past and
+"""If a strong input changes a difference by more than this fraction, it is not a sum of past and
 present: the system is not linear in it."""
 MOVING = 0.05
-"""Outputs that still move by more than this part of how far they are apart are not at rest."""
+"""Outputs are not at rest if they still move by more than this fraction of their distance."""
 TINY = 1e-300
-"""Differences are divided by at least this."""
+"""Smallest divisor of differences."""
 SAME = 0.02
-"""Positions of rest that differ by less than this part of their spread are one."""
+"""Equilibria are the same if they differ by less than this fraction of their spread."""
 FEW = 2
-"""Not more positions of rest than these are those of a spring that snaps through."""
+"""Up to this number of equilibria, the cause is a spring that snaps through."""
 TURNS = (0.0, 0.02, 0.06, 0.2)
-"""Pasts go back beyond the constant input by these parts of the way to their end."""
+"""Fractions of the range by which pasts turn back beyond the constant input."""
 
 Reason = Literal["hysteresis", "rests", "integral"]
 
 
 @dataclass(frozen=True)
 class PathDependence:
-    """A difference lasts at rest: the system does not forget what it went through.
+    """A difference stays at rest: the system does not forget its past.
 
     Attributes:
-        reason: ``"hysteresis"``, several positions of rest (``"rests"``), or an ``"integral"`` or
-            free direction.
-        part: what is left of the difference between two motions, relative to its size at first.
-        time: time in s at rest after which this is left.
-        rests: different positions of rest among ``CERTAIN_PASTS`` motions.
+        reason: ``"hysteresis"``, several equilibria (``"rests"``), or an ``"integral"`` or free
+            direction.
+        part: remaining difference of two motions, relative to the first difference.
+        time: time in s at rest after which this remains.
+        rests: number of different equilibria among ``CERTAIN_PASTS`` motions.
     """
 
     reason: Reason
@@ -64,7 +64,7 @@ class PathDependence:
     rests: int
 
     def __str__(self) -> str:
-        """Say what was found, and what to do."""
+        """Describe the finding, and the remedy."""
         left = (
             f"motions with different pasts stay apart by {percent(self.part)} of their first "
             f"difference after {self.time:.4g} s under the same constant input, and no time "
@@ -93,13 +93,13 @@ class PathDependence:
 
 
 def path_dependence(motions: Motions, count: int) -> PathDependence | None:
-    """Find out whether a difference lasts at rest; None if the outputs meet, however slowly.
+    """Find out whether a difference stays at rest; None if the outputs meet, however slowly.
 
-    It is None too where the outputs still move, as without damping: that is no rest; and where
-    there is no time to find it out.
+    It is also None if the outputs still move, as without damping, since they are not at rest then;
+    and if there is no time to find out.
 
-    The time at rest is ``count`` samples at first. It grows while outputs are apart by more than
-    the remaining amplitude, until what is left does not change any more.
+    The time at rest is ``count`` samples at first. It is lengthened while outputs differ by more
+    than the remaining amplitude, until the remaining difference is constant.
 
     Raises:
         SimulationError: a motion could not be simulated.
@@ -113,7 +113,7 @@ def path_dependence(motions: Motions, count: int) -> PathDependence | None:
             still = pasts.moving(PASTS, times[-1]) < MOVING
             return _reason(pasts, times[-1], parts[-1]) if still else None
         if times[-1] > LONGEST * count:
-            return None  # it still falls: the system is slow, which is another matter
+            return None  # it still falls: the system is slow, but it forgets
         times.append(4 * times[-1])
         parts.append(pasts.part_left(PASTS, times[-1]))
     return None
@@ -132,16 +132,16 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> PathDependence:
 
 
 class _Pasts:
-    """Motions of a recipe whose pasts differ, and what follows is the same. Final."""
+    """_Pasts are motions of a recipe with different pasts and the same continuation. Final."""
 
     def __init__(self, motions: Motions, count: int) -> None:
-        """Take the motions; a past has ``count`` samples, where the system draws no states."""
+        """Take the motions; a past has ``count`` samples, if the system draws no states."""
         self.motions, self.system, self.count = motions, motions.system, count
         self.step = motions.recipe.window.step
         self.scale = np.array([s.high - s.low for s in self.system.outputs])
         self.turning = any(signal.angle for signal in self.system.inputs)
         middle = [0.5 * (signal.low + signal.high) for signal in self.system.inputs]
-        # a direction in the middle of the ranges of cosine and sine is none
+        # the middle of the ranges of cosine and sine is not a direction
         self.held = motions.inputs(0, 1) if self.turning else np.array([middle])
         stream = motions.stream
         seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, 1))
@@ -151,14 +151,14 @@ class _Pasts:
             self.states = [State(s.coordinates, s.velocities, self.held[0]) for s in drawn]
 
     def part_left(self, pasts: int, samples: int) -> float:
-        """Return what is left of the difference at the end, relative to that at the start."""
+        """Return the difference at the end, relative to the difference at the start."""
         outputs = self.at_rest(pasts, samples)
         newest = outputs[:, -max(1, samples // 8) :]
         first = _apart(outputs[:, : self.count])
         return _apart(newest) / first if first > 0.0 else 0.0
 
     def moving(self, pasts: int, samples: int) -> float:
-        """Return how far outputs still move at the end, relative to how far they are apart."""
+        """Return the movement of outputs at the end, relative to their distance."""
         newest = self.at_rest(pasts, samples)[:, -max(2, samples // 8) :]
         return float(np.sqrt(np.mean(np.var(newest, axis=1)))) / max(_apart(newest), TINY)
 
@@ -167,7 +167,7 @@ class _Pasts:
         return self._after(pasts, np.repeat(self.held, samples, axis=0))
 
     def under_motion(self, pasts: int) -> FloatArray:
-        """Return the same under a motion of the recipe that goes back to the constant input."""
+        """Return the same under a motion of the recipe that returns to the constant input."""
         motion = self.motions.inputs(CERTAIN_PASTS + 1, self.count)
         there = self._towards(self.held, motion[0]), motion, self._towards(motion, self.held[0])
         rest = np.repeat(self.held, self.count, axis=0)
@@ -189,8 +189,8 @@ class _Pasts:
     def _past(self, index: int) -> FloatArray:
         """Return inputs that end with the constant ones.
 
-        They go to their largest or smallest value, back beyond the constant one by a part of that
-        way, and then rest: hysteresis keeps every such turn in mind.
+        They move to their largest or smallest value, back beyond the constant one by a fraction of
+            that distance, and then rest: hysteresis remembers every such reversal.
         """
         past = self.motions.inputs(1 + index, self.count)
         if not self.turning:
@@ -201,9 +201,9 @@ class _Pasts:
         return np.concatenate([past, self._towards(past, self.held[0])])
 
     def _towards(self, inputs: FloatArray, last: FloatArray) -> FloatArray:
-        """Return inputs that go from the end of some to others, (RAMP, n_inputs).
+        """Return inputs that move from the end of one sequence to other values, (RAMP, n_inputs).
 
-        They go evenly; of an angle, cosine and sine stay on their circle.
+        They move linearly; cosine and sine of an angle stay on their circle.
         """
         parts = np.arange(1, RAMP + 1)[:, None] / RAMP
         signals, evenly = self.system.inputs, inputs[-1] + parts * (last - inputs[-1])
@@ -211,7 +211,7 @@ class _Pasts:
 
 
 def _apart(outputs: FloatArray) -> float:
-    """Return how far motions, (pasts, ..., n_outputs), are apart: RMS over all pairs."""
+    """Return the distance of motions, (pasts, ..., n_outputs): RMS over all pairs."""
     squares = [np.mean((a - b) ** 2) for a, b in combinations(outputs, 2)]
     return math.sqrt(float(np.mean(squares)))
 

@@ -1,7 +1,7 @@
 """The window of a recipe is sized by the decay along its own motions, linearized and measured.
 
-Where the system is linearized, its eigenvalues decide, and a measured decay that asks for more is
-a remark. Where it is not, the mean rate of the measured pairs of motions decides.
+If the system is linearized, its eigenvalues decide; a measured decay that needs more is reported
+in a remark. If not, the mean rate of the measured pairs of motions decides.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from slide_fmu.memory.motions import (
     MEETING,
     Linearized,
     Motions,
-    first_record,
+    first_length,
     linearize_motions,
     measure_motions,
     motions_of,
@@ -37,7 +37,7 @@ from slide_fmu.systems.base import Linearizable, System
 
 
 class AnySizing(Protocol):
-    """This says what a sizing can be asked, be it by simulation or from a fitted record."""
+    """An AnySizing has the results of a sizing, from simulation or from fitted records."""
 
     @property
     def window(self) -> Window:
@@ -45,26 +45,26 @@ class AnySizing(Protocol):
 
     @property
     def remaining_amplitude(self) -> float:
-        """The fraction A_rel to which initial effects shall decay."""
+        """The fraction A_rel to which initial effects must decay."""
 
     @property
     def forgets(self) -> bool:
-        """Tell whether there is a window that can hold the system."""
+        """Whether a window can cover the system's memory."""
 
     @property
     def problem(self) -> str | None:
-        """The text says why the window is too short; None if it is long enough."""
+        """The reason why the window is too short; None if it is long enough."""
 
     @property
     def remark(self) -> str | None:
-        """The text says what one should know; None if there is nothing."""
+        """What the user should know; None if there is nothing."""
 
     @property
     def left_out(self) -> str | None:
-        """The text says what there was no time for; None if nothing was left out."""
+        """What was left out for want of time; None if nothing was."""
 
     def figures(self) -> SizingFigures:
-        """Return the figures, as JSON files hold them."""
+        """Return the figures for JSON files."""
 
 
 class ShortWindowError(ValueError):
@@ -77,18 +77,18 @@ class NotForgettingError(ShortWindowError):
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """A sizing says what the window of a recipe must hold, and what it holds.
+    """A Sizing has the time that the window of a recipe must cover, and the time that it covers.
 
     Attributes:
         window: the recipe's window.
-        remaining_amplitude: fraction A_rel to which initial effects shall decay.
-        linearized: what the equations say; None where the system does not offer linearization.
+        remaining_amplitude: fraction A_rel to which initial effects must decay.
+        linearized: result from the equations; None if the system does not offer linearization.
         measured: decay of the difference of two motions under the same input, one rate for each
             pair.
-        refusal: why no window can hold the system, or nothing sure can be said about it: it does
-            not forget at rest, or its linearized equations contradict it; None if neither is so.
-        failed: that the system failed on some motions; None if it did on none.
-        left_out: what there was no time for; None if nothing was left out.
+        refusal: why no window can cover the system's memory, or why this is uncertain: it does not
+            forget at rest, or its linearized equations contradict it; else None.
+        failed: description of motions on which the system failed; None if there were none.
+        left_out: what was left out for want of time; None if nothing was.
     """
 
     window: Window
@@ -101,18 +101,18 @@ class Sizing:
 
     @property
     def forgets(self) -> bool:
-        """Tell whether there is a window that can hold the system."""
+        """Whether a window can cover the system's memory."""
         return self.refusal is None and self.measured.meeting >= MEETING
 
     @property
     def needed(self) -> float:
-        """The window must truncate this time in s: the decay time by what decides about it."""
+        """The time in s that the window must truncate: the decay time by the deciding method."""
         decides = self.linearized
         return self.measured.mean if decides is None else decides.decay.worst
 
     @property
     def problem(self) -> str | None:
-        """The text says why the window is too short; None if it is long enough."""
+        """The reason why the window is too short; None if it is long enough."""
         if self.refusal is not None:
             return self.refusal
         if self.measured.meeting < MEETING:
@@ -123,15 +123,15 @@ class Sizing:
 
     @property
     def remark(self) -> str | None:
-        """The text says what was left out, what failed, and that the measured decay asks for more.
+        """A text on omissions, failures, and a measured decay that needs more.
 
-        It is None if none of these is so.
+        It is None if there is none of these.
         """
         texts = self.left_out, self.failed, self._asks_for_more()
         return ". Besides, ".join(text for text in texts if text is not None) or None
 
     def _asks_for_more(self) -> str | None:
-        """Say that the measured decay asks for more than what decided; or None."""
+        """Say that the measured decay needs more than the deciding method; or None."""
         window, worst = self.window, self.measured.worst
         if self.problem is not None or worst <= window.truncation_time:
             return None
@@ -141,7 +141,7 @@ class Sizing:
         truncated = f"the window truncates {window.truncation_time:.4g} s"
         if not math.isfinite(worst):
             return (
-                f"{motions} never met in a record of several decay times; {truncated}, "
+                f"{motions} did not meet within several decay times; {truncated}, "
                 f"{least}. Raise window.n_in, excite less (data.excitation), or give the "
                 "system more damping"
             )
@@ -153,7 +153,7 @@ class Sizing:
         )
 
     def figures(self) -> SystemSizing:
-        """Return the figures, as JSON files hold them."""
+        """Return the figures for JSON files."""
         sized, linearized = self.measured.meeting >= MEETING, self.linearized
         return SystemSizing(
             remaining_amplitude=self.remaining_amplitude,
@@ -181,15 +181,15 @@ def size_window(
 ) -> Sizing:
     """Compute and measure the decay times of a recipe's system along its motions.
 
-    The seed of the motions is the recipe's data seed if None; there are at most ``most`` motions,
-    for a first look, and as many as are worth it if None. When the patience is gone, what is left
-    is left out. Nothing is asked of the system but to be simulated; the equations are linearized
-    too where it offers that.
+    The seed of the motions is the recipe's data seed if None. There are at most ``most`` motions
+    for a first estimate; if None, the number is chosen. When the time is over, the remaining
+    motions are left out. The system need only be simulated; if it offers linearization, the
+    equations are used too.
 
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
             in the mean along a motion.
-        NotForgettingError: the system linearized has no decay, since it does not forget at rest.
+        NotForgettingError: the linearized system has no decay, since it does not forget at rest.
         SimulationError: more motions could not be simulated than ``data.most_failures`` allows.
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
@@ -201,7 +201,7 @@ def size_window(
     if isinstance(system, Linearizable):
         linearized = tolerated(lambda: _linearized(recipe, motions))
         expected = linearized.decay.worst
-    count = first_record(motions, expected)
+    count = first_length(motions, expected)
     found = tolerated(lambda: path_dependence(motions, count))
     measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
     refusal = None if found is None else str(found)
@@ -215,7 +215,7 @@ def size_window(
 
 
 def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
-    """Linearize along motions; a system that has no decay there may have a reason with a name."""
+    """Linearize along motions; if there is no decay, look for a cause that has a name."""
     try:
         return linearize_motions(motions)
     except ValueError as error:
@@ -226,10 +226,10 @@ def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
 
 
 def require_window(recipe: Recipe, sizing: AnySizing) -> None:
-    """Refuse a recipe whose window is too short, unless it says ``allow_short``.
+    """Refuse a recipe whose window is too short, unless it sets ``allow_short``.
 
     Raises:
-        ShortWindowError: the window is too short; the message gives the numbers and the remedy.
+        ShortWindowError: the window is too short; the message has the numbers and the remedy.
         NotForgettingError: no window is long enough, or the sizing contradicts itself.
     """
     if sizing.problem is not None and not recipe.window.allow_short:
@@ -238,7 +238,7 @@ def require_window(recipe: Recipe, sizing: AnySizing) -> None:
 
 
 def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
-    """Say that motions do not forget where they started, with what is known about the reason."""
+    """Say that motions do not forget their start, with what is known about the cause."""
     pairs = len(measured.rates)
     apart = round(pairs * (1.0 - measured.meeting))
     known = ""

@@ -1,9 +1,9 @@
-"""A state-space network must forget its state and stay bounded, beyond its trained amplitude too.
+"""A state-space network must forget its state and stay bounded, also beyond its trained amplitude.
 
 Fading memory (contraction in the recipe and in the figures): runs from different states under the
-same inputs meet within one window; else the window does not hold the response. Boundedness
-(growth): outputs grow at most a given factor faster than the inputs. Both are tested on records of
-the recipe's excitation at several amplitudes, which is no proof.
+same inputs meet within one window; otherwise the window does not cover the response.
+Boundedness (growth): outputs grow at most by a given factor faster than the inputs. Both are
+tested on sequences of the recipe's excitation at several amplitudes; this is not a proof.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 
-RECORDS = 32
-"""The test uses this many records of inputs at every amplitude."""
+SEQUENCES = 32
+"""Number of input sequences for the test at every amplitude."""
 WINDOWS = 3
-"""A record is this many input windows long: in the first a usual state is reached, in the second
-two runs must meet, and in the third the run goes on."""
+"""Length of a sequence in input windows: in the first a usual state is reached, in the second two
+runs must meet, and in the third the run continues."""
 GROWTH = 10.0
-"""Boundedness: the largest deviation of an output from its mean that is allowed, relative to the
-largest one at the trained amplitude times the factor."""
+"""Boundedness: the largest allowed deviation of an output from its mean, relative to the largest
+one at the trained amplitude times the factor."""
 CONTRACTION = 0.02
-"""Fading memory: the largest difference that is allowed between two runs from different states,
-after the inputs of one window, relative to the output's standard deviation."""
+"""Fading memory: the largest allowed difference of two runs from different states after the inputs
+of one window, relative to the output's standard deviation."""
 NEWEST = 8
-"""A difference is the RMS over this many last samples: a single one may be zero by chance."""
+"""Number of last samples in the RMS of a difference: a single one may be zero by chance."""
 
 
 class UnstableSurrogateError(ValueError):
@@ -45,7 +45,7 @@ class UnstableSurrogateError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeTest:
-    """An amplitude test holds what was found at one amplitude.
+    """An AmplitudeTest has the results at one amplitude.
 
     Attributes:
         amplitude: factor on the excitation's amplitude.
@@ -53,11 +53,11 @@ class AmplitudeTest:
             largest deviation there times the factor, of the worst output; 1 is proportional
             growth, infinite stands for outputs that are not finite.
         differences: difference of two runs at the end of a window, relative to the output's
-            standard deviation, of the worst output, one for each record, shape (R,); infinite
-            where a run is not finite.
-        pair: outputs of the two runs of the worst record along the window, in scaled units,
+            standard deviation, of the worst output, one for each sequence, shape (R,); infinite if
+            a run is not finite.
+        pair: outputs of the two runs of the worst sequence along the window, in scaled units,
             shape (2, n_in, n_outputs).
-        problem: what is wrong, as text; None if the test has passed.
+        problem: the fault, as text; None if the test has passed.
     """
 
     amplitude: float
@@ -69,7 +69,7 @@ class AmplitudeTest:
 
 @dataclass(frozen=True, kw_only=True)
 class StabilityFigures:
-    """These are the figures of an amplitude test, as JSON files hold them: None is infinity."""
+    """StabilityFigures are the figures of an amplitude test for JSON files: None is infinity."""
 
     amplitude: float
     growth: float | None
@@ -83,7 +83,7 @@ def check_stability(
 ) -> tuple[AmplitudeTest, ...]:
     """Test a state-space surrogate at all amplitudes of its recipe, one test each.
 
-    There are none for other networks, whose memory is their window.
+    Other networks are not tested, since their memory is their window.
     """
     network = surrogate.network
     if not isinstance(network, StateSpace):
@@ -109,7 +109,7 @@ def check_stability(
 def _worst_of_corners(
     surrogate: Surrogate, recipe: Recipe, system: Source
 ) -> tuple[AmplitudeTest, ...]:
-    """Test at the corners of the parameters' box, and return the worst at each amplitude.
+    """Test at the corners of the parameters' box, and return the worst result at each amplitude.
 
     The inputs are those of the system at the parameters' start values.
     """
@@ -127,20 +127,20 @@ def _with_place(test: AmplitudeTest, where: str) -> AmplitudeTest:
 
 
 def _badness(test: AmplitudeTest) -> tuple[bool, float]:
-    """Tests compare by whether they failed, then by the largest difference."""
+    """Return a sort key: failed tests last, then by the largest difference."""
     return test.problem is not None, float(np.max(test.differences))
 
 
 def require_stability(tests: tuple[AmplitudeTest, ...], recipe: Recipe, picture: str) -> None:
-    """Refuse a network that failed a test, unless the recipe says ``allow_unstable``.
+    """Refuse a network that failed a test, unless the recipe sets ``allow_unstable``.
 
     Raises:
-        UnstableSurrogateError: a test failed; the message has every failure, the remedy, and where
-            the tests can be seen (``picture``).
+        UnstableSurrogateError: a test failed; the message has all failures, the remedy, and the
+            picture of the tests (``picture``).
     """
     problems = [test.problem for test in tests if test.problem is not None]
     if problems and not recipe.stability.allow_unstable:
-        # nothing is known of what lies beyond records
+        # beyond records nothing is known
         more = "trajectories beyond the range (data.beyond) " if recipe.data.excitation else ""
         raise UnstableSurrogateError(
             f"surrogate {recipe.name!r} is not exported: {'; '.join(problems)}; see {picture}. "
@@ -170,18 +170,18 @@ def _test(
     recipe: Recipe,
     cause: str,
 ) -> AmplitudeTest:
-    """Test boundedness along whole records, and fading memory in their second window.
+    """Test boundedness along whole sequences, and fading memory in their second window.
 
-    Features have the shape (R, WINDOWS n_in, n_features); the reference is the factor on the
-    amplitude, and the outputs at amplitude 1. The problem ends with the cause that a lasting
-    memory may have.
+    Features have the shape (R, WINDOWS n_in, n_features). The reference has the factor on the
+    amplitude and the outputs at amplitude 1. ``cause`` ends the problem: it is a possible cause of
+    a memory without end.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         first, states = network.run(features[:, :n])
         inputs = features[:, n : 2 * n]
         own, ends = network.run(inputs, states)
-        # the other run of a pair starts from the state of the next record
+        # the other run of a pair starts from the state of the next sequence
         other, _ = network.run(inputs, np.roll(states, 1, axis=0))
         last, _ = network.run(features[:, 2 * n :], ends)
         middle = unit.mean(axis=(0, 1), dtype=np.float64)
@@ -198,20 +198,20 @@ def _test(
 
 
 def _at_least_tiny(values: FloatArray) -> FloatArray:
-    """Return values to divide by: an output that never moves shall not move later either."""
+    """Return values to divide by: an output that never moves must not move later either."""
     return np.maximum(values, np.finfo(np.float32).tiny)
 
 
 def _problem(
     factor: float, growth: float, gaps: FloatArray, recipe: Recipe, cause: str
 ) -> str | None:
-    """Say which limit of the recipe a test exceeds; None if it passes."""
+    """Describe the limit of the recipe that a test exceeds; None if it passes."""
     if not growth <= GROWTH:
         return (
             f"at {factor:g} times the trained amplitude outputs grow {growth:.3g} times as fast "
             f"as the inputs; expected at most {GROWTH:g} times"
         )
-    # beyond the trained amplitude single pairs may stay apart: the median pair counts
+    # beyond the trained amplitude single pairs may stay apart, so the median pair decides
     beyond = factor > 1
     gap = float(np.median(gaps) if beyond else np.max(gaps))
     limit = recipe.stability.contraction_beyond if beyond else CONTRACTION
@@ -230,7 +230,7 @@ def _excited_features(
 ) -> Float32Array:
     """Return inputs of the recipe's motions as features.
 
-    The shape is (RECORDS, WINDOWS n_in, n_features); the factor is that on the amplitude.
+    The shape is (SEQUENCES, WINDOWS n_in, n_features); the factor multiplies the amplitude.
     """
     assert isinstance(surrogate.network, StateSpace)
     count = WINDOWS * surrogate.window.n_in
@@ -240,7 +240,7 @@ def _excited_features(
 
 @asked_of_sources
 def excited_inputs(system: System, recipe: Recipe, count: int, factor: float) -> FloatArray:
-    """Draw inputs of the recipe's excitation, shape (RECORDS, count, n_inputs).
+    """Draw inputs of the recipe's excitation, shape (SEQUENCES, count, n_inputs).
 
     The factor is that on the amplitude.
 
@@ -249,7 +249,7 @@ def excited_inputs(system: System, recipe: Recipe, count: int, factor: float) ->
     """
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
     return np.array(
-        [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(RECORDS)]
+        [draw_inputs(recipe, system, stream, i).inputs[-count:] for i in range(SEQUENCES)]
     )
 
 

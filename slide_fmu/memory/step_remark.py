@@ -1,4 +1,4 @@
-"""A recipe's step may lose what happens between samples, or waste samples: a remark says so."""
+"""A remark warns if a recipe's step loses motion between samples, or wastes samples."""
 
 from __future__ import annotations
 
@@ -15,20 +15,22 @@ from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
 
 FINER, FINE_SAMPLES = 4, 256
-"""A step of the recipe is simulated in the first number of parts, along the second number of its
+"""A step of the recipe is divided into the first number of parts, over the second number of
 samples."""
 COARSE, COARSER, WASTE = 0.1, 4, 0.005
-"""Errors between samples, relative to the output's standard deviation: more than the first is too
-coarse; if samples that are so many times rarer keep below the last, the step wastes samples."""
+"""Limits of errors between samples, relative to the output's standard deviation: above the first,
+the step is too coarse. If samples at ``COARSER`` times the step stay below the last, the step
+wastes samples."""
 STILL = 1e-6
-"""An output that moves by less than this part of its range says nothing about the step."""
+"""An output that moves by less than this fraction of its range gives no information on the
+step."""
 
 
 def step_remark(case: Case) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
-    The system is simulated more finely along a motion of the recipe. One that cannot be made with
-    another step has no remark, since its step is its own, nor has one whose outputs do not move.
+    The system is simulated more finely along a motion of the recipe. There is no remark if the
+    system cannot be made with another step, or if its outputs do not move.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -61,7 +63,7 @@ def step_remark(case: Case) -> str | None:
 
 
 def between_samples(outputs: FloatArray, every: int) -> FloatArray:
-    """Return the error of a cubic spline through every so many samples of outputs (N, n_outputs).
+    """Return the error of a cubic spline through every ``every``-th output, (N, n_outputs).
 
     It is the RMSE of each output, relative to its standard deviation, shape (n_outputs,).
     """
@@ -72,11 +74,11 @@ def between_samples(outputs: FloatArray, every: int) -> FloatArray:
 
 
 def after_jumps(outputs: FloatArray, every: int) -> FloatArray:
-    """Return how far outputs (N, n_outputs) are from a line between two samples, past any jump.
+    """Return the error of a line between two samples of outputs (N, n_outputs), without jumps.
 
-    Inputs that are held jump at the samples, and what follows them at once jumps too: nothing is
-    lost by that. So the line begins with the first of ``every`` finer samples, at least 3, and
-    ends with the last. The error is that of ``between_samples``.
+    Inputs that are held jump at the samples, and outputs that follow at once jump too: this loses
+    nothing. So the line begins with the first of ``every`` finer samples, at least 3, and ends
+    with the last. The error is scaled as in ``between_samples``.
     """
     true = outputs[1 : (len(outputs) - 1) // every * every + 1]
     pieces = true.reshape(-1, every, true.shape[1])
@@ -91,9 +93,9 @@ def _relative(error: FloatArray, true: FloatArray) -> FloatArray:
 
 
 def _finer_outputs(recipe: Recipe, system: System) -> FloatArray:
-    """Simulate a motion more finely, the first that does not fail and moves outputs.
+    """Simulate a motion more finely: the first that does not fail and moves outputs.
 
-    Those that move are returned, shape (N, n_moving); there are none if no motion moves any.
+    Only moving outputs are returned, shape (N, n_moving), without any if no motion moves one.
     """
     failure = None
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
@@ -114,7 +116,7 @@ def _finer_outputs(recipe: Recipe, system: System) -> FloatArray:
 
 
 def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
-    """Draw inputs of a recipe, and put samples between them as they act between samples."""
+    """Draw inputs of a recipe, with values between the samples by their hold."""
     duration = FINE_SAMPLES * recipe.window.step
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
     inputs = draw(recipe, system, stream, 0, attempt).inputs[:FINE_SAMPLES]

@@ -1,6 +1,6 @@
-"""A first look at a window takes a limited time, and says what was left out for that.
+"""A first estimate of a window takes a limited time, and reports what was left out.
 
-What the time allows depends on the machine, so what is found here is not kept.
+The result depends on the speed of the machine, so it is not stored.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 
 TIMED_SAMPLES, PART = 50, 0.1
-"""This many samples are timed, and one motion may take this part of the time."""
+"""Number of samples that are timed, and fraction of the time that one motion may take."""
 
 
 class TimeBudget:
-    """A TimeBudget ends after a time, and notes what is left out since then. Final.
+    """A TimeBudget ends after a time, and notes what is left out after that. Final.
 
     Attributes:
-        seconds: the time in s; infinite if there is no hurry.
-        left_out: what was left out, in the order of time.
+        seconds: the time in s; infinite without a limit.
+        left_out: names of what was left out, in order.
     """
 
     def __init__(self, seconds: float = math.inf) -> None:
@@ -29,7 +29,7 @@ class TimeBudget:
         self._begin = time.monotonic()
 
     def gone(self, leaves_out: str, part: float = 1.0) -> bool:
-        """Tell whether the time that there is for this is over: then it is left out."""
+        """Return whether the fraction ``part`` of the time is over; if so, note ``leaves_out``."""
         over = time.monotonic() - self._begin > part * self.seconds
         if over:
             self.leave_out(leaves_out)
@@ -41,7 +41,7 @@ class TimeBudget:
             self.left_out.append(name)
 
     def samples(self, system: System, inputs: FloatArray) -> float:
-        """Return how many samples of a system a motion may have; some inputs are for timing.
+        """Return the number of samples that a motion may have; a few inputs are used for timing.
 
         Raises:
             SimulationError: the system could not be simulated.
@@ -52,7 +52,7 @@ class TimeBudget:
 
     @property
     def remark(self) -> str | None:
-        """The text says what was left out; None if nothing was."""
+        """What was left out, as text; None if nothing was."""
         if not self.left_out:
             return None
         return (

@@ -1,7 +1,8 @@
-"""The activations of networks by name: value and slope, once for numpy and torch.
+"""Activations of networks are defined by name, value and slope, once for numpy and torch.
 
-The functions take the array and its namespace (``numpy`` or ``torch``) and use only what both
-offer under the same name and with the same positional arguments. numpy alone is imported here.
+The functions take the array and its namespace (``numpy`` or ``torch``). They use only functions
+that both have under the same name and with the same positional arguments. Only numpy is imported
+here.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ Namespace = Any
 """The module whose functions take the arrays: ``numpy`` or ``torch``."""
 
 CLIPPED = 8.0
-"""Mixed units cube their arguments between plus and minus this, far beyond those of the training,
-which are about 1: so they stay bounded, as tanh units do. The C runtime has it in
+"""Mixed hidden units cube their arguments between plus and minus this limit, and so stay bounded
+like tanh units. In training the arguments are about 1. The C runtime has the limit in
 ``kernel/cell_equation.h``."""
 
 _ROOT, _CUBIC = math.sqrt(2 / math.pi), 0.044715
@@ -26,11 +27,11 @@ _ROOT, _CUBIC = math.sqrt(2 / math.pi), 0.044715
 
 @dataclass(frozen=True)
 class Activation:
-    """One activation, element by element, on arrays of any shape.
+    """An Activation works element by element, on arrays of any shape.
 
     Attributes:
-        value: a(z), of the arguments z and their namespace.
-        slope: da/dz, of the arguments z, the value a(z) that they have, and their namespace.
+        value: a(z), a function of the arguments z and their namespace.
+        slope: da/dz, a function of the arguments z, the value a(z), and their namespace.
     """
 
     value: Callable[[Array, Namespace], Array]
@@ -38,7 +39,7 @@ class Activation:
 
 
 def _bend(z: Array, xp: Namespace) -> Array:
-    """The hyperbolic tangent inside of ``gelu``."""
+    """Return the hyperbolic tangent inside ``gelu``."""
     return xp.tanh(_ROOT * (z + _CUBIC * (z * z * z)))
 
 
@@ -48,7 +49,7 @@ def _gelu_slope(z: Array, _value: Array, xp: Namespace) -> Array:
 
 
 def _is_cubic(z: Array, xp: Namespace) -> Array:
-    """Every second one of mixed units is cubic, from the first on; of complex arguments too."""
+    """Return which mixed hidden units are cubic: every second one, from the first on."""
     return xp.cumsum(xp.ones_like(z.real), -1) % 2 == 1
 
 
@@ -83,4 +84,4 @@ tangent (Hendrycks and Gimpel, 2016).
 """
 
 MIXED = Activation(_mixed, _mixed_slope)
-"""The activation of mixed units along the last axis: clipped cubes and tanh in turns."""
+"""The activation of mixed hidden units along the last axis: clipped cube and tanh alternate."""

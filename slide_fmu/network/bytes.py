@@ -1,7 +1,7 @@
-"""The network families, each registered in one row, and the byte contract of their networks.
+"""Network families are registered here, one row each, with the byte contract of their networks.
 
-A family joins with a package beside ``feed_forward`` and ``state_space`` (its final class of
-``Network``, its byte layout, its gradient) and one row of ``FAMILIES``. Its fit joins in
+To add a family: write a package next to ``feed_forward`` and ``state_space`` (its final class of
+``Network``, its byte layout, its gradient) and one row of ``FAMILIES``. Add its fit in
 ``slide_fmu.fitting.network``, its recipe's tables in ``slide_fmu.recipe.learning``, its C in
 ``slide_fmu/fmu/runtime``. The second reader of the bytes is the C runtime,
 ``slide_fmu/fmu/runtime/network/network.c`` with the readers in its table; both reject the same
@@ -20,17 +20,17 @@ bytes. All numbers are little-endian.
     features                                          see slide_fmu/features/sets.py
 
 Kind 1, feed-forward: the first layer takes the features of some of the newest n_samples inputs,
-all of a sample together: those of the ages, 0 the newest, which fall from n_samples - 1; of all
-n_samples, oldest first, where the count of the ages is 0.
+with all features of a sample together. The ages say which, 0 being the newest; they fall from
+n_samples - 1. If the count of the ages is 0, all n_samples are taken, oldest first.
 Kind 3 was kind 1 with weights of float16; it is no longer written, and refused.
-Kind 2, state space (``state_space/equations.py``): n_states, n_values >= 1; units 3 tanh, 5 cubic,
-6 gated, 7 mixed (every second one cubic, from the first on, the others tanh), plus 256 for every
-sub-step of a sample beyond the first, of which there are 16 at most.
-n_arguments = n_states + n_drive + 1, of gated units n_schedule + 1; n_products = n_states +
-n_gated of gated units, else V is absent and n_gated = n_schedule = 0; n_rows = n_values (1 +
-n_readout). n_turn is 2 where turned > 0, else 0; turned needs gated units, and 2 turned <=
-n_states. The features of a role are indices into those chosen.
-The weights of a cell that follows physical parameters are those of the constant term; the others
+Kind 2, state space (``state_space/equations.py``): n_states, n_values >= 1. The field ``units`` is
+the kind of the hidden units: 3 tanh, 5 cubic, 6 gated, 7 mixed (cubic and tanh alternate,
+cubic first), plus 256 for every sub-step of a sample beyond the first; there are at most 16.
+n_arguments = n_states + n_drive + 1, with gated units n_schedule + 1; n_products = n_states +
+n_gated with gated units; otherwise V is absent and n_gated = n_schedule = 0; n_rows = n_values (1
++ n_readout). n_turn is 2 if turned > 0, else 0; turned needs gated units, and 2 turned <=
+n_states. The features of a role are indices into the chosen features.
+If a cell follows physical parameters, its weights here are the constant term; the other terms
 stand in a section of their own (slide_fmu/surrogate/payload.py).
 Activations: 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu (the form with tanh), 5 cubic.
 """
@@ -56,18 +56,18 @@ from slide_fmu.network.state_space.network import StateSpace
 
 @dataclass(frozen=True)
 class Family:
-    """A Family is what the package has to know of a network family.
+    """A Family is one row of the registry of network families.
 
     Attributes:
         name: for people.
         kind: number in surrogate files.
         network: the final class.
-        encode: the bytes of a network that follow its kind.
-        decode: their reader: of the bytes and the number of input channels.
+        encode: writes the bytes of a network that follow its kind.
+        decode: reads them, from the bytes and the number of input channels.
         pull_back: reverse mode of ``Network.block`` after its features. It takes the network, the
-            features of input windows in float64, shape (B, n_in, n_features), and n_out; it gives
-            a function from weights of the values, shape (B, n_out, n_outputs), to the gradient of
-            their weighted sum with respect to the features.
+            features of input windows in float64, shape (B, n_in, n_features), and n_out. It
+            returns a function from weights of the values, shape (B, n_out, n_outputs), to the
+            gradient of their weighted sum with respect to the features.
     """
 
     name: str
@@ -91,7 +91,7 @@ def family_of(network: Network) -> Family:
     """Find the family that a network belongs to.
 
     Raises:
-        TypeError: it belongs to none that is registered.
+        TypeError: its family is not registered.
     """
     for family in FAMILIES:
         if type(network) is family.network:
@@ -111,10 +111,10 @@ def encode_network(network: Network) -> bytes:
 
 
 def decode_network(section: Reader, n_inputs: int) -> Network:
-    """Read a network on so many inputs from bytes that start with those of one.
+    """Read a network with ``n_inputs`` inputs from bytes that start with it.
 
     Raises:
-        ValueError: the bytes are no network on so many inputs.
+        ValueError: the bytes are not a network with ``n_inputs`` inputs.
     """
     kind = section.u32()
     for family in FAMILIES:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.file_kinds import file_of_another_kind
-from slide_fmu.core.files import told_of_system
+from slide_fmu.core.files import reason_of
 from slide_fmu.core.signals import UNUSABLE
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -89,7 +89,7 @@ def read_recipe_text(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")  # some editors begin files with a mark
     except OSError as error:
         raise RecipeError(
-            f"recipe {str(path)!r} cannot be read ({told_of_system(error)}); expected a TOML file "
+            f"recipe {str(path)!r} cannot be read ({reason_of(error)}); expected a TOML file "
             "such as training/duffing.toml"
         ) from error
     except UnicodeDecodeError as error:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
-from slide_fmu.memory.stability import RECORDS
+from slide_fmu.memory.stability import SEQUENCES
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
@@ -100,7 +100,7 @@ def excited_inputs(
     source: MeasuredRecords, recipe: Recipe, count: int, factor: float
 ) -> FloatArray:
     """Cut inputs out of the records, with larger deviations from their mean."""
-    return inputs_beyond(recipe, source, count, RECORDS, factor)
+    return inputs_beyond(recipe, source, count, SEQUENCES, factor)
 
 
 def tested_corners(

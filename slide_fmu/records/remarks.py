@@ -12,7 +12,7 @@ import numpy as np
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.memory.stability import RECORDS
+from slide_fmu.memory.stability import SEQUENCES
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.model import MeasuredRecords
@@ -94,7 +94,7 @@ def apart_at_rest(
         return None
     moving, still = (
         network.features.along(
-            surrogate.input_scaling.apply(inputs_beyond(recipe, source, n_in, RECORDS, factor))
+            surrogate.input_scaling.apply(inputs_beyond(recipe, source, n_in, SEQUENCES, factor))
         )
         for factor in (1.0, 0.0)
     )

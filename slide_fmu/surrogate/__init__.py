@@ -1,4 +1,4 @@
 """This room holds the trained surrogate: window, scalings, network, error estimator, bytes.
 
-It is the only thing that crosses from learning to export. It needs numpy alone.
+A surrogate is the only object that passes from training to export. It needs numpy only.
 """

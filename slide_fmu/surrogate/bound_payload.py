@@ -1,4 +1,4 @@
-"""The bytes of an error bound in a surrogate file; the contract is in ``payload.py``.
+"""These are the bytes of an error bound in a surrogate file; the contract is in ``payload.py``.
 
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``.
 """
@@ -32,7 +32,7 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     """Read the content of the section SPAN.
 
     Raises:
-        ValueError: the bytes are no error estimate.
+        ValueError: the bytes are not an error estimate.
     """
     block = section.u32()
     factors = section.f64(n_outputs)
@@ -47,23 +47,25 @@ def decode_bound(
     estimator: ErrorEstimator | None,
     span: SpanEstimate | None,
 ) -> ErrorBound:
-    """Read the content of the section BOUN of a surrogate with so many inputs and outputs.
+    """Read the content of the section BOUN of a surrogate.
 
-    The estimator is the one whose estimates the head sees, if it sees any; the span is what the
-    section SPAN says.
+    ``estimator`` is the error estimator whose estimates the head takes, or None; ``span`` is the
+    content of the section SPAN.
 
     Raises:
-        ValueError: the bytes are no error bound.
+        ValueError: the bytes are not an error bound.
     """
     short, long, n_watched = (section.u32() for _ in range(3))
     factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)
     limits = section.f64(n_watched)
     companion = decode_network(section, n_inputs)
     if not isinstance(companion, StateSpace):
-        raise ValueError("error bound whose companion is no state-space network; expected one")
+        kind = type(companion).__name__
+        raise ValueError(f"error bound: companion is a {kind}; expected a StateSpace")
     n_seen = len(companion.cell.a) + len(companion.roles.drive)
     head = decode_network(section, statistics_count(n_seen, n_outputs, estimator is not None))
     if not isinstance(head, FeedForward):
-        raise ValueError("error bound whose head is no feed-forward network; expected one")
+        kind = type(head).__name__
+        raise ValueError(f"error bound: head is a {kind}; expected a FeedForward")
     section.done()
     return ErrorBound(companion, head, (short, long), factors, limits, estimator, span)

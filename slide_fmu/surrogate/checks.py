@@ -15,24 +15,24 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 
 START_TOLERANCE = 1e-12
-"""How far a start may lie outside offset -+ scale, relative to |offset| + scale: rounding."""
+"""A start may lie outside offset -+ scale by this, relative to |offset| + scale (rounding)."""
 
 RANGE_SLACK = 1e-6
-"""Scaled inputs have the range -1 to 1; how far outside they still count as inside: rounding."""
+"""Scaled inputs range from -1 to 1; they may lie outside by this (rounding)."""
 
 LENGTH_SLACK = 0.01
-"""How far the length of an angle's cosine and sine, 1 in the training, may be from that."""
+"""The length of an angle's cosine and sine, 1 in training, may differ by this."""
 
 
 def check_signals(
     inputs: tuple[Signal, ...], outputs: tuple[Signal, ...], scaling: Affine
 ) -> None:
-    """Reject inputs that do not belong together, and angles that are scaled off the circle.
+    """Reject inputs that do not match each other, and angles that are scaled off the circle.
 
-    The scaling is that of the inputs; outputs have neither hold nor angle.
+    ``scaling`` belongs to the inputs; outputs have neither hold nor angle.
 
     Raises:
-        ValueError: with the signal and what was expected of it.
+        ValueError: the message has the signal and the expectation.
     """
     check_inputs(inputs)
     for signal in outputs:
@@ -54,17 +54,17 @@ def check_signals(
 def check_bound(
     name: str, bound: ErrorBound, fits: bool, estimator: ErrorEstimator | None
 ) -> None:
-    """Reject an error bound that does not belong to a surrogate with a name and an estimator.
+    """Reject an error bound that does not fit a surrogate.
 
     Args:
-        name: of the surrogate.
+        name: name of the surrogate.
         bound: its error bound.
-        fits: its network is a state-space one without physical parameters.
+        fits: whether its network is a state-space network without physical parameters.
         estimator: its error estimator.
 
     Raises:
-        ValueError: the network does not fit, or the bound sees another estimator, or gives an
-            error estimate beside an estimator.
+        ValueError: the network does not fit, the bound uses another estimator, or the bound gives
+            an error estimate although there is an estimator.
     """
     if not fits:
         raise ValueError(
@@ -73,7 +73,7 @@ def check_bound(
         )
     if bound.estimator is not None and bound.estimator is not estimator:
         raise ValueError(
-            f"surrogate {name!r} with an error bound that sees another error estimator; expected "
+            f"surrogate {name!r} with an error bound that uses another error estimator; expected "
             "its own: fit the bound again"
         )
     if bound.span is not None and estimator is not None:
@@ -84,10 +84,10 @@ def check_bound(
 
 
 def check_forecast(forecast: InputForecast | None, inputs: tuple[Signal, ...]) -> None:
-    """Reject a forecast that is not one of these inputs.
+    """Reject a forecast that does not belong to these inputs.
 
     Raises:
-        ValueError: it is of another number of inputs, or they have a zero-order hold.
+        ValueError: the number of inputs differs, or they have a zero-order hold.
     """
     if forecast is None:
         return
@@ -102,7 +102,7 @@ def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
     """Reject start values of inputs that do not lie in offset -+ scale, the scaled range.
 
     Raises:
-        ValueError: with the input.
+        ValueError: the message has the input.
     """
     rows = zip(scaling.offset.tolist(), scaling.scale.tolist(), inputs, strict=True)
     for index, (offset, scale, signal) in enumerate(rows):
@@ -118,9 +118,9 @@ def check_starts(scaling: Affine, inputs: tuple[Signal, ...]) -> None:
 def checked_inputs(
     inputs: NDArray[Any], signals: tuple[Signal, ...], leading: str = ""
 ) -> FloatArray:
-    """Give inputs in their units as float64, shape (samples, n_inputs).
+    """Return inputs in their units as float64, shape (samples, n_inputs).
 
-    ``leading`` names an axis before that of the samples, with a comma.
+    ``leading`` names an axis in front of the samples, followed by a comma.
 
     Raises:
         ValueError: wrong number of channels, no samples, or values that are not real and finite.
@@ -148,7 +148,7 @@ def checked_inputs(
 
 
 def in_ranges(signals: tuple[Signal, ...], scaled: NDArray[Any]) -> NDArray[np.bool_]:
-    """Say whether single scaled inputs lie in their ranges: (N, n_inputs) to (N,)."""
+    """Return which scaled inputs lie in their ranges: (N, n_inputs) to (N,)."""
     inside = np.abs(scaled) <= 1 + RANGE_SLACK
     for cosine in cosines_of(signals):
         lengths = np.hypot(scaled[:, cosine], scaled[:, cosine + 1])
@@ -157,7 +157,7 @@ def in_ranges(signals: tuple[Signal, ...], scaled: NDArray[Any]) -> NDArray[np.b
 
 
 def inside_throughout(inside: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Tell whether the newest ``count`` samples are inside, the first held before; (N,) both."""
+    """Return where the newest ``count`` samples are all inside, (N,); the first is held before."""
     samples = np.arange(len(inside))
     strayed = np.maximum.accumulate(np.where(inside, -count, samples))
     return np.asarray(samples - strayed >= count)

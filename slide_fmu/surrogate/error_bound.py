@@ -1,13 +1,12 @@
-"""The error bound: what this step's error stays below, and whether its inputs are known.
+"""The error bound gives a limit of this step's error, and tells whether its inputs are familiar.
 
-A companion, which is a second state-space network learnt from other data, runs beside the
-surrogate. How far both are apart, the companion's states and what it sees are statistics of each
-sample, from which a small network, the head, gives a local scale of the error. One factor for each
-confidence, calibrated on trajectories that nothing has learnt from, makes a bound of it. Samples
-whose mean squares are larger than those of the calibration are none of the domain.
-
-A surrogate with an error estimator has its estimates among the statistics. Without one, the head
-may also give the RMS error to be expected of each sample, which over a longer span makes an error
+A companion, a second state-space network trained on other data, runs in parallel with the
+surrogate. Statistics of each sample are the difference of both, the companion's states and its
+features. From them a small network, the head, computes a local scale of the error. One factor for
+each confidence turns the scale into a bound; it is calibrated on trajectories that no training has
+used. The domain ends where mean squares of the statistics exceed those of the calibration.
+If the surrogate has an error estimator, its estimates belong to the statistics. If not, the head
+may also give the RMS error expected at each sample. Over a longer span these form an error
 estimate.
 """
 
@@ -32,40 +31,39 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 
 CONFIDENCES = (0.9, 0.95, 0.99)
-"""The confidences for which bounds are calibrated, rising."""
+"""The confidences for which bounds are calibrated, in rising order."""
 
 USUAL_CONFIDENCE = 0.95
-"""The FMU's bound has this confidence unless its parameter says otherwise."""
+"""The confidence of the FMU's bound, unless its parameter is set otherwise."""
 
 SMALLEST = 1e-30
-"""Squares below this one count as it in logarithms; it is a number in single precision."""
+"""Lower limit of squares in logarithms; single precision can represent it."""
 
 MOST_EXPONENT = 60.0
-"""A local scale is at most two to this power, relative to the output's scale; so is one that is
-not a number. It is at least two to the negative power."""
+"""A local scale is at most two to this power, relative to the output's scale, also if it is not a
+number. It is at least two to the negative power."""
 
 NO_BOUND = 2.0**MOST_EXPONENT
-"""The factor for a confidence that too few trajectories were there to calibrate: no finite bound
-has it."""
+"""The factor for a confidence with too few trajectories for calibration: its bound is infinite."""
 
 ROUNDING = 1e-9
-"""Odds that are this little below a whole number are that number."""
+"""Odds that are below a whole number by at most this are rounded up."""
 
 MOST_NOVELTY = 1e9
-"""A novelty is at most this one; so is one that is not a number."""
+"""Largest novelty; also used if it is not a number."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trust:
-    """This says what an error bound says along a record; N samples.
+    """A Trust holds the results of an error bound along a sequence of N samples.
 
     Attributes:
         scales: local scale of the error, relative to the output's scale, shape (N, n_outputs).
-        disagreement: difference of surrogate and companion, likewise, shape (N, n_outputs); where
-            its mean over the short blocks is larger, the root of that mean square.
+        disagreement: difference of surrogate and companion, relative to the output's scale, shape
+            (N, n_outputs); or its RMS over the short blocks, if that is larger.
         novelty: 1 at the edge of the domain, shape (N,).
-        rms: RMS error to be expected of each sample, relative to the output's scale, shape
-            (N, n_outputs); None where the head does not give it.
+        rms: RMS error expected at each sample, relative to the output's scale, shape (N,
+            n_outputs); None if the head does not give it.
     """
 
     scales: FloatArray
@@ -78,25 +76,25 @@ class Trust:
 class ErrorBound:
     """An ErrorBound gives a bound of this step's error, and the novelty of the inputs.
 
-    Statistics of a sample are, in this order: states of the companion's older state after it
-    (n_states), features that drive the companion (n_drive), then logarithms (``logarithms``) of
-    the squared disagreement (n_outputs), of its means over the short and over the long blocks
-    (twice n_outputs), of the means of the squared states and features over the long blocks
-    (n_states + n_drive), then of the squared error that the estimator expects of this sample
-    (n_outputs with an estimator, else none). Watched are the means of the squared disagreement
-    over the short and over the long blocks, and of the squared states and features over the long
-    ones.
+    Statistics of a sample are, in this order: the states of the companion's older state after it
+    (n_states), and the features that drive the companion (n_drive). Then come logarithms
+    (``logarithms``) of the squared disagreement (n_outputs), of its means over the short and
+    over the long blocks (twice n_outputs), of the means of the squared states and features
+    over the long blocks (n_states + n_drive), and, if there is an estimator, of the squared
+    error that it expects at this sample (n_outputs). The watched means are those of the
+    squared disagreement over the short and over the long blocks, and of the squared states and
+    features over the long blocks.
 
     Attributes:
-        companion: network of the same window, inputs and outputs as the surrogate's.
-        head: from the statistics, as its channels, to the logarithm to base 2 of the local scale
-            of every output; with ``span``, the RMS errors of every output follow, likewise.
-        blocks: samples in a short and in a long block.
-        factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape
-            (3, n_outputs).
+        companion: network with the window, inputs and outputs of the surrogate's network.
+        head: maps the statistics, its channels, to the logarithm to base 2 of the local scale of
+            every output. With ``span``, logarithms of the RMS errors of every output follow.
+        blocks: number of samples in a short and in a long block.
+        factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape (3,
+            n_outputs).
         limits: of the watched means at the edge of the domain, shape (n_watched,).
-        estimator: the surrogate's, if the head sees what it expects.
-        span: makes an error estimate of the RMS errors of the head, if the surrogate has no
+        estimator: the surrogate's error estimator, if the head takes its estimates.
+        span: forms an error estimate from the RMS errors of the head, if the surrogate has no
             estimator.
     """
 
@@ -118,7 +116,7 @@ class ErrorBound:
             )
         if self.span is not None and self.estimator is not None:
             raise ValueError(
-                "error bound with an error estimate of its own beside an error estimator; "
+                "error bound with an error estimate of its own in addition to an error estimator; "
                 "expected one of them"
             )
         n_outputs = self.companion.n_values
@@ -152,7 +150,7 @@ class ErrorBound:
 
     @property
     def confidences(self) -> tuple[float, ...]:
-        """The confidences for which it is calibrated, rising."""
+        """The confidences for which the bound is calibrated, in rising order."""
         known = np.all(self.factors < NO_BOUND, axis=1)
         return tuple(c for c, one in zip(CONFIDENCES, known, strict=True) if one)
 
@@ -170,22 +168,21 @@ class ErrorBound:
 
     @property
     def filling_length(self) -> int:
-        """The number of samples of the inputs that a bound must know to count.
+        """The number of input samples that must be known before a bound is valid.
 
-        They are those that the companion must have seen, at each sample that the means are over.
-        What it depends on further back has faded. They are also those that the estimator sees at
-        the newest sample.
+        They are the samples that the companion needs, for each sample of the longest mean. Earlier
+        inputs have faded. The samples that the estimator needs are included.
         """
         return filling_length(self.companion, self.blocks[1], self.estimator)
 
     @property
     def estimate_length(self) -> int:
-        """The number of samples of the inputs that the error estimate of ``span`` must know."""
+        """The number of input samples that the error estimate of ``span`` needs."""
         assert self.span is not None
         return filling_length(self.companion, self.blocks[1] + self.span.block, None)
 
     def without_estimate(self) -> ErrorBound:
-        """Return the same bound, whose head gives no RMS errors, and so no error estimate."""
+        """Return the same bound without RMS errors from its head: no error estimate."""
         head, n_outputs = self.head, self.companion.n_values
         *before, last = head.layers
         kept = Layer(last.weights[:n_outputs], last.bias[:n_outputs], last.activation)
@@ -194,13 +191,13 @@ class ErrorBound:
         return dataclasses.replace(self, head=smaller, span=None)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
-        """Evaluate along B records, in each of which the first input counts as held before it.
+        """Evaluate along B sequences; each counts as constant before its first input.
 
         Args:
             scaled: scaled inputs, shape (B, N, n_inputs).
             predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
         """
-        with np.errstate(all="ignore"):  # what is not finite shows in the result
+        with np.errstate(all="ignore"):  # values that are not finite remain visible in the result
             statistics, watched, disagreement = self.statistics(scaled, predicted)
             samples = statistics.reshape(-1, 1, statistics.shape[-1])
             exponents = self.head.evaluate(samples).astype(np.float64)
@@ -216,7 +213,7 @@ class ErrorBound:
     def statistics(
         self, scaled: FloatArray, predicted: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give statistics, watched means and the disagreement of records; see ``statistics_of``.
+        """Return statistics, watched means and disagreement of sequences; see ``statistics_of``.
 
         Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give the shapes
         (B, N, n_statistics), (B, N, n_watched) and (B, N, n_outputs).
@@ -234,10 +231,10 @@ class ErrorBound:
         return self.span.along(np.stack(rms) ** 2)
 
     def factors_at(self, confidence: float) -> FloatArray:
-        """Give the factors of the least calibrated confidence that is not smaller: (n_outputs,).
+        """Return the factors of the next calibrated confidence, (n_outputs,).
 
         Raises:
-            ValueError: the confidence lies outside of those that are calibrated.
+            ValueError: the confidence lies outside the calibrated ones.
         """
         low, *_, high = self.confidences
         if not low <= confidence <= high:
@@ -248,9 +245,9 @@ class ErrorBound:
         return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
 
     def bounds(self, trust: Trust, confidence: float, in_domain: NDArray[np.bool_]) -> FloatArray:
-        """Give bounds, relative to the outputs' scales, (N, n_outputs).
+        """Return bounds, relative to the outputs' scales, (N, n_outputs).
 
-        Where a sample is not in the domain, (N,), they are at least the disagreement.
+        At samples outside the domain (``in_domain``, (N,)) they are at least the disagreement.
 
         Raises:
             ValueError: as for ``factors_at``.
@@ -263,28 +260,28 @@ class ErrorBound:
 
 
 def least_trajectories(confidence: float) -> int:
-    """Return how many trajectories the calibration for a confidence needs.
+    """Return the number of trajectories that the calibration for a confidence needs.
 
-    Of N of them a share of c (N + 1) / N is to be covered (``slide_fmu.bounds.error_bound``).
+    Of N trajectories a share of c (N + 1) / N must be covered (``slide_fmu.bounds.error_bound``).
     """
     return math.floor(confidence / (1 - confidence) + ROUNDING) + 1
 
 
 def calibrated(trajectories: int) -> tuple[float, ...]:
-    """Return the confidences that so many trajectories are enough to calibrate, rising."""
+    """Return the confidences that this number of trajectories can calibrate, in rising order."""
     return tuple(c for c in CONFIDENCES if least_trajectories(c) <= trajectories)
 
 
 def local_scales(exponents: FloatArray) -> FloatArray:
-    """Give local scales from their logarithms to base 2, which are kept within bounds."""
+    """Return local scales from their logarithms to base 2, which are limited."""
     known = np.where(np.isnan(exponents), MOST_EXPONENT, exponents)
     return np.asarray(2.0 ** np.clip(known, -MOST_EXPONENT, MOST_EXPONENT))
 
 
 def logarithms(squares: FloatArray) -> Float32Array:
-    """Give about the logarithm to base 2: linear between the powers of two, off by 0.09 at most.
+    """Return approximate logarithms to base 2: linear between powers of two, off by at most 0.09.
 
-    It is read off the bits of the number in single precision, which costs nothing.
+    They are taken from the bits of the number in single precision, which takes hardly any time.
     """
     single = np.maximum(squares, SMALLEST).astype(np.float32)
     bits = single.view(np.int32).astype(np.float32)
@@ -292,17 +289,17 @@ def logarithms(squares: FloatArray) -> Float32Array:
 
 
 def values_count(n_outputs: int, with_span: bool) -> int:
-    """Return how many values a head gives: local scales, and RMS errors for an error estimate."""
+    """Return the number of values of a head: local scales, and RMS errors if it has a span."""
     return 2 * n_outputs if with_span else n_outputs
 
 
 def statistics_count(n_seen: int, n_outputs: int, with_estimates: bool) -> int:
-    """Return the number of statistics of a sample; seen are states and features."""
+    """Return the number of statistics of a sample; ``n_seen`` counts states and features."""
     return 2 * n_seen + (4 if with_estimates else 3) * n_outputs
 
 
 def filling_length(companion: StateSpace, block: int, estimator: ErrorEstimator | None) -> int:
-    """Return how many samples of the inputs means over blocks, and an estimator, must know."""
+    """Return the number of input samples that means over blocks, and an estimator, need."""
     seen = 0 if estimator is None else estimator.network.memory_length
     return max(seen, companion.memory_length + (N_BLOCKS + 1) * block)
 
@@ -314,16 +311,16 @@ def statistics_of(
     predicted: FloatArray,
     ahead: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give what an error bound looks at along records.
+    """Compute the values that an error bound uses along sequences.
 
     Args:
-        networks: the companion; and the error estimator, if the head sees what it expects.
-        blocks: samples in a short and in a long block.
-        scaled: scaled inputs, shape (B, N, n_inputs); the first counts as held for ever before.
+        networks: the companion; and the error estimator, if the head takes its estimates.
+        blocks: number of samples in a short and in a long block.
+        scaled: scaled inputs, shape (B, N, n_inputs); the first counts as constant before.
         predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
-        ahead: scaled inputs as they are forecast while the sample is the newest one, shape
-            (B, N, n_inputs), where ``predicted`` follows from these. Earlier samples are known by
-            then, also to the companion. (The estimator sees known ones alone.)
+        ahead: scaled inputs as forecast while their sample is the newest, shape (B, N, n_inputs),
+            if ``predicted`` was computed from them. Earlier samples are known then, also to the
+            companion. (The estimator uses known samples only.)
 
     Returns:
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
@@ -348,7 +345,7 @@ def statistics_of(
     watched = np.concatenate([short, long, of_seen], axis=2)
     parts: list[NDArray[Any]] = [newest.values, logarithms(newest.squares), logarithms(watched)]
     if estimator is not None:
-        expected = [estimator.along(record, short.shape[2]) for record in scaled]
+        expected = [estimator.along(sequence, short.shape[2]) for sequence in scaled]
         parts.append(logarithms(np.stack(expected)))
     statistics: FloatArray = np.concatenate(parts, axis=2)
     return statistics, watched, np.sqrt(np.maximum(newest.squares, short))
@@ -356,7 +353,7 @@ def statistics_of(
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """This is seen at every sample of B records.
+    """_Seen holds the companion's values at every sample of B sequences.
 
     Attributes:
         values: states of the companion and the features that drive it, shape (B, N, n_seen).
@@ -382,7 +379,7 @@ class _Seen:
 def _features_of_newest(
     companion: StateSpace, scaled: FloatArray, ahead: FloatArray
 ) -> Float32Array:
-    """Give the companion's features (B, N, q) of each sample while it is only forecast."""
+    """Return the companion's features (B, N, q) of each sample while it is only forecast."""
     count, length, _ = scaled.shape
     before = np.concatenate([np.repeat(scaled[:, :1], BEFORE, axis=1), scaled], axis=1)
     views = np.lib.stride_tricks.sliding_window_view(before, BEFORE + 1, axis=1)

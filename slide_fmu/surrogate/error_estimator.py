@@ -1,4 +1,4 @@
-"""The second network: what the first one's error is."""
+"""The error estimator is a second network, which estimates the error of the first one."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ from slide_fmu.network.feed_forward.network import FeedForward
 
 @dataclass(frozen=True, eq=False)
 class ErrorEstimator:
-    """The second network: estimates the RMSE of the surrogate over its last samples.
+    """An ErrorEstimator estimates the RMSE of the surrogate over its last samples.
 
     Attributes:
-        network: gives the logarithmic error eps of every output, in one or several positions;
-            or first the expected error mu of every output, relative to the standard deviation
-            around it, then the eps of that standard deviation.
+        network: gives the logarithmic error eps of every output, at one or several positions; or
+            first the expected error mu of every output, relative to the standard deviation around
+            it, then the eps of that standard deviation.
         log_error: map between eps and the error relative to the scale of the output.
         positions: number of consecutive evaluations whose mean square is taken; 1 if the network
             estimates the error of an output window directly.
-        ranges: least and largest value of every feature that the network knows, shape
-            (2, n_features).
+        ranges: smallest and largest value of every feature in training, shape (2, n_features).
     """
 
     network: FeedForward
@@ -36,10 +35,11 @@ class ErrorEstimator:
     ranges: Float32Array
 
     def require_outputs(self, n_outputs: int) -> None:
-        """Reject an error estimator that does not fit so many outputs.
+        """Reject an error estimator that does not fit this number of outputs.
 
         Raises:
-            ValueError: wrong number of values, samples or positions, or ranges that are none.
+            ValueError: the number of values, samples or positions is wrong, or the ranges are not
+                valid.
         """
         network = self.network
         if network.n_values not in (n_outputs, 2 * n_outputs):
@@ -66,18 +66,18 @@ class ErrorEstimator:
 
     @property
     def memory_length(self) -> int:
-        """The number of samples whose features an estimate depends on, at all its positions."""
+        """The number of samples whose features an estimate depends on, over all its positions."""
         return self.network.memory_length + self.positions - 1
 
     def knows(self, newest: Float32Array) -> NDArray[np.bool_]:
-        """Say whether the training has seen such features: (N, n_features) to (N,)."""
+        """Return where features lie in the ranges of the training: (N, n_features) to (N,)."""
         return np.asarray(((newest >= self.ranges[0]) & (newest <= self.ranges[1])).all(axis=1))
 
     def along(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
-        """Estimate squared errors at every sample of a record, relative to the outputs' scales.
+        """Estimate squared errors at every sample of a sequence, relative to the outputs' scales.
 
-        Scaled inputs (N, n_inputs), of which the first counts as held for ever before, give
-        (N, n_outputs).
+        Scaled inputs (N, n_inputs) give (N, n_outputs). The first input counts as constant before
+        the sequence.
         """
         features = self.network.features.along(scaled[None])
         values = self.network.stream_features(features)[0].astype(np.float64)
@@ -86,7 +86,7 @@ class ErrorEstimator:
     def estimates(self, scaled: FloatArray, n_outputs: int) -> FloatArray:
         """Estimate the RMSE over the last positions, relative to the outputs' scales.
 
-        Shapes are as of ``along``.
+        Shapes are as for ``along``.
         """
         squares = self.along(scaled, n_outputs)
         squares = np.concatenate([np.repeat(squares[:1], self.positions - 1, 0), squares])
@@ -96,10 +96,10 @@ class ErrorEstimator:
     def squares(self, values: FloatArray, newest: Float32Array, n_outputs: int) -> FloatArray:
         """Form squared errors, (N, n_outputs), relative to the outputs' scales.
 
-        The values of the network, (N, n_outputs) or (N, 2 n_outputs), give e^2 (1 + mu^2), with
-        mu = 0 where there is eps alone; at most the square of the largest error that the map
-        knows, and that too where a value is not finite, or the training has not seen features as
-        those of the newest sample, (N, n_features).
+        The values of the network, (N, n_outputs) or (N, 2 n_outputs), give e^2 (1 + mu^2), with mu
+        = 0 if only eps is given. The result is at most the square of the largest error of the map.
+        It is that square if a value is not finite, or if the features of the newest sample, (N,
+        n_features), lie outside the ranges of the training.
         """
         eps, mean = values[:, -n_outputs:], values[:, :-n_outputs]
         with np.errstate(over="ignore"):  # the square of a very large error may be inf

@@ -1,9 +1,9 @@
-"""Gradients of a surrogate's outputs with respect to its whole input window, batched.
+"""Gradients of a surrogate's outputs are computed for whole input windows, in batches.
 
-For trajectory optimisation: outputs of windows by all inputs behind them, in reverse mode and
-float64; needs numpy alone. An FMU gives the derivative by the newest inputs only
-(``fmu/runtime/derivative/derivative.h``). And, for calibration: outputs of records by the physical
-parameters, in forward mode.
+They serve trajectory optimisation: derivatives of windows by all their inputs, in reverse mode and
+float64, with numpy only. An FMU gives the derivative by the newest inputs only
+(``fmu/runtime/derivative/derivative.h``). For calibration there are derivatives of sequences
+by the physical parameters, in forward mode.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any])
     Args:
         surrogate: of any family, with any features.
         windows: physical inputs, shape (B, n_in, n_inputs), oldest sample first.
-        weights: of the outputs of ``Surrogate.predict_windows``, shape (B, n_out, n_outputs).
+        weights: weights of the outputs of ``Surrogate.predict_windows``, shape (B, n_out,
+            n_outputs).
 
     Returns:
         Derivative of sum(weights * outputs) of each window by its inputs, shape
@@ -48,7 +49,7 @@ def gradient(surrogate: Surrogate, windows: NDArray[Any], weights: NDArray[Any])
 
 
 def jacobian(surrogate: Surrogate, windows: NDArray[Any]) -> FloatArray:
-    """Compute all derivatives of the outputs by the inputs behind them.
+    """Compute all derivatives of the outputs of windows by their inputs.
 
     Args:
         surrogate: as for ``gradient``.
@@ -79,9 +80,9 @@ def parameter_jacobian(
     """Compute the derivatives of ``Surrogate.predict`` by the physical parameters.
 
     Args:
-        surrogate: one with parameters.
-        inputs: physical inputs of a record, shape (N, n_inputs).
-        parameters: values by name at which it is differentiated, as for ``Surrogate.at``.
+        surrogate: a surrogate with parameters.
+        inputs: physical inputs of a sequence, shape (N, n_inputs).
+        parameters: parameter values by name at which to differentiate, as for ``Surrogate.at``.
 
     Returns:
         Derivatives of the outputs at samples 1 .. N by each parameter, shape
@@ -107,7 +108,7 @@ def parameter_jacobian(
 
 
 def _pull_back(surrogate: Surrogate, windows: NDArray[Any]) -> PullBack:
-    """From weights (B, n_out, n_outputs) to the gradient (B, n_in, n_inputs)."""
+    """Map weights (B, n_out, n_outputs) to the gradient (B, n_in, n_inputs)."""
     window, network = surrogate.window, surrogate.network
     checked = _checked("windows", windows, (window.n_in, len(surrogate.inputs)))
     if len(checked) == 0:

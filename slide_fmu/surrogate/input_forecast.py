@@ -1,7 +1,7 @@
-"""The forecast of inputs that move: what they are expected to be at the end of a step.
+"""The forecast of moving inputs predicts their values at the end of a step.
 
-An importer that sets u(t) before a step does not know, or does not say, what the input does within
-it. The C runtime has the same equations (``fmu/runtime/window/forecast.c``).
+An importer that sets u(t) before a step does not know, or does not set, the input's motion within
+the step. The C runtime has the same equations (``fmu/runtime/window/forecast.c``).
 """
 
 from __future__ import annotations
@@ -15,41 +15,43 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 
 BETTER = 0.5
-"""A candidate forecasts only where its mean square error is below this part of the held value's:
-then a jump, or noise, leaves the value held."""
+"""A candidate is used only if its mean square error is below this fraction of the held value's. So
+after a jump, or with noise, the value is held."""
 
 MAX_CANDIDATES, MAX_PAST, MAX_SCORED = 8, 8, 64
-"""Largest sizes in a file: bounds against damaged ones."""
+"""Largest sizes in a file; protect against damaged files."""
 
 
 @dataclass(frozen=True, eq=False)
 class InputForecast:
-    """An InputForecast says how inputs with a first-order hold go on.
+    """An InputForecast predicts inputs with a first-order hold.
 
-    Candidate c says that an input changes by sum_i weights[c, i - 1] (u(t - i H) - u(t)) in a step
-    of the length H, i = 1, 2, ...: it keeps constants, and the held value, a straight line and
-    a parabola are such sums, whatever H is. At every step the candidate counts whose forecasts of
-    the last inputs were the best, if they were clearly better than the held value. Of an angle,
+    Candidate c predicts that an input changes by sum_i weights[c, i - 1] (u(t - i H) - u(t)) in a
+    step of the length H, i = 1, 2, ... A held value, a straight line and a parabola are such sums,
+    for any H, and constants stay constant. At every step the candidate is used whose forecasts of
+    the last inputs were the best, if they were clearly better than the held value. For an angle,
     given by cosine and sine, the turn is forecast.
 
     Attributes:
         planned: whether the inputs are planned motions, known ahead, whose curves between samples
-            are the model's own.
-        sampled: whether the network takes samples of the inputs as they are, also where they bend
-            between them: it has learnt so, or from measured records, of which nobody knows what
-            was between samples.
-        judged: whether an error bound judges what was given while the newest inputs were only
-            forecast: that differs from the companion by the error of the forecasts too.
+            come from the model.
+        sampled: whether the network takes input samples as they are, even if the inputs are curved
+            between them: it was trained so, or on measured records, where the motion between
+            samples is unknown.
+        judged: whether an error bound judges outputs that were computed while the newest inputs
+            were only forecast. Their difference from the companion includes the error of the
+            forecasts.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
             that is set counts as reached by the end of the step, so that nothing is forecast. Only
-            FMUs inside of an SSP start with 1.
-        weights: shape (n_inputs, n_candidates, n_past); those of an angle stand with its cosine.
-        largest_change: largest change in a sample step, in the inputs' units, of an angle its
-            turn in rad, shape (n_inputs,): forecasts are clipped to it.
-        n_scored: number of inputs whose forecasts decide which candidate counts.
+            FMUs inside an SSP start with 1.
+        weights: shape (n_inputs, n_candidates, n_past); the weights of an angle are in the row of
+            its cosine.
+        largest_change: largest change in a sample step, in the inputs' units; for an angle its
+            turn in rad; shape (n_inputs,). Forecasts are clipped to it.
+        n_scored: number of inputs whose forecasts decide which candidate is used.
 
     Raises:
-        ValueError: the shapes do not belong together, or a number is not finite.
+        ValueError: the shapes do not match, or a number is not finite.
     """
 
     planned: bool = False
@@ -79,16 +81,16 @@ class InputForecast:
     def along(
         self, inputs: FloatArray, signals: tuple[Signal, ...], scaling: Affine
     ) -> FloatArray:
-        """Forecast each sample of records from those before it; the first one is known.
+        """Forecast each sample of sequences from the samples before it; the first one is known.
 
         Args:
-            inputs: records (B, N, n_inputs), in the inputs' units, whose first samples count as
-                held before.
+            inputs: sequences (B, N, n_inputs), in the inputs' units; each counts as constant
+                before its first sample.
             signals: the inputs.
-            scaling: theirs, whose range no forecast leaves that began in it.
+            scaling: their scaling; a forecast that begins in its range stays in it.
 
         Returns:
-            Of the shape of the inputs, in their units.
+            Forecasts in the shape and the units of the inputs.
         """
         now = np.concatenate([inputs[:, :1], inputs[:, :-1]], axis=1)
         ahead = np.empty_like(now)
@@ -114,7 +116,9 @@ class InputForecast:
         views = np.lib.stride_tricks.sliding_window_view(held, n_past + 1, axis=1)[..., ::-1]
         found = changes_of(self.weights[index], views.reshape(-1, n_past + 1))
         found = np.clip(found, -largest, largest).reshape(-1, *views.shape[:2])
-        true = np.diff(held, axis=1)[:, n_past:]  # what follows each of the forecasts but the last
+        true = np.diff(held, axis=1)[
+            :, n_past:
+        ]  # the true changes, for all forecasts except the last
         errors = (true - found[:, :, :-1]) ** 2
         scores, least = (
             np.lib.stride_tricks.sliding_window_view(squares, self.n_scored, axis=-1).sum(axis=-1)
@@ -127,7 +131,7 @@ class InputForecast:
 
 
 def changes_of(weights: FloatArray, views: NDArray[np.float64]) -> FloatArray:
-    """Give what candidates say of the next change: shape (n_candidates, N).
+    """Return the next change by each candidate, shape (n_candidates, N).
 
     Weights have the shape (n_candidates, n_past), views of the values, newest first, (N, n_past +
     1).

@@ -1,4 +1,4 @@
-"""The bytes of physical parameters in a surrogate file: section PARA, and what META says of them.
+"""Physical parameters in a surrogate file have bytes in the section PARA and rows in META.
 
 The contract is in ``payload.py``; the second reader is the C runtime,
 ``slide_fmu/fmu/runtime/bytes/parameters.c``.
@@ -21,7 +21,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 TRANSFORMS: tuple[Transform, ...] = ("linear", "log", "reciprocal")
-"""Their places are the numbers in the file."""
+"""Transforms; their positions are the numbers in the file."""
 
 PARAMETER_ROW = np.dtype(
     [("low", "<f8"), ("high", "<f8"), ("start", "<f8"), ("transform", "<u4"), ("zero", "<u4")]
@@ -29,7 +29,7 @@ PARAMETER_ROW = np.dtype(
 
 
 def parameter_row(parameter: Parameter) -> dict[str, str | float | None]:
-    """Return what META says of a parameter."""
+    """Return the row of a parameter in META."""
     row = asdict(parameter)
     del row["transform"]
     return row
@@ -44,13 +44,14 @@ def encode_parameters(polynomial: CellPolynomial) -> bytes:
 
 
 def decode_parameters(section: Reader, network: Network, text: str) -> StateSpace:
-    """Return the network whose constant term was read with all terms; text is that of META.
+    """Return the network, whose constant term was read already, with all terms; ``text`` is META.
 
     Raises:
-        ValueError: the section and META are no parameters of this network.
+        ValueError: section and META are not parameters of this network.
     """
     if not isinstance(network, StateSpace):
-        raise ValueError("parameters of a network that is no state space; expected one")
+        kind = type(network).__name__
+        raise ValueError(f"parameters of a {kind}; expected a StateSpace")
     rows = np.frombuffer(section.take(PARAMETER_ROW.itemsize * section.u32()), PARAMETER_ROW)
     if len(rows) == 0 or rows["transform"].max() >= len(TRANSFORMS):
         raise ValueError(
@@ -63,7 +64,7 @@ def decode_parameters(section: Reader, network: Network, text: str) -> StateSpac
 
 
 def _parameters(text: str, rows: NDArray[np.void]) -> tuple[Parameter, ...]:
-    """Return the parameters, by META and by their rows."""
+    """Return the parameters from META and from their rows."""
     try:
         described = json.loads(text)["parameters"]
         parameters = tuple(

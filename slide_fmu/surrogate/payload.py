@@ -1,4 +1,4 @@
-"""The byte contract of a surrogate file: one writer, one reader.
+"""The byte contract of a surrogate file has one writer and one reader in Python.
 
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``; both reject the same
 files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` IEEE 754.
@@ -26,30 +26,30 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     META     := UTF-8 JSON, padded with spaces                   signals; the C runtime skips it
     network  := see slide_fmu/network/bytes.py
 
-Inputs and outputs in SCIN and SCOU are those of the network. Start: u before anybody sets it,
-finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same for all inputs.
+Inputs and outputs in SCIN and SCOU are in the order of the network. Start: u before a user sets
+it, finite and within offset -+ scale. Hold: 0 zero-order, 1 first-order; the same for all inputs.
 Angle: 0 none; 1 the cosine of an angle, with its sine, 2, in the next row; both with offset 0 and
-the same scale. What else a signal is stands in META, and its start there too.
+the same scale. META has all other properties of a signal, and its start again.
 
-PARA says how the weights of a state-space network follow physical parameters p: they are those of
-PRED plus the sum over the terms of the product over the parameters of T_degree(z), times the
-weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / (t(high) - t(low)) - 1,
-t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 but with 0. At most 63 terms, of degrees up to
-16.
+PARA says how the weights of a state-space network follow physical parameters p. They are the
+weights of PRED plus a sum over the terms: the product over the parameters of T_degree(z), times
+the weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / (t(high) - t(low))
+- 1, t by the transform: 0 p, 1 log p, 2 1 / p; low > 0 except for 0. There are at most 63 terms,
+of degrees up to 16.
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
-0.99, the limits, the companion and the head (``error_bound.py``). It stands in no file with PARA.
-SPAN stands in files with BOUN and without ESTI alone (``span_estimate.py``); then the head gives
-twice as many values.
+0.99, the limits, the companion and the head (``error_bound.py``). It is never in a file with PARA.
+SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head gives twice
+the number of values.
 
 Files with SPAN, or with BOUN and ESTI, have version 9; others with BOUN have version 8, files with
-PARA version 7, and all others are written with version 6. In files of version 8, the head of BOUN
-does not see what the estimator of ESTI expects.
+PARA version 7, and all others version 6. In files of version 8, the head of BOUN does not take the
+estimates of ESTI.
 
-MOVE says how inputs with a first-order hold go on (``input_forecast.py``); without it they are
-held while they are not known. Flags: 1, the inputs are planned motions; 2, the FMU starts with
-inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges what was
-given by forecast inputs.
+MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
+they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
+inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges outputs
+that were computed from forecast inputs.
 
 Files of version 5 are those without MOVE.
 
@@ -61,8 +61,8 @@ The estimator is a feed-forward network. It gives n_outputs values eps per evalu
 10^(m + r eps), m = (high + low)/2, r = (high - low)/2; or n_outputs expected errors mu, relative
 to the standard deviation around them, followed by n_outputs values eps, with e = 10^(m + r eps)
 sqrt(1 + mu^2). An e that is larger than 10^high, or not a number, counts as 10^high; so does every
-e at a sample with a feature outside least .. largest. Over its last ``positions`` evaluations the
-root of the mean square of e, times the scale of SCOU, is the estimate.
+e at a sample with a feature outside least .. largest. The estimate is the root of the mean square
+of e over its last ``positions`` evaluations, times the scale of SCOU.
 """
 
 from __future__ import annotations
@@ -102,14 +102,14 @@ Made = TypeVar("Made")
 
 MAGIC = b"SLIDEFMU"
 HEAD, CHECKSUM = 12, 4
-"""Bytes before and behind the sections."""
+"""Bytes before and after the sections."""
 TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
-"""Those of the sections, in their order."""
+"""Tags of the sections, in their order."""
 VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
 READABLE = (5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
-"""Places in both are the numbers in the file."""
+"""Holds and angles; their positions are the numbers in the file."""
 
 INPUT_ROW = np.dtype(
     [("offset", "<f8"), ("scale", "<f8"), ("start", "<f8"), ("hold", "<u4"), ("angle", "<u4")]
@@ -163,11 +163,11 @@ def encode(surrogate: Surrogate) -> bytes:
 def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """Read the bytes of a surrogate file.
 
-    ``make`` gives the result from the fields of ``Surrogate``, by their names, and checks that
-    they belong together: it is ``Surrogate`` itself.
+    ``make`` builds the result from the fields of ``Surrogate``, by name, and checks that they fit
+    together: it is ``Surrogate`` itself.
 
     Raises:
-        PayloadError: with the offset and what was expected there.
+        PayloadError: the message has the offset and the expectation.
     """
     if len(data) < HEAD + CHECKSUM:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
@@ -188,14 +188,14 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
 
 
 def require_lengths(file: IO[bytes], size: int) -> None:
-    """Refuse a surrogate file that is longer than its sections, and keep none of it in memory.
+    """Refuse a surrogate file that is longer than its sections, without keeping it in memory.
 
     Args:
-        file: at its beginning; what is skipped is read, where it is packed.
+        file: at its beginning; skipped bytes of a packed file are read.
         size: its length in bytes.
 
     Raises:
-        PayloadError: with the offset and what was expected there.
+        PayloadError: the message has the offset and the expectation.
     """
     _version(file.read(HEAD))
     position, expected = HEAD, TAGS
@@ -238,7 +238,7 @@ def _section(tag: bytes, content: bytes) -> bytes:
 
 
 def _row(signal: Signal) -> dict[str, str | float | None]:
-    """Give what META says of a signal."""
+    """Return the row of a signal in META."""
     row = dataclasses.asdict(signal)
     del row["hold"], row["angle"]
     return row
@@ -253,7 +253,7 @@ def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
 
 
 class Fields(TypedDict, total=False):
-    """These are the fields of ``Surrogate``, those without a value left out."""
+    """Fields are the fields of ``Surrogate``, without those that have no value."""
 
     name: str
     window: Window
@@ -269,7 +269,7 @@ class Fields(TypedDict, total=False):
 
 
 def _decode_sections(reader: Reader, version: int) -> Fields:
-    """Read the fields of ``Surrogate``."""
+    """Read the fields of ``Surrogate``, by name."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
     n_in, n_out, n_inputs, n_outputs = (section.u32() for _ in range(4))
@@ -319,7 +319,7 @@ def _is_next(reader: Reader, tag: bytes) -> bool:
 
 
 def _described(text: str, rows: NDArray[np.void]) -> Fields:
-    """Return the name and the signals, by META and by the rows of the inputs."""
+    """Return the name and the signals, from META and from the rows of the inputs."""
     try:
         metadata = json.loads(text)
         described = metadata["inputs"]
@@ -353,7 +353,8 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     positions = section.u32()
     network = decode_network(section, n_inputs)
     if not isinstance(network, FeedForward):
-        raise ValueError("estimator that is no feed-forward network; expected one")
+        kind = type(network).__name__
+        raise ValueError(f"error estimator: network is a {kind}; expected a FeedForward")
     ranges = section.f32(2, network.features.n_signals)
     section.done()
     return ErrorEstimator(network, LogError(low, high), positions, ranges)

@@ -1,4 +1,4 @@
-"""The error estimate of a surrogate with an error bound: what its head expects, over a span."""
+"""The error estimate of a surrogate with an error bound averages expected errors over a span."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from slide_fmu.core.window import MAX_WINDOW
 
 @dataclass(frozen=True, eq=False)
 class SpanEstimate:
-    """A SpanEstimate gives the RMSE over the last samples from those that a head expects of each.
+    """A SpanEstimate gives the RMSE over the last samples from the errors that a head expects.
 
     It is a factor times the root of their mean square, over ``N_BLOCKS`` whole blocks of samples
-    and the one that has begun.
+    and the block that has begun.
 
     Attributes:
-        block: samples in a block.
+        block: number of samples in a block.
         factors: of each output, shape (n_outputs,).
     """
 
@@ -40,9 +40,9 @@ class SpanEstimate:
 
     @property
     def samples(self) -> int:
-        """Over how many samples an estimate is, on average."""
+        """The average number of samples that an estimate covers."""
         return span_samples(self.block)
 
     def along(self, squares: FloatArray) -> FloatArray:
-        """Estimate errors from squares of each sample, both of the shape (B, N, n_outputs)."""
+        """Estimate errors from squares of each sample, both of shape (B, N, n_outputs)."""
         return np.asarray(np.sqrt(block_means(squares, self.block)) * self.factors)

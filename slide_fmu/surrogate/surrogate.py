@@ -1,4 +1,4 @@
-"""The surrogate: the only thing that crosses from learning to export. Needs numpy alone."""
+"""The surrogate is the only object that passes from training to export. It needs numpy only."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ from slide_fmu.surrogate.payload import decode, encode
 
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """A Surrogate stands in for a system: it has window, scalings, network, error estimator.
+    """A Surrogate replaces a system; it has window, scalings, network and error estimator.
 
     Attributes:
         name: C identifier; name of the FMU.
         window: the index law.
-        inputs: input signals, in channel order; their ranges, holds and angles are those of the
-            training, and their start values lie in offset -+ scale of the scaling.
+        inputs: input signals, in channel order, with ranges, holds and angles as in training;
+            their start values lie in offset -+ scale of the scaling.
         outputs: output signals, in channel order.
-        input_scaling: physical inputs to network inputs.
-        output_scaling: physical outputs to network outputs.
-        network: scaled input window to scaled outputs; its weights may follow physical parameters,
-            which then have their start values unless others are given.
+        input_scaling: maps physical inputs to network inputs.
+        output_scaling: maps physical outputs to network outputs.
+        network: maps the scaled input window to scaled outputs. Its weights may follow physical
+            parameters; these have their start values unless others are given.
         estimator: error estimator, or None.
-        forecast: how inputs with a first-order hold go on, and whether the FMU asks for that; None
-            with a zero-order hold, and where inputs are set to what they reach by the step's end.
+        forecast: forecast of inputs with a first-order hold, and whether the FMU uses it; None
+            with a zero-order hold, or if inputs are set to the values at the end of the step.
         bound: error bound of a state-space network without parameters, or None.
 
     Raises:
@@ -118,18 +118,17 @@ class Surrogate:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the physical parameters that users may set, in their order; none of most."""
+        """Return the physical parameters that users may set, in order; mostly empty."""
         return self.network.parameters if isinstance(self.network, Parametric) else ()
 
     def at(self, parameters: Mapping[str, float]) -> Surrogate:
-        """Return the surrogate for fixed values of its parameters; it has none any more.
+        """Return the surrogate for fixed values of its parameters; the result has no parameters.
 
         Args:
-            parameters: values by name, in the parameters' units; those that are not given have
-                their start values.
+            parameters: values by name, in the parameters' units; missing ones have start values.
 
         Raises:
-            ValueError: a name is that of no parameter, or a value lies outside its range.
+            ValueError: a name is unknown, or a value lies outside its range.
         """
         values = checked_values(self.parameters, parameters)
         if not isinstance(self.network, Parametric) or len(values) == 0:
@@ -139,7 +138,7 @@ class Surrogate:
     def starting_at(self, parameters: Mapping[str, float]) -> Surrogate:
         """Return the surrogate with other start values of its parameters, by name.
 
-        Those that are not given keep theirs.
+        Parameters that are not given keep their start values.
 
         Raises:
             ValueError: as for ``at``.
@@ -156,18 +155,19 @@ class Surrogate:
 
     @property
     def inputs_at_step_end(self) -> bool:
-        """Say whether the FMU starts with inputs that count as reached by the step's end."""
+        """Return whether the FMU's inputs count as reached by the end of the step at its start."""
         return self.forecast is not None and self.forecast.at_step_end
 
     @property
     def planned(self) -> bool:
-        """Say whether the inputs are planned motions, known ahead, with curves of their own."""
+        """Return whether inputs are planned motions, known ahead, with the model's curves."""
         return self.forecast is not None and self.forecast.planned
 
     def reaching_inputs_by_step_end(self) -> Surrogate:
         """Return the surrogate whose FMU starts with ``inputs_at_step_end`` = 1.
 
-        One whose inputs have a zero-order hold has no such parameter and is returned as it is.
+        A surrogate whose inputs have a zero-order hold has no such parameter and is returned as it
+        is.
         """
         if self.hold == "zero_order":
             return self
@@ -178,15 +178,15 @@ class Surrogate:
 
     @property
     def starts(self) -> FloatArray:
-        """Return the inputs before anybody sets them, in their units, shape (n_inputs,)."""
+        """Return the inputs before a user sets them, in their units, shape (n_inputs,)."""
         return np.array([signal.start_value for signal in self.inputs], dtype=np.float64)
 
     @property
     def memory_length(self) -> int:
-        """Return the number of samples of the inputs that any result may depend on.
+        """Return the number of input samples that any result may depend on.
 
         It is the longest of the input window and the memories of error estimator and error bound,
-        and before them the ``BEFORE`` samples that features look at. The C runtime has it as
+        plus the ``BEFORE`` samples that features need before them. The C runtime calls it
         ``memory_length`` too.
         """
         others = [part.memory_length for part in (self.estimator, self.bound) if part is not None]
@@ -194,14 +194,14 @@ class Surrogate:
 
     @property
     def estimates_errors(self) -> bool:
-        """Say whether ``estimate_error`` gives something: by an estimator, or by its bound."""
+        """Return whether ``estimate_error`` works, by an estimator or by the bound."""
         return self.estimator is not None or (
             self.bound is not None and self.bound.span is not None
         )
 
     @property
     def estimated_samples(self) -> int:
-        """Return over how many samples the error is estimated; else the output window's."""
+        """Return the number of samples of an error estimate; the output window's without one."""
         estimator, window = self.estimator, self.window
         if self.bound is not None and self.bound.span is not None:
             return self.bound.span.samples
@@ -227,9 +227,9 @@ class Surrogate:
     def predict(
         self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
     ) -> FloatArray:
-        """Predict over a long record in blocks of n_out samples (paper: stride n_out).
+        """Predict a long sequence in blocks of n_out samples (paper: stride n_out).
 
-        Before the record the first input is taken as held.
+        The first input counts as constant before the sequence.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
@@ -247,11 +247,11 @@ class Surrogate:
     def in_blocks(
         self, inputs: NDArray[Any], evaluate: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
-        """Evaluate a long record in blocks of n_out samples, as ``predict`` does.
+        """Evaluate a long sequence in blocks of n_out samples, as ``predict`` does.
 
         Args:
             inputs: as for ``predict``.
-            evaluate: from windows of it, shape (B, n_in, n_inputs), to values of any kind at the
+            evaluate: maps windows of it, shape (B, n_in, n_inputs), to values of any kind at the
                 samples of their output windows, shape (B, n_out, ...).
 
         Returns:
@@ -277,10 +277,10 @@ class Surrogate:
     def predict_newest(
         self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
     ) -> FloatArray:
-        """Predict a long record as a co-simulation does: the newest output of every step.
+        """Predict a long sequence as a co-simulation does: the newest output of every step.
 
         Args:
-            inputs: record of the inputs in their units, shape (N, n_inputs).
+            inputs: sequence of the inputs in their units, shape (N, n_inputs).
             parameters: values of the physical parameters by name; start values for others.
 
         Returns:
@@ -295,11 +295,11 @@ class Surrogate:
     def predict_newest_batch(
         self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
     ) -> FloatArray:
-        """Predict many records of the same length by ``predict_newest``.
+        """Predict many sequences of the same length by ``predict_newest``.
 
         Inputs of the shape (B, N, n_inputs) give outputs (B, N, n_outputs).
         """
-        checked, network = checked_inputs(inputs, self.inputs, "records, "), self.network
+        checked, network = checked_inputs(inputs, self.inputs, "sequences, "), self.network
         if parameters:
             network = self.at(parameters).network
         values = network.stream(self.input_scaling.apply(checked))
@@ -309,7 +309,7 @@ class Surrogate:
     def estimate_error(self, inputs: NDArray[Any]) -> FloatArray:
         """Estimate the RMSE over the ``estimated_samples`` that end at each sample.
 
-        Of a surrogate with parameters it is the usual one over all their values.
+        For a surrogate with parameters it is the usual error over all their values.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
@@ -335,7 +335,7 @@ class Surrogate:
         return np.asarray(relative * self.output_scaling.scale)
 
     def trust(self, inputs: NDArray[Any]) -> Trust:
-        """Give the local scale of the error, the disagreement and the novelty of every sample.
+        """Return local error scale, disagreement and novelty of every sample.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
@@ -354,19 +354,19 @@ class Surrogate:
             )
         return self.bound
 
-    def _trusts(self, bound: ErrorBound, records: FloatArray) -> list[Trust]:
-        scaled = self.input_scaling.apply(records)
+    def _trusts(self, bound: ErrorBound, sequences: FloatArray) -> list[Trust]:
+        scaled = self.input_scaling.apply(sequences)
         return bound.along(scaled, self.network.stream(scaled).astype(np.float64))
 
     def error_bounds(
         self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
     ) -> FloatArray:
-        """Give what the error of each sample stays below, with a confidence of 0.9 to 0.99.
+        """Return the bound of each sample's error, with a confidence of 0.9 to 0.99.
 
         Args:
             inputs: as for ``trust``.
-            confidence: the share of samples of a trajectory of the calibrated kinds that is
-                covered on average; the next calibrated one above it counts.
+            confidence: the share of samples that is covered on average, in a trajectory of the
+                calibrated kinds; it is raised to the next calibrated confidence.
 
         Returns:
             Bounds at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
@@ -377,24 +377,24 @@ class Surrogate:
         return self._bounds(self.trust(inputs), inputs, confidence)[0]
 
     def error_bounds_and_domain(
-        self, records: NDArray[Any]
+        self, sequences: NDArray[Any]
     ) -> list[tuple[FloatArray, NDArray[np.bool_]]]:
-        """Give what ``error_bounds`` and ``in_domain`` give of B records, for the price of one.
+        """Return ``error_bounds`` and ``in_domain`` of B sequences in one evaluation.
 
-        The confidence is the usual one.
+        The confidence is ``USUAL_CONFIDENCE``.
 
         Args:
-            records: inputs as for ``trust``, with an axis of the records before: shape
-                (B, N, n_inputs).
+            sequences: inputs as for ``trust``, with the sequences as first axis: shape (B, N,
+                n_inputs).
 
         Returns:
-            Bounds (N, n_outputs), and the samples that are in the domain, (N,), of each record.
+            Bounds (N, n_outputs), and the samples that are in the domain, (N,), of each sequence.
 
         Raises:
             ValueError: as for ``error_bounds``.
         """
         bound = self._required_bound()
-        checked = checked_inputs(records, self.inputs, "records, ")
+        checked = checked_inputs(sequences, self.inputs, "sequences, ")
         trusts = zip(self._trusts(bound, checked), checked, strict=True)
         return [self._bounds(trust, one, USUAL_CONFIDENCE) for trust, one in trusts]
 
@@ -406,9 +406,9 @@ class Surrogate:
         return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale, inside
 
     def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say at each sample whether the surrogate knows such inputs: (N, n_inputs) to (N,).
+        """Return at which samples the surrogate knows such inputs: (N, n_inputs) to (N,).
 
-        The novelty is at most 1, and the inputs lie in their ranges (``inputs_in_range``).
+        There the novelty is at most 1, and the inputs lie in their ranges (``inputs_in_range``).
 
         Raises:
             ValueError: as for ``trust``.
@@ -419,10 +419,10 @@ class Surrogate:
         return np.asarray((trust.novelty <= 1) & self.inputs_in_range(inputs))
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Say at each sample whether inputs behind the outputs are known: (N, n_inputs) to (N,).
+        """Return at which samples the inputs of the outputs lie in range: (N, n_inputs) to (N,).
 
-        The last ``network.memory_length`` inputs must lie in their ranges, the first counting as
-        held for ever before; of an angle, the length of cosine and sine must be about 1.
+        The last ``network.memory_length`` inputs must lie in their ranges; the first counts as
+        constant before. For an angle, the length of cosine and sine must be about 1.
 
         Raises:
             ValueError: as for ``predict``.
@@ -431,10 +431,10 @@ class Surrogate:
         return inside_throughout(in_ranges(self.inputs, scaled), self.network.memory_length)
 
     def outputs_in_range(self, outputs: FloatArray) -> NDArray[np.bool_]:
-        """Say of outputs, (N, n_outputs), whether all lie where the training had them, (N,).
+        """Return where all outputs, (N, n_outputs), lie in the ranges of the training, (N,).
 
         Raises:
-            ValueError: nobody knows the ranges of the training.
+            ValueError: the ranges of the training are not known.
         """
         if self.output_ranges is None:
             raise ValueError("the ranges of the outputs in the training are not known")
@@ -442,10 +442,10 @@ class Surrogate:
         return np.asarray(np.all((outputs >= low) & (outputs <= high), axis=1))
 
     def truncation_errors(self, inputs: NDArray[Any]) -> FloatArray | None:
-        """Give what the finite memory was last found to cost each output, at each sample.
+        """Return the last measured truncation error of each output, at each sample.
 
-        Inputs (N, n_inputs) give (N, n_outputs), in the outputs' units; None for networks that
-        do not measure it.
+        Inputs (N, n_inputs) give (N, n_outputs), in the outputs' units; None if the network does
+        not measure it.
 
         Raises:
             ValueError: as for ``predict``.
@@ -470,5 +470,5 @@ class Surrogate:
         return decode(data, Surrogate)
 
     def save(self, path: Path) -> None:
-        """Write the surrogate file; an old one stays as it is where that fails."""
+        """Write the surrogate file; if that fails, an old file stays."""
         write_whole(path, self.to_bytes())

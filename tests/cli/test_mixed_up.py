@@ -108,7 +108,7 @@ def test_recipe_that_is_there_is_refused_before_the_model_is_simulated(
     for more in ((), ("--name", "other")):
         code, output = said("init", "spring.py", *more)
         assert code == 1
-        assert ".toml is there already; choose another with -o, or add --force" in output
+        assert ".toml exists already; choose another with -o, or add --force" in output
     code, output = said("init", "--kind", "function", "other")
     assert code == 1
     assert not Path("other.py").exists()

@@ -97,7 +97,7 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         MIXED,
         {"duration": [2.0, 5.0], "ramp": [0.1, 1.0]},
         "all inputs are held at the ends of the range and inside of it by turns, each for 2 to 5 "
-        "s; a way takes 0.1 to 1 s",
+        "s; a move takes 0.1 to 1 s",
     ),
     "vibration": (
         MIXED,
@@ -170,4 +170,4 @@ def test_recorded_inputs_name_their_file(scale: list[float], more: str, tmp_path
     path = tmp_path / "road.csv"
     path.write_text("time,force\n0,1\n1,-1\n", encoding="utf-8")
     text = described("file", (FORCE,), path=str(path), scale=scale)
-    assert text == f"the inputs are stretches of the file road.csv{more}"
+    assert text == f"the inputs are parts of the file road.csv{more}"

@@ -219,7 +219,7 @@ UNIT = Affine(np.zeros(2), np.ones(2))
         (((),), "at least one, each from 0 to 2"),
         (((0, 3),), r"chosen features \(0, 3\)"),
         (((-1,),), "from 0 to 2"),
-        (((0,), UNIT), "scaling of 2 features; expected that of the 1 chosen"),
+        (((0,), UNIT), "scaling of 2 features; expected 1, the number of chosen"),
     ],
 )
 def test_maps_that_do_not_fit_are_refused(arguments: tuple[object, ...], message: str) -> None:

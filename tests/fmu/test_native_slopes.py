@@ -118,7 +118,7 @@ def test_bad_weights_are_refused() -> None:
     broken[3, 8, 1] = np.inf
     with refused(ValueError, "weights hold"):
         native.vjp(records, broken)
-    with refused(ValueError, "records hold"):
+    with refused(ValueError, "sequences hold"):
         native.vjp(np.full_like(records, np.nan), weights)
     with refused(ValueError, "threads 0"):
         native.vjp(records, weights, threads=0)

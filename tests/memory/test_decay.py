@@ -12,7 +12,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import (
     Decay,
     decay_along,
-    decay_in_stretches,
+    decay_in_pieces,
     recommend_window,
     too_short,
 )
@@ -88,13 +88,13 @@ def test_an_undamped_mode_decays_without_end() -> None:
 
 def test_stretches_have_the_mean_rates_of_their_instants() -> None:
     one, other = (Decay(np.array(rates), 0.01) for rates in ([-1, -3, -5, 1, -4], [-7.0]))
-    found = decay_in_stretches([one, other], 2)
+    found = decay_in_pieces([one, other], 2)
     assert found.rates == pytest.approx([-3.0, -1.5, -7.0])
     assert found.worst == pytest.approx(math.log(100) / 1.5)
-    whole = decay_in_stretches([one, other], 9)
+    whole = decay_in_pieces([one, other], 9)
     assert whole.rates == pytest.approx([-2.4, -7.0])
     with refused(UnstableModeError, "1 1/s in", "1 instants"):
-        decay_in_stretches([one], 1)
+        decay_in_pieces([one], 1)
 
 
 @pytest.mark.parametrize(

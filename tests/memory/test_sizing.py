@@ -170,7 +170,7 @@ def test_longer_measured_decay_is_a_remark(tmp_path: Path) -> None:
     assert sizing_section(longer).text.endswith(f" Remark: {longer.remark}.")
     never = replace(found, measured=replace(found.measured, rates=np.array([0.0, *rates[1:]])))
     assert never.remark is not None
-    assert "10 measured pairs of motions never met in a record" in never.remark
+    assert "10 measured pairs of motions did not meet within" in never.remark
     assert json.dumps(plain(never.figures()), allow_nan=False)
     short = replace(longer, window=replace(found.window, n_in=80))
     assert short.problem is not None

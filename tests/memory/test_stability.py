@@ -18,7 +18,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.memory import stability
 from slide_fmu.memory.stability import (
-    RECORDS,
+    SEQUENCES,
     AmplitudeTest,
     UnstableSurrogateError,
     check_stability,
@@ -66,7 +66,7 @@ def test_random_network_that_contracts_passes(seed: int, shape: CellShape) -> No
     assert [test.amplitude for test in tests] == list(AMPLITUDES)
     assert all(test.problem is None for test in tests)
     assert tests[0].growth == pytest.approx(1.0)
-    assert all(test.differences.shape == (RECORDS,) for test in tests)
+    assert all(test.differences.shape == (SEQUENCES,) for test in tests)
     assert all(test.pair.shape == (2, RECIPE.window.n_in, 1) for test in tests)
     require_stability(tests, RECIPE, "nowhere.png")
 

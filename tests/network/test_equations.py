@@ -65,14 +65,14 @@ def test_slopes_of_units_are_their_derivatives(shape: Shape) -> None:
     inputs, cell = ByRole.of(network.roles, features), in_double(network.cell)
     state = rng.normal(size=(1, len(network.cell.a)))
     equations = Equations(cell, inputs, network.turned, np)
-    units = equations.units_with_slopes(0, state)
-    assert units.values == pytest.approx(equations.units(0, state))
+    units = equations.hidden_units_with_slopes(0, state)
+    assert units.values == pytest.approx(equations.hidden_units(0, state))
 
     def with_more(amount: float) -> np.ndarray:
         moved = cell.w.copy()
         moved[:, -1] += amount
         equations = Equations(replace(cell, w=moved), inputs, network.turned, np)
-        return np.asarray(equations.units(0, state))
+        return np.asarray(equations.hidden_units(0, state))
 
     expected = five_point_slope(with_more)
     assert units.slope == pytest.approx(expected, rel=SLOPE, abs=SLOPE)

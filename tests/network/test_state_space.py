@@ -203,7 +203,7 @@ def test_gated_cells_need_v_and_others_have_none() -> None:
             "tanh units; expected them for gated units",
         ),
         ((CELL, 4, 2, ONE, Roles((0,), (0,), readout=(0,))), "1 rows of c; .* multiple of 2 rows"),
-        ((CELL, 4, 2, THREE, Roles((0,), (0,), turn=(1, 2)), 1), "for gated units alone"),
+        ((CELL, 4, 2, THREE, Roles((0,), (0,), turn=(1, 2)), 1), "for gated units only"),
         (
             (GATED_CELL, 4, 2, THREE, dataclasses.replace(ROLES, gated=())),
             r"v of shape \(5, 5\), float32; expected \(5, 4\)",

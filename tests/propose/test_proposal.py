@@ -295,7 +295,7 @@ def test_recipe_that_is_there_is_refused_before_the_model_is_run(tmp_path: Path)
     (tmp_path / "model.toml").write_text("")
     result = invoke("init", str(tmp_path / "absent.py"), "-o", str(tmp_path / "model.toml"))
     assert result.exit_code == 1
-    assert "is there already" in result.output
+    assert "exists already" in result.output
 
 
 def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> None:
@@ -307,7 +307,7 @@ def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> N
     assert recipe.system.model == "../slow_lag.py"
     again = invoke(*command)
     assert again.exit_code == 1
-    assert "recipes/lag.toml is there already" in again.output
+    assert "recipes/lag.toml exists already" in again.output
     tried = invoke("try", "recipes/lag.toml", "--json", "figures.json")
     assert tried.exit_code == 0, tried.output
     figures = json.loads((tmp_path / "figures.json").read_text())

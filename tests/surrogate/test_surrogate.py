@@ -77,7 +77,7 @@ def test_stream_of_a_batch_is_that_of_one_record_after_the_other(shape: Shape, c
     expected = np.stack([surrogate.predict_newest(inputs) for inputs in batch])
     found = surrogate.predict_newest_batch(batch)
     assert found == pytest.approx(expected, abs=ROUNDING, rel=ROUNDING)
-    with refused(ValueError, "expected (records, samples"):
+    with refused(ValueError, "expected (sequences, samples"):
         surrogate.predict_newest_batch(batch[0])
     batch[2, -1, 0] = math.nan
     with pytest.raises(ValueError, match=f"'u0' at sample {count - 1} is nan"):

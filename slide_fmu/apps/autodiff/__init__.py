@@ -1,4 +1,4 @@
-"""A surrogate as a function that torch or CasADi differentiates in reverse mode.
+"""A surrogate becomes a function that torch or CasADi differentiates in reverse mode.
 
-Only ``functions`` may be imported from outside: it imports neither before somebody asks for it.
+Other code may import only ``functions``: it imports torch or CasADi only when they are needed.
 """

@@ -1,4 +1,4 @@
-"""What surrogates in other programs add: functions for Python."""
+"""This app adds functions for Python: surrogates in other programs."""
 
 from __future__ import annotations
 

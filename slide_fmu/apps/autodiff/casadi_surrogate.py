@@ -1,7 +1,7 @@
-"""A surrogate as a function of CasADi: a record in, its outputs out, derivatives in reverse mode.
+"""A surrogate is a CasADi function from a sequence to its outputs, with reverse derivatives.
 
-CasADi keeps no reference to what Python gives it: a function must live as long as what is made of
-it.
+CasADi keeps no reference to Python objects: the caller must keep a function as long as expressions
+use it.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
-    """A CasadiSurrogate is a function of CasADi (``casadi_function`` says what it does). Final."""
+    """A CasadiSurrogate is a CasADi function; see ``casadi_function``. Final."""
 
     def __init__(
         self, surrogate: Surrogate, samples: int, options: dict[str, object] | None = None
     ) -> None:
         if not isinstance(samples, int | np.integer) or samples < 1:
             raise ValueError(
-                f"samples: {samples!r}; expected a whole number of at least 1, those of the record"
+                f"samples: {samples!r}; expected a whole number of at least 1, its length"
             )
         if not isinstance(surrogate.network, StateSpace):
             raise NativeError(
@@ -74,7 +74,7 @@ class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
 
 
 class _Reverse(casadi.Callback):  # type: ignore[misc]
-    """From a record, its outputs and some weights of them, side by side, to as many gradients."""
+    """Maps a sequence, its outputs and several weights of them to the same number of gradients."""
 
     def __init__(
         self,
@@ -109,8 +109,8 @@ class _Reverse(casadi.Callback):  # type: ignore[misc]
         return casadi.Sparsity.dense(self._samples, self._columns_out)
 
     def eval(self, arguments: list[casadi.DM]) -> list[FloatArray]:
-        record, weights = arguments[0].full(), arguments[2].full()
+        sequence, weights = arguments[0].full(), arguments[2].full()
         apart = weights.reshape(self._samples, self._count, -1).transpose(1, 0, 2)
-        records = np.broadcast_to(record, (self._count, *record.shape))
-        slopes = self._native.vjp(records, apart)
+        sequences = np.broadcast_to(sequence, (self._count, *sequence.shape))
+        slopes = self._native.vjp(sequences, apart)
         return [slopes.transpose(1, 0, 2).reshape(self._samples, self._columns_out)]

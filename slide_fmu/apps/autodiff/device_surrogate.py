@@ -1,4 +1,4 @@
-"""Whole records on a device of torch, such as CUDA: very many of them side by side."""
+"""Many whole sequences are predicted in parallel on a torch device, such as CUDA."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from slide_fmu.surrogate.checks import checked_inputs
 from slide_fmu.surrogate.surrogate import Surrogate
 
 NUMBERS_AT_ONCE = 1 << 28
-"""So many numbers in single precision, about a gigabyte, are held for the records of a block."""
+"""Largest number of values, in single precision, for one block: about a gigabyte."""
 
 
 class DeviceSurrogate:
-    """A DeviceSurrogate predicts records on a device (``device_surrogate`` says how). Final."""
+    """A DeviceSurrogate predicts sequences on a device; see ``device_surrogate``. Final."""
 
     def __init__(self, surrogate: Surrogate, device: str) -> None:
         network = surrogate.network
@@ -41,31 +41,31 @@ class DeviceSurrogate:
         arrays = {name: self._there(part) for name, part in network.cell.arrays().items()}
         self._cell = network.cell.with_arrays(arrays)
 
-    def predict(self, records: NDArray[Any]) -> FloatArray:
-        """Predict records (B, N, n_inputs) in their units: outputs at samples 1 .. N.
+    def predict(self, sequences: NDArray[Any]) -> FloatArray:
+        """Predict sequences (B, N, n_inputs) in their units: outputs at samples 1 .. N.
 
         Raises:
             ValueError: wrong shape, or values that are not finite.
         """
-        checked = checked_inputs(records, self.surrogate.inputs, "records, ")
+        checked = checked_inputs(sequences, self.surrogate.inputs, "sequences, ")
         parts = [self.evaluate(block) for block in self.blocks(checked)]
         values = np.concatenate([part.cpu().numpy() for part in parts], axis=1)
         found = self.surrogate.output_scaling.invert(np.moveaxis(values, 0, 1).astype(np.float64))
         return np.asarray(found)
 
-    def blocks(self, records: FloatArray) -> Iterator[torch.Tensor]:
-        """Give the features of records in blocks, on the device: (n_in - 1 + N, B, n_signals).
+    def blocks(self, sequences: FloatArray) -> Iterator[torch.Tensor]:
+        """Yield the features of sequences in blocks, on the device: (n_in - 1 + N, B, n_signals).
 
-        They are formed by numpy. The first input counts as held for n_in samples.
+        They are formed by numpy. The first input is held for n_in samples before.
         """
         before = self.surrogate.window.n_in - 1
         cell = self._network.cell
-        each = (records.shape[1] + before) * (
+        each = (sequences.shape[1] + before) * (
             self._network.features.n_signals + 2 * len(cell.w) + 3 * len(cell.a)
         )
         count = max(1, NUMBERS_AT_ONCE // each)
-        for first in range(0, len(records), count):
-            scaled = self.surrogate.input_scaling.apply(records[first : first + count])
+        for first in range(0, len(sequences), count):
+            scaled = self.surrogate.input_scaling.apply(sequences[first : first + count])
             held = np.pad(scaled, ((0, 0), (before, 0), (0, 0)), mode="edge")
             yield self._there(np.moveaxis(self._network.features.along(held), 1, 0))
 
@@ -76,7 +76,7 @@ class DeviceSurrogate:
             start = torch.zeros(features.shape[1], len(self._cell.a), device=self.device)
             states = Equations(self._cell, inputs, self._network.turned, torch).run(start)
             last = slice(self.surrogate.window.n_in - 1, None)
-            found: torch.Tensor = outputs(self._cell, states[last], inputs.stretch(last))
+            found: torch.Tensor = outputs(self._cell, states[last], inputs.part(last))
             return found
 
     def _there(self, array: NDArray[Any]) -> torch.Tensor:

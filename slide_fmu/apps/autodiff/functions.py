@@ -1,4 +1,4 @@
-"""A surrogate as a function of torch or of CasADi; each is imported when it is asked for."""
+"""A surrogate becomes a function of torch or CasADi, which are imported when needed."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ if TYPE_CHECKING:
 
 
 def torch_module(surrogate: Surrogate, threads: int | None = None) -> torch.nn.Module:
-    """Return a surrogate as a torch module: whole records in, outputs out, and their gradient.
+    """Return a surrogate as a torch module: whole sequences in, outputs out, and their gradient.
 
-    It maps records of shape (B, N, n_inputs), or (N, n_inputs) of one, to outputs at samples
-    1 .. N, in the signals' units, as ``NativeSurrogate.predict`` does, and keeps type, one with
-    fractions, and device.
-    It has no weights to train; ``backward`` gives the gradient by the records, of which there are
-    no second derivatives. Outputs have single precision, gradients double precision.
+    It maps sequences of shape (B, N, n_inputs), or (N, n_inputs) of one, to outputs at samples 1
+    .. N, in the signals' units, as ``NativeSurrogate.predict`` does. It keeps the floating-point
+    type and the device. It has no weights to train; ``backward`` gives the gradient by the
+    sequences, without second derivatives. Outputs have single precision, gradients double
+    precision.
 
     Args:
-        surrogate: what predicts; its physical parameters have their start values
-            (``Surrogate.at`` fixes others). Of other families than ``state_space`` there are no
-            gradients.
-        threads: that share the records; one per core if None.
+        surrogate: the surrogate; its physical parameters have their start values (``Surrogate.at``
+            fixes others). Only the family ``state_space`` has gradients.
+        threads: number of threads that share the sequences; one per core if None.
 
     Raises:
         ImportError: torch is not installed.
@@ -39,16 +38,16 @@ def torch_module(surrogate: Surrogate, threads: int | None = None) -> torch.nn.M
 
 
 def device_surrogate(surrogate: Surrogate, device: str = "cuda") -> DeviceSurrogate:
-    """Return a surrogate on a device of torch, which predicts very many records side by side.
+    """Return a surrogate on a torch device, which predicts many sequences in parallel.
 
-    ``predict`` maps records of shape (B, N, n_inputs) to outputs at samples 1 .. N, shape
-    (B, N, n_outputs), in the signals' units, as ``NativeSurrogate.predict`` does. Features are
-    formed by numpy; the network runs on the device, in single precision.
+    ``predict`` maps sequences of shape (B, N, n_inputs) to outputs at samples 1 .. N, shape (B, N,
+    n_outputs), in the signals' units, as ``NativeSurrogate.predict`` does. Features are formed by
+    numpy; the network runs on the device, in single precision.
 
     Args:
-        surrogate: what predicts, of the family ``state_space``; its physical parameters have
-            their start values (``Surrogate.at`` fixes others).
-        device: as torch names it: ``cuda``, ``cuda:1``, ``cpu``.
+        surrogate: a surrogate of the family ``state_space``; its physical parameters have their
+            start values (``Surrogate.at`` fixes others).
+        device: a torch device: ``cuda``, ``cuda:1``, ``cpu``.
 
     Raises:
         ImportError: torch is not installed.
@@ -67,21 +66,21 @@ def casadi_function(
 ) -> Any:
     """Return a surrogate as a ``casadi.Function`` with derivatives in reverse mode.
 
-    It maps one record, a matrix (samples, n_inputs), to outputs (samples, n_outputs), in the
+    It maps one sequence, a matrix (samples, n_inputs), to outputs (samples, n_outputs), in the
     signals' units, as ``NativeSurrogate.predict`` does, and can be called with ``casadi.MX``. It
     has first derivatives only: ipopt needs ``{"ipopt.hessian_approximation": "limited-memory"}``.
     Outputs have single precision, derivatives double precision. CasADi keeps no reference to it:
-    keep it as long as a solver needs it.
+    the caller must keep it as long as a solver needs it.
 
     Args:
-        surrogate: what predicts, of the family ``state_space``; its physical parameters have
-            their start values (``Surrogate.at`` fixes others).
-        samples: of the record.
-        options: of ``casadi.Callback``.
+        surrogate: a surrogate of the family ``state_space``; its physical parameters have their
+            start values (``Surrogate.at`` fixes others).
+        samples: length of the sequence.
+        options: options of ``casadi.Callback``.
 
     Raises:
         ImportError: casadi is not installed.
-        ValueError: ``samples`` is no whole number of at least 1.
+        ValueError: ``samples`` is not a whole number of at least 1.
         NativeError: there is no compiled library, or it has no derivatives of the surrogate.
     """
     try:

@@ -1,4 +1,4 @@
-"""A surrogate as a torch module: records in, outputs out, and their gradient by the C runtime."""
+"""A surrogate is a torch module: sequences in, outputs out, with gradients by the C runtime."""
 
 from __future__ import annotations
 
@@ -14,48 +14,48 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class TorchSurrogate(torch.nn.Module):
-    """A TorchSurrogate is a module of torch (``torch_module`` says what it does). Final."""
+    """A TorchSurrogate is a torch module; see ``torch_module``. Final."""
 
     def __init__(self, surrogate: Surrogate, threads: int | None = None) -> None:
         super().__init__()
         self._native, self._threads = NativeSurrogate(surrogate), threads
 
-    def forward(self, records: torch.Tensor) -> torch.Tensor:
-        """Predict records of shape (B, N, n_inputs), or (N, n_inputs) of one, in their units.
+    def forward(self, sequences: torch.Tensor) -> torch.Tensor:
+        """Predict sequences of shape (B, N, n_inputs), or (N, n_inputs) of one, in their units.
 
         Raises:
-            TypeError: they are no tensor of real numbers with a fraction.
+            TypeError: the argument is not a tensor of a floating-point type.
             ValueError: wrong shape, values that are not finite, or no threads.
             NativeError: a feature is not finite.
         """
-        kind = records.dtype if isinstance(records, torch.Tensor) else type(records).__name__
+        kind = sequences.dtype if isinstance(sequences, torch.Tensor) else type(sequences).__name__
         if not (isinstance(kind, torch.dtype) and kind.is_floating_point):
-            raise TypeError(  # outputs are of the same type, and would lose their fractions
-                f"records are of type {kind}; expected a tensor of torch.float64 or "
-                "torch.float32: make one with torch.as_tensor(records, dtype=torch.float64)"
+            raise TypeError(  # outputs have the same type, and integers would lose their fractions
+                f"sequences are of type {kind}; expected a tensor of torch.float64 or "
+                "torch.float32: make one with torch.as_tensor(sequences, dtype=torch.float64)"
             )
-        arguments = records, self._native, self._threads
+        arguments = sequences, self._native, self._threads
         predicted: torch.Tensor = _Predicted.apply(*arguments)  # type: ignore[no-untyped-call]
         return predicted
 
 
 class _Predicted(torch.autograd.Function):
-    """The prediction of records with its vector-Jacobian product."""
+    """The prediction of sequences with its vector-Jacobian product."""
 
     @staticmethod
     def forward(
-        ctx: Any, records: torch.Tensor, native: NativeSurrogate, threads: int | None
+        ctx: Any, sequences: torch.Tensor, native: NativeSurrogate, threads: int | None
     ) -> torch.Tensor:
-        ctx.save_for_backward(records)
+        ctx.save_for_backward(sequences)
         ctx.native, ctx.threads = native, threads
-        return records.new_tensor(native.predict(_array(records), threads))
+        return sequences.new_tensor(native.predict(_array(sequences), threads))
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor, None, None]:
-        (records,) = ctx.saved_tensors
-        slopes = ctx.native.vjp(_array(records), _array(weights), ctx.threads)
-        return records.new_tensor(slopes), None, None
+        (sequences,) = ctx.saved_tensors
+        slopes = ctx.native.vjp(_array(sequences), _array(weights), ctx.threads)
+        return sequences.new_tensor(slopes), None, None
 
 
 def _array(values: torch.Tensor) -> FloatArray:

@@ -1,6 +1,6 @@
-"""How fast an FMU is: everything in turns in one run, medians.
+"""The speed of an FMU is measured in one run with alternating turns; the results are medians.
 
-Comparisons with other ways to run the same network are in ``tests/benchmarks/comparison.py``.
+Other ways to run the same network are compared in ``tests/benchmarks/comparison.py``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.core.figures import spread
-from slide_fmu.cosim.check import random_record
+from slide_fmu.cosim.check import random_inputs
 from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import read_fmu
@@ -24,16 +24,16 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 @dataclass(frozen=True, kw_only=True)
 class BenchFigures:
-    """These are the medians of what was measured.
+    """BenchFigures are the medians of the measurements.
 
     Attributes:
-        kernel_name: that of the compiled runtime.
+        kernel_name: name of the kernel in the compiled runtime.
         n_weights: number of the network's weights.
         medians: times in microseconds: ``fmu_step`` (doStep through fmpy), ``fmu_set_step_get``
             (set, doStep and get, with error estimates if there are any),
             ``fmu_set_step_get_without_estimates``, with an error bound
-            ``fmu_set_step_get_with_bounds`` (with bounds and novelty besides), and times that
-            were added.
+            ``fmu_set_step_get_with_bounds`` (with bounds and novelty too), and times that were
+            added.
         batch: windows per second of processor time, of ``native`` and ``numpy``.
         spread: the 10th and 90th percentile of the times in microseconds.
     """
@@ -47,7 +47,7 @@ class BenchFigures:
 
 @dataclass(frozen=True)
 class FmuTimes:
-    """These are the figures of an FMU, whose path they have."""
+    """FmuTimes are the figures of an FMU, with its path."""
 
     fmu: str
     figures: BenchFigures = spread()
@@ -58,7 +58,7 @@ def bench_fmu(path: Path, effort: Effort) -> FmuTimes:
 
     Raises:
         CoSimulationError: the FMU reports an error.
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is not an FMU of slide-fmu.
         NativeError: there is no compiled runtime for this platform.
     """
     surrogate, _ = read_fmu(path)
@@ -79,26 +79,26 @@ def _call_times(function: Callable[[], object], calls: int) -> list[float]:
 
 
 class Bench:
-    """One surrogate and its FMU, and the times measured so far. Final.
+    """A Bench has one surrogate, its FMU, and the times measured so far. Final.
 
     Args:
-        surrogate: the one in the FMU.
+        surrogate: the surrogate in the FMU.
         fmu: the unpacked FMU.
-        effort: how long is measured.
+        effort: number of measurements.
 
     Attributes:
         native: the surrogate in the C runtime.
-        record: random inputs within their ranges, shape (N, n_inputs).
-        windows: all windows of the record, shape (effort.windows, n_in, n_inputs).
-        singles: single evaluations by name, timed one by one; none but those that are added.
+        sequence: random inputs within their ranges, shape (N, n_inputs).
+        windows: all windows of the sequence, shape (effort.windows, n_in, n_inputs).
+        singles: single evaluations by name, timed one by one; only those that are added.
         batches: evaluations of all windows by name; more may be added.
     """
 
     def __init__(self, surrogate: Surrogate, fmu: UnpackedFmu, effort: Effort) -> None:
         self.surrogate, self.effort = surrogate, effort
         self.native, self._fmu = NativeSurrogate(surrogate), fmu
-        self.record = random_record(surrogate, effort.windows + surrogate.window.n_in - 1)
-        views = np.lib.stride_tricks.sliding_window_view(self.record, surrogate.window.n_in, 0)
+        self.sequence = random_inputs(surrogate, effort.windows + surrogate.window.n_in - 1)
+        views = np.lib.stride_tricks.sliding_window_view(self.sequence, surrogate.window.n_in, 0)
         self.windows = np.moveaxis(views, -1, 1)
         self.singles: dict[str, Callable[[], object]] = {}
         self.batches: dict[str, Callable[[], object]] = {
@@ -112,12 +112,12 @@ class Bench:
         self._times.setdefault(name, []).extend(seconds)
 
     def run_fmu(self, fmu: UnpackedFmu, outputs: Sequence[str]) -> Run:
-        """Run an FMU of the surrogate's inputs on the first samples of the record.
+        """Run an FMU with the surrogate's inputs on the first samples of the sequence.
 
         Raises:
-            CoSimulationError: a variable is not there, or the FMU reports an error.
+            CoSimulationError: a variable does not exist, or the FMU reports an error.
         """
-        columns = self.record[: self.effort.steps].T
+        columns = self.sequence[: self.effort.steps].T
         inputs = {s.name: column for s, column in zip(self.surrogate.inputs, columns, strict=True)}
         return run_fmu(fmu, inputs, outputs, step=self.surrogate.window.step)
 
@@ -149,7 +149,7 @@ class Bench:
             self.add(f"batch_{name}", [time.process_time() - begin])
 
     def figures(self) -> BenchFigures:
-        """Sum up what was measured; after at least one round."""
+        """Return the results; at least one round must have been done."""
         medians = {name: float(np.median(found)) for name, found in self._times.items()}
         batch = {name: self.effort.windows / medians.pop(f"batch_{name}") for name in self.batches}
         return BenchFigures(

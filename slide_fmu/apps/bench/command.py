@@ -1,4 +1,4 @@
-"""The subcommand that measures how fast an FMU is."""
+"""The subcommand measures the speed of an FMU."""
 
 from __future__ import annotations
 

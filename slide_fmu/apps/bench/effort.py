@@ -1,6 +1,6 @@
-"""How long a benchmark measures.
+"""An effort is the number of measurements of a benchmark.
 
-The command line shows it in its help, so this module imports no number crunching.
+The help of the command line shows it, so this module imports no numerical packages.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Effort:
-    """An Effort says how long is measured.
+    """An Effort is the number of measurements.
 
     Attributes:
-        rounds: rounds in which all take turns.
-        steps: steps of each in a round.
-        windows: windows of a batch.
+        rounds: number of rounds, in which all take turns.
+        steps: number of steps of each in a round.
+        windows: number of windows in a batch.
     """
 
     rounds: int = 20

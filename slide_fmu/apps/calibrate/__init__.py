@@ -1,4 +1,4 @@
 """Physical parameters of a surrogate are fitted to measured records, with their uncertainty.
 
-Nothing is trained here: the surrogate stays as it is, and nothing needs torch.
+The surrogate itself stays unchanged: nothing is trained, and torch is not needed.
 """

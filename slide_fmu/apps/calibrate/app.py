@@ -1,4 +1,4 @@
-"""What calibration adds: the subcommand, and the same from Python."""
+"""This app adds calibration: a subcommand, and the same from Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The physical parameters of a surrogate that fit measured records best."""
+"""The physical parameters of a surrogate are fitted to measured records."""
 
 from __future__ import annotations
 
@@ -32,27 +32,28 @@ def calibrate(
 ) -> Calibration:
     """Fit the physical parameters of a surrogate to measured records, with their uncertainty.
 
-    Outputs are weighted by their noise, which is estimated from what the fit leaves. The first
-    samples of a record, ``Window.n_truncated`` of them, do not count: what was before is unknown.
-    The 95 % intervals hold for noise of any colour, and count the surrogate's own error.
+    Outputs are weighted by their noise, which is estimated from the residuals of the fit. The
+    first samples of a record, ``Window.n_truncated`` of them, do not count, since the inputs
+    before are unknown. The 95 % intervals hold for noise of any colour, and include the
+    surrogate's own error.
 
     Args:
-        surrogate: one with parameters, or its FMU or surrogate file.
-        inputs: of one record, shape (N, n_inputs), in the inputs' units and with the window's
-            step; or a list of those of several records.
-        outputs: measured outputs, shape (N, n_outputs), or a list of them: ``outputs[k]`` is what
-            ``Surrogate.predict`` gives for sample k. NaN where nothing was measured.
+        surrogate: a surrogate with parameters, or its FMU or surrogate file.
+        inputs: inputs of one record, shape (N, n_inputs), in the inputs' units and with the
+            window's step; or a list of them for several records.
+        outputs: measured outputs, shape (N, n_outputs), or a list of them: ``outputs[k]`` belongs
+            to the value of ``Surrogate.predict`` at sample k. NaN where nothing was measured.
         fixed: values of parameters by name that are not fitted.
         own_error: relative RMSE of the surrogate, one number for each output, as a validation
-            measures it (1 is 100 %). That which ``slide-fmu run`` has written into the FMU if
-            None; where nobody knows, it does not count, and a remark says so.
-        seed: of the points at which the search begins.
+            measures it (1 is 100 %). If None, the error that ``slide-fmu run`` wrote into the FMU
+            is used; if it is not known, it does not count, and a remark says so.
+        seed: seed of the points at which the search begins.
 
     Returns:
         The fitted values, their intervals, and how well they fit.
 
     Raises:
-        FmuError, PayloadError: as for ``load``, where a path is given.
+        FmuError, PayloadError: as for ``load``, if a path is given.
         ValueError: the surrogate has no parameters or all are fixed, shapes do not fit, a value is
             not finite or out of its range, or too few samples count.
     """
@@ -93,7 +94,7 @@ def released_error(provenance: Provenance | None, surrogate: Surrogate) -> list[
         outputs = [] if measured is None else measured.validation["in range"].outputs
         found = {output.name: output.relative_rmse for output in outputs}
         return [found[name] for name in names]
-    except (KeyError, ValueError):  # of another program, or another version
+    except (KeyError, ValueError):  # figures of another program, or another version
         return None
 
 
@@ -101,7 +102,7 @@ def free_parameters(surrogate: Surrogate, fixed: Mapping[str, float]) -> tuple[P
     """Return the parameters of a surrogate that are not fixed.
 
     Raises:
-        ValueError: there are none, or what is fixed is no parameter or no value in its range.
+        ValueError: there are none, or a fixed parameter is unknown or out of its range.
     """
     if not surrogate.parameters:
         raise ValueError(

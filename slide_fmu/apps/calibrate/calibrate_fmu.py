@@ -1,4 +1,4 @@
-"""Records from files are held against an FMU, and its physical parameters are fitted to them."""
+"""Records from files are compared with an FMU, and its physical parameters are fitted to them."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class Measured:
-    """This says what was measured, and where.
+    """Measured names the measured records and their columns.
 
     Attributes:
-        paths: files of records of the same columns.
-        inputs, outputs: columns by names of signals. Inputs that are not named are columns of
-            their own name; so are outputs where none is named, and others do not count.
-        time: column of times; None where it is to be found.
+        paths: files of records with the same columns.
+        inputs, outputs: columns by names of signals. Inputs that are not named have the column of
+            their own name. If no output is named, outputs do too; otherwise the others do not
+            count.
+        time: column of times; None to find it.
         step: sample step in s of files without times.
-        pairing: which output answers an input; by the hold of the inputs if None.
+        pairing: which output belongs to an input; by the hold of the inputs if None.
     """
 
     paths: tuple[str, ...]
@@ -55,15 +56,15 @@ def calibrate_fmu(
         fmu: an FMU of slide-fmu with parameters.
         measured: the records.
         fixed: values of parameters by name that are not fitted.
-        seed: of the points at which the search begins.
+            seed: seed of the points at which the search begins.
 
-    Returns:
-        What was found, and remarks about the records.
+        Returns:
+            The result, and remarks about the records.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is not an FMU of slide-fmu.
         RecordError: a record cannot be read, lacks a column, has another unit or too long a step,
-            or something in it must be mended first.
+            or has a fault that must be corrected first.
         ValueError: as for ``calibrate``.
     """
     surrogate, provenance = read_fmu(fmu)
@@ -86,7 +87,7 @@ def write_parameters(calibration: Calibration, path: Path) -> None:
 
 
 def require_ssv(path: Path) -> None:
-    """Refuse a name that no importer takes for that of a file of parameters."""
+    """Refuse a file name that importers do not recognise as a file of parameters."""
     if path.suffix != ".ssv":
         raise ValueError(f"parameters {str(path)!r}; expected a name ending in .ssv")
 
@@ -94,9 +95,9 @@ def require_ssv(path: Path) -> None:
 def _arrays(
     surrogate: Surrogate, measured: Measured
 ) -> tuple[list[FloatArray], list[FloatArray], tuple[str, ...]]:
-    """Return inputs and outputs of stretches without gaps, and remarks about the records.
+    """Return inputs and outputs of parts without gaps, and remarks about the records.
 
-    They are as ``calibrate`` takes them.
+    They have the form of arguments of ``calibrate``.
     """
     inputs = _columns("input", surrogate.inputs, measured.inputs, every=True)
     outputs = _columns("output", surrogate.outputs, measured.outputs, every=False)
@@ -128,7 +129,7 @@ def _arrays(
 
 
 def _spread(values: FloatArray, measured: Mapping[str, str], surrogate: Surrogate) -> FloatArray:
-    """Give every output a column, (N, n_outputs); those of outputs nobody measured are NaN."""
+    """Give every output a column, (N, n_outputs); outputs that were not measured are NaN."""
     found = np.full((len(values), len(surrogate.outputs)), np.nan)
     found[:, [signal.name in measured for signal in surrogate.outputs]] = values
     return found
@@ -149,9 +150,9 @@ def _columns(
 
 
 def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[str, ...]:
-    """Refuse records that must be mended, and return what else was found.
+    """Refuse records with faults that must be corrected, and return other findings.
 
-    An input may rest: nothing is learnt from it here.
+    An input may rest, since nothing is trained here.
     """
     names = preparation.inputs, preparation.outputs
     found = [*examine(records, *names), *check_pairing(records, preparation)]
@@ -181,7 +182,7 @@ def _require_units(
 
 
 def _require_step(record: Record, step: float) -> None:
-    """Refuse a record that knows too little between the FMU's samples."""
+    """Refuse a record whose step is longer than the FMU's."""
     own = clock_of_record(record).step
     if own > LONGER * step:
         raise RecordError(

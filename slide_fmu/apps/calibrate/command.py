@@ -1,4 +1,4 @@
-"""The subcommand that fits the physical parameters of an FMU to records."""
+"""The subcommand fits the physical parameters of an FMU to records."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slide_fmu.records.preparation import Pairing
 
 PAIRINGS = ("same", "later")
-"""Which output of a record answers an input (``slide_fmu.records.preparation.Pairing``)."""
+"""Which output of a record belongs to an input (``slide_fmu.records.preparation.Pairing``)."""
 
 
 def calibrate(
@@ -92,7 +92,7 @@ def calibrate(
 
     with progress_bars():
         if output is not None:
-            require_ssv(output)  # before the work begins that the values come from
+            require_ssv(output)  # before the long work begins
         columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
         fixed = numbers_of("fix", fix)
         chosen = cast("Pairing | None", pairing)
@@ -109,7 +109,7 @@ def calibrate(
 
 
 def _show(found: Calibration) -> None:
-    """Print the fitted values, how well they fit, and what should be known about them."""
+    """Print the fitted values, how well they fit, and remarks."""
     from slide_fmu.core.measures import percent
 
     fitted = (

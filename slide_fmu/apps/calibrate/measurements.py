@@ -1,4 +1,4 @@
-"""What was measured, checked against a surrogate, and which of its samples are scored."""
+"""Measurements are checked for a surrogate, and divided into scored and other samples."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ from slide_fmu.surrogate.checks import checked_inputs
 from slide_fmu.surrogate.surrogate import Surrogate
 
 Arrays = NDArray[Any] | Sequence[NDArray[Any]]
-"""The values of one record, or those of several."""
+"""The values of one record, or of several."""
 
 FEWEST = 20
-"""So many scored samples are needed for each parameter; fewer tell no uncertainty."""
+"""Smallest number of scored samples for each parameter; fewer give no uncertainty."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """Measurements are records of inputs and outputs, of which the beginning is not scored.
+    """Measurements are records of inputs and outputs, whose beginning is not scored.
 
-    Nobody knows what was before a record: outputs count as soon as no input before it matters.
+    The inputs before a record are unknown: outputs count from the sample on that no longer depends
+    on them.
 
     Attributes:
-        inputs: of each record, shape (N, n_inputs), in the inputs' units.
-        scored: measured outputs of all records that count, one after the other, shape
-            (T, n_outputs), in the outputs' units; NaN where nothing was measured.
+        inputs: inputs of each record, shape (N, n_inputs), in their units.
+        scored: measured outputs of all records that count, one after the other, shape (T,
+            n_outputs), in the outputs' units; NaN where nothing was measured.
         lead: number of samples at the beginning of each record that do not count.
-        left_out: lengths of the records of which nothing counts, since they are no longer.
+        left_out: lengths of the records of which nothing counts, since they are not longer.
     """
 
     inputs: tuple[FloatArray, ...]
@@ -43,12 +44,12 @@ class Measurements:
     def of(
         surrogate: Surrogate, inputs: Arrays, outputs: Arrays, n_parameters: int
     ) -> Measurements:
-        """Check records; those that are too short to count are left out.
+        """Check records; records that are too short to count are left out.
 
         Args:
-            surrogate: what they are measured of.
+            surrogate: the surrogate of the measured system.
             inputs, outputs: as for ``calibrate``.
-            n_parameters: number of parameters that are to be fitted.
+            n_parameters: number of parameters to fit.
 
         Raises:
             ValueError: shapes do not fit, inputs are not finite, or too few samples count.
@@ -71,8 +72,8 @@ class Measurements:
         if count < FEWEST * n_parameters:
             step = surrogate.window.step
             raise ValueError(
-                f"{count} samples count, behind the first {lead} of each record, before which "
-                f"nobody knows what was; expected at least {FEWEST * n_parameters} for "
+                f"{count} samples count, after the first {lead} of each record, before which "
+                f"the inputs are unknown; expected at least {FEWEST * n_parameters} for "
                 f"{n_parameters} parameters: record at least "
                 f"{(lead + FEWEST * n_parameters) * step:.3g} s at one go"
             )
@@ -80,7 +81,7 @@ class Measurements:
 
     @property
     def deviations(self) -> FloatArray:
-        """The standard deviation of each measured output, shape (n_outputs,); 0 of others."""
+        """The standard deviation of each measured output, shape (n_outputs,); 0 for others."""
         known = np.isfinite(self.scored)
         counts = np.maximum(known.sum(axis=0), 1)
         middle = np.where(known, self.scored, 0).sum(axis=0) / counts
@@ -89,7 +90,7 @@ class Measurements:
 
     @property
     def measured(self) -> NDArray[np.bool_]:
-        """Tell whether each output was measured at all, shape (n_outputs,)."""
+        """Whether each output was measured at all, shape (n_outputs,)."""
         return np.asarray(np.isfinite(self.scored).any(axis=0))
 
 

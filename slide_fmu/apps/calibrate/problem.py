@@ -1,4 +1,4 @@
-"""The least-squares problem of a calibration: residuals and their derivatives by parameters."""
+"""The least-squares problem of a calibration has residuals and derivatives by parameters."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from slide_fmu.surrogate.gradient import parameter_jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 
 TINY = 1e-30
-"""An imaginary part that changes no real number: that of what follows is the derivative."""
+"""An imaginary part too small to change real numbers; that of the result is the derivative."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A Problem holds a surrogate against measurements; it knows nothing of their noise.
+    """A Problem compares a surrogate with measurements; the noise is not part of it.
 
-    The free parameters are z, their transforms scaled to -1 .. 1 over their ranges: there the
-    response follows them most evenly, and intervals about a fit are most nearly symmetric.
+    The free parameters are z, their transforms scaled to -1 .. 1 over their ranges: in z the
+    response is most nearly linear, and intervals about a fit are most nearly symmetric.
 
     Attributes:
-        surrogate: one with parameters.
-        measurements: what it is held against.
-        free: the parameters that are fitted, at least one.
+        surrogate: a surrogate with parameters.
+        measurements: the measurements.
+        free: the parameters to fit, at least one.
         fixed: values of others by name, in their units.
     """
 
@@ -41,7 +41,7 @@ class Problem:
         return {**self.fixed, **found}
 
     def residuals(self, z: FloatArray) -> FloatArray:
-        """Return predicted less measured outputs, shape (T, n_outputs); 0 where none was measured.
+        """Return predicted minus measured outputs, shape (T, n_outputs); 0 without measurement.
 
         The predictions are those of the FMU, step by step.
         """

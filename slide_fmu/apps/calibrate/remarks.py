@@ -1,4 +1,4 @@
-"""What should be known about a calibration, in words."""
+"""Remarks tell the user what to know about a calibration."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slide_fmu.apps.calibrate.uncertainty import Uncertainty
 from slide_fmu.core.measures import percent
 
 MOST_OUTSIDE = 0.01
-"""A record may have this part of its samples outside the ranges of the training."""
+"""Largest share of samples of a record outside the ranges of the training."""
 
 
 def remarks_about(
@@ -21,7 +21,7 @@ def remarks_about(
     uncertainty: Uncertainty,
     error_known: bool,
 ) -> tuple[str, ...]:
-    """Say what is not determined, does not fit, or is not known, one sentence each."""
+    """Describe what is not determined, does not fit, or is not known, one sentence each."""
     found = [p.remark for p in parameters if p.remark is not None]
     found += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
     found += [
@@ -40,7 +40,7 @@ def remarks_about(
     if outside > MOST_OUTSIDE:
         found.append(
             f"{percent(outside)} of the samples follow inputs outside the ranges of the "
-            "training, where the surrogate may err: the intervals do not count that"
+            "training, where the surrogate may be wrong: the intervals do not include that"
         )
     if not error_known:
         found.append(
@@ -51,13 +51,13 @@ def remarks_about(
 
 
 def _left_out(measurements: Measurements) -> list[str]:
-    """Say what of the records does not count."""
+    """Describe the parts of the records that do not count."""
     found, short = [], measurements.left_out
     if short:
         found.append(
-            f"{len(short)} of {len(short) + len(measurements.inputs)} records or stretches of "
+            f"{len(short)} of {len(short) + len(measurements.inputs)} records or parts of "
             f"them, with {sum(short)} samples, are no longer than the {measurements.lead} samples "
-            "that do not count, since nobody knows what was before: they are left out; record "
+            "that do not count, since the inputs before are unknown: they are left out; record "
             "longer at one go"
         )
     missing = ~np.isfinite(measurements.scored[:, measurements.measured])
@@ -69,11 +69,11 @@ def _left_out(measurements: Measurements) -> list[str]:
 
 
 def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) -> list[str]:
-    """Say which parameters can hardly be told apart."""
+    """Name parameters that can hardly be distinguished."""
     names = [found.parameter.name for found in parameters]
     first, second = np.nonzero(np.triu(np.abs(uncertainty.correlation), 1) > ALIKE)
     return [
-        f"{names[i]} and {names[j]} can hardly be told apart by this record (correlation "
+        f"{names[i]} and {names[j]} can hardly be distinguished by this record (correlation "
         f"{uncertainty.correlation[i, j]:.3f}): fix one of them, or record other inputs"
         for i, j in zip(first, second, strict=True)
         if max(parameters[i].share, parameters[j].share) > WIDE
@@ -81,7 +81,7 @@ def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) ->
 
 
 def _outside(problem: Problem) -> float:
-    """Return which part of the samples that count follow inputs outside their ranges."""
+    """Return the share of counting samples that follow inputs outside their ranges."""
     lead, records = problem.measurements.lead, problem.measurements.inputs
     known = np.concatenate([problem.surrogate.inputs_in_range(u)[lead:] for u in records])
     return float(1 - known.mean())

@@ -1,4 +1,4 @@
-"""What a calibration found, as numbers and in words."""
+"""A calibration has results as numbers, and remarks."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.units import behind
 
 WHOLE = 0.9
-"""An interval that covers more than this part of a range tells nothing."""
+"""An interval that covers more than this fraction of a range gives no information."""
 
 END = 1e-5
-"""A value within this part of half a range from its end lies there."""
+"""A value is at the end of its range if it is within this fraction of half the range from it."""
 
 ALIKE, WIDE = 0.95, 0.1
-"""Parameters that are correlated by more can hardly be told apart, where an interval covers more
-than such a part of its range."""
+"""Parameters with a larger correlation can hardly be distinguished, if an interval covers more
+than the second fraction of its range."""
 
 POOR = 0.3
-"""A relative RMSE above this one says that surrogate and record do not belong together."""
+"""A larger relative RMSE means that surrogate and record do not belong together."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterFit:
-    """This is a fitted parameter with its 95 % interval, as JSON files hold it."""
+    """A ParameterFit is a fitted parameter with its 95 % interval, for JSON files."""
 
     name: str
     unit: str
@@ -36,13 +36,13 @@ class ParameterFit:
 
 @dataclass(frozen=True)
 class FittedParameter:
-    """A FittedParameter is one that was fitted.
+    """A FittedParameter is a parameter with its fitted value.
 
     Attributes:
         parameter: its name, unit and range.
         value: the best value, in the parameter's unit.
         low, high: ends of its 95 % interval, in the same unit, within the range.
-        share: part of the range, as transformed, that the interval covers.
+        share: fraction of the transformed range that the interval covers.
         at_end: whether the best value is an end of the range.
     """
 
@@ -55,7 +55,7 @@ class FittedParameter:
 
     @property
     def remark(self) -> str | None:
-        """One sentence for people where the value is not to be trusted as it is."""
+        """A sentence for the user if the value is not reliable."""
         name, unit = self.parameter.name, self.parameter.unit
         if self.share > WHOLE:
             return (
@@ -86,11 +86,11 @@ class FittedParameter:
 
 @dataclass(frozen=True)
 class OutputFit:
-    """An OutputFit tells how well an output is met, in its unit.
+    """An OutputFit describes how well an output is matched, in its unit.
 
     Attributes:
-        name, unit: those of the output.
-        deviation: standard deviation of what was measured.
+        name, unit: of the output.
+        deviation: standard deviation of the measurements.
         before: RMSE at the parameters' start values.
         after: RMSE at the fitted values.
     """
@@ -103,20 +103,20 @@ class OutputFit:
 
     @property
     def relative(self) -> float:
-        """The RMSE at the fitted values over the standard deviation of what was measured."""
+        """The RMSE at the fitted values over the standard deviation of the measurements."""
         return self.after / self.deviation if self.deviation > 0 else 0.0
 
 
 @dataclass(frozen=True)
 class OutputFigures(OutputFit):
-    """These are the figures of a fit of an output, with its relative RMSE."""
+    """OutputFigures are the figures of a fitted output, with its relative RMSE."""
 
     relative_rmse: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationFigures:
-    """These are the figures of a calibration, as JSON files hold them."""
+    """CalibrationFigures are the figures of a calibration, for JSON files."""
 
     fmu: str
     parameters: tuple[ParameterFit, ...]
@@ -134,13 +134,13 @@ class Calibration:
 
     Attributes:
         name: name of the surrogate.
-        parameters: those that were fitted, in their order.
-        fixed: values that were held, by name.
-        outputs: how well the measured outputs are met.
+        parameters: the fitted parameters, in their order.
+        fixed: values of fixed parameters, by name.
+        outputs: how well the measured outputs are matched.
         correlation: of the fitted parameters, a row for each.
         samples: number of samples that count.
-        correlation_time: how long what drives the fit remembers, in s.
-        remarks: one sentence each on what should be known about the result, for people.
+        correlation_time: correlation time of the scores of the fit, in s.
+        remarks: sentences on the result for the user.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The best fit, from several starts; outputs are weighted by what is left of them."""
+"""The best fit is searched from several starts; outputs are weighted by their residuals."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from slide_fmu.apps.calibrate.problem import Problem
 from slide_fmu.core.signals import FloatArray
 
 LEAST_NOISE = 1e-6
-"""Residuals below this part of an output's standard deviation are rounding of float32."""
+"""Residuals below this fraction of an output's standard deviation are rounding of float32."""
 
 KEPT = 3
-"""So many of the points that were tried are refined."""
+"""Number of the tried points that are refined."""
 
 ROUNDS = 3
-"""So often the weights of outputs follow from their residuals: they settle at once."""
+"""Number of rounds that compute the weights of outputs from their residuals; they converge
+fast."""
 
 MOST_EVALUATIONS = 60
 
@@ -24,12 +25,12 @@ MOST_EVALUATIONS = 60
 def best_fit(problem: Problem, seed: int) -> FloatArray:
     """Find the parameters z within their ranges, shape (n_free,), that fit best.
 
-    Every output counts by its noise, which is estimated from its residuals (iteratively
+    Every output is weighted by its noise, which is estimated from its residuals (iteratively
     reweighted least squares; scipy's trust region within bounds).
 
     Args:
-        problem: what is fitted.
-        seed: of the Sobol points that are tried first, with the start values.
+        problem: the problem to solve.
+        seed: seed of the Sobol points that are tried first, with the start values.
     """
     noise = np.maximum(problem.measurements.deviations, np.finfo(np.float64).tiny)
     tried = _tried(problem, seed)
@@ -48,7 +49,7 @@ def noise_of(problem: Problem, residuals: FloatArray) -> FloatArray:
     n_free = len(problem.free)
     share = np.sqrt(np.maximum(counts, 1) / np.maximum(counts - n_free, 1))
     floor = LEAST_NOISE * problem.measurements.deviations
-    smallest = np.finfo(np.float64).tiny  # of outputs that nobody measured, all at 0
+    smallest = np.finfo(np.float64).tiny  # outputs that were not measured are all 0
     return np.asarray(np.maximum(share * problem.rmse(residuals), np.maximum(floor, smallest)))
 
 

@@ -1,8 +1,9 @@
-"""How far fitted parameters may be off: from noise of any colour, and from the surrogate's error.
+"""The uncertainty of fitted parameters includes noise of any colour and the surrogate's error.
 
-Residuals follow each other closely where a sensor drifts, is filtered, or the model errs: formulas
-for white noise would promise far too much. So whole blocks of the record are left out in turn (a
-jackknife, linearised about the fit), each several times as long as the residuals remember.
+Residuals are correlated if a sensor drifts or is filtered, or the model is wrong: formulas for
+white noise would give intervals that are far too narrow. So whole blocks of the record are
+left out in turn (a jackknife, linearised about the fit), each several times as long as the
+correlation time.
 """
 
 from __future__ import annotations
@@ -18,25 +19,25 @@ LEVEL = 0.95
 
 MOST_BLOCKS, FEWEST_BLOCKS = 20, 6
 PER_BLOCK = 10
-"""A block has at least so many times the correlation time of what drives the fit."""
+"""Smallest length of a block, in correlation times of the scores of the fit."""
 
 NO_INFORMATION = 1e-6
-"""What is known of every z before: a standard deviation of 1000 of its ranges, next to nothing. It
-keeps what the record does not determine finite."""
+"""Prior knowledge of every z: a standard deviation of 1000 of its ranges, which is almost none. It
+keeps parameters finite that the record does not determine."""
 
 CUT_OFF = 5
-"""A correlation time is summed up to so many times itself (Sokal, 1997)."""
+"""A correlation time is summed up to this multiple of itself (Sokal, 1997)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """An Uncertainty is about parameters z.
+    """An Uncertainty belongs to parameters z.
 
     Attributes:
         half_widths: half of the 95 % intervals, shape (n_free,).
         correlation: of the parameters, shape (n_free, n_free).
-        correlation_time: how long what drives the fit remembers, in samples.
-        short: whether the record is too short for that, and the intervals may be too narrow.
+        correlation_time: correlation time of the scores of the fit, in samples.
+        short: whether the record is too short for that, so that the intervals may be too narrow.
     """
 
     half_widths: FloatArray
@@ -46,17 +47,17 @@ class Uncertainty:
 
 
 def uncertainty_of(residuals: FloatArray, slopes: FloatArray, own_error: float) -> Uncertainty:
-    """Find out how far a fit may be off.
+    """Compute the uncertainty of a fit.
 
-    The part of the noise is the larger one of the jackknife's and that of white noise, by the
-    quantile of Student's t for the number of blocks. The surrogate's own error may, at worst, look
-    like a change of the parameters: that bound is added by its square.
+    The noise's part is the larger of the jackknife's and that of white noise, with the quantile of
+    Student's t for the number of blocks. In the worst case the surrogate's own error looks like a
+    change of the parameters: this bound is added by its square.
 
     Args:
         residuals: in standard deviations of the noise, shape (T, n_outputs).
         slopes: their derivatives by z, shape (T, n_outputs, n_free).
-        own_error: sum of the squares of the surrogate's own error over all that was measured, in
-            the same unit.
+        own_error: sum of the squares of the surrogate's own error over all measurements, in the
+            same unit.
     """
     n_free = slopes.shape[-1]
     scores = np.einsum("tj,tji->ti", residuals, slopes)
@@ -81,7 +82,7 @@ def _jackknife(
 ) -> FloatArray:
     """Return the covariance of fits without one block each, shape (n_free, n_free).
 
-    At a bound the scores do not add to 0: their mean is no noise.
+    At a bound the scores do not add to 0: their mean is not noise.
     """
     centred = scores - scores.mean(axis=0)
     moved = []
@@ -93,7 +94,7 @@ def _jackknife(
 
 
 def correlation_time(series: FloatArray) -> float:
-    """Return how many samples apart values count as new ones: 1 of white noise, or more.
+    """Return the distance in samples at which values are independent: 1 for white noise, or more.
 
     It is the largest one of the columns, shape (N, n), each about its mean.
     """

@@ -1,4 +1,4 @@
-"""What comparisons with models of other kinds add: the subcommand."""
+"""This app adds the subcommand that compares models of other kinds."""
 
 from __future__ import annotations
 

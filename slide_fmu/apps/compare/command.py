@@ -1,4 +1,4 @@
-"""The subcommand that compares a recipe's network with models of other kinds."""
+"""The subcommand compares a recipe's network with models of other kinds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The recipe's network beside models of other kinds, on the same data and the same budget."""
+"""The recipe's network is compared with models of other kinds, on the same data and budget."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ FOLDER = "compare"
 
 @dataclass(frozen=True)
 class Terms:
-    """The terms of a comparison are the same for all models.
+    """Terms of a comparison are the same for all models.
 
     Attributes:
-        budget: CPU time in s that each model is trained for; as long as the training of the
-            recipe's own network took if None.
+        budget: CPU time in s to train each model; if None, the time that the training of the
+            recipe's own network took.
         seed: seed of the unseen motions.
         trajectories: their number; the recipe's if None.
-        workers: processes that make trajectories that are missing; one per core if None.
+        workers: processes that make missing trajectories; one per core if None.
 
     Raises:
         ValueError: the budget is not positive.
@@ -87,7 +87,7 @@ def require_comparable(case: Case) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """A bench is what every model is measured with."""
+    """A Bench measures every model."""
 
     test: UnseenTest
     times: StepTimes
@@ -101,8 +101,8 @@ class Bench:
 def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     """Train models of other kinds on a recipe's data, and measure all on the same unseen motions.
 
-    What is missing of data and surrogate is made first, as ``slide-fmu run`` does. Models that
-    were compared before on the same terms are not trained again.
+    Missing data and a missing surrogate are made first, as by ``slide-fmu run``. Models that were
+    compared before on the same terms are not trained again.
 
     Returns:
         The figures, and the page of the report.
@@ -110,7 +110,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     Raises:
         MissingPackageError: the extra ``compare`` is not installed.
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
-            of the stages that make data and surrogate.
+            for the stages that make data and surrogate.
     """
     require_comparable(job.case)
     import torch
@@ -152,7 +152,7 @@ def _folder(job: Job) -> Path:
 
 
 def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
-    """Return the recipe's surrogate; with its data, it is made where it is missing."""
+    """Return the recipe's surrogate; it is made with its data if it is missing."""
     try:
         return job, job.folder.load_surrogate(job.recipe)
     except StageError:
@@ -165,7 +165,7 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
 
 
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
-    """Return the unseen motions, the same as those of ``validate``."""
+    """Return the unseen motions, the same as in ``validate``."""
     simulate = partial(_simulated, job, terms, kept)
     found = known_or_simulated(job.case.source, job.recipe, simulate)
     return found[: terms.trajectories]
@@ -218,7 +218,7 @@ def _size(network: Network) -> str:
 def _measured(
     candidate: Candidate, lesson: Lesson, bench: Bench, budget: float, bar: Stages
 ) -> ModelFigures:
-    """Train and measure a model; one that cannot be trained says why."""
+    """Train and measure a model; if training fails, the figures have the reason."""
     clock, title, linear = Budget(budget), candidate.title, candidate.linear
     try:
         learnt = candidate.fit(lesson, clock, bar(candidate.title))

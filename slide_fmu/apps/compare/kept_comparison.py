@@ -1,4 +1,4 @@
-"""What a comparison has found stays in the run folder: models one by one, and unseen motions."""
+"""The results of a comparison stay in the run folder: models one by one, and unseen motions."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from slide_fmu.data.unseen import UnseenMotion
 
 @dataclass(frozen=True)
 class KeptComparison:
-    """A kept comparison is a folder with what was found, each with a key of what it depends on."""
+    """A KeptComparison is a folder with results, each with a key of everything it depends on."""
 
     path: Path
 
     def figures(self, name: str, key: str, find: Callable[[], ModelFigures]) -> ModelFigures:
-        """Return the figures of a model; they are found if none of this key are kept.
+        """Return the figures of a model; they are computed if none with this key are stored.
 
         Raises:
-            DamagedFileError: what is kept is damaged.
+            DamagedFileError: a stored file is damaged.
         """
         memo = Memo(self.path / f"{name}.json", {"key": key})
         kept = memo.found("figures")
@@ -40,10 +40,10 @@ class KeptComparison:
         return found
 
     def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
-        """Return unseen motions; they are simulated if none of this key are kept.
+        """Return unseen motions; they are simulated if none with this key are stored.
 
         Raises:
-            DamagedFileError: what is kept is damaged.
+            DamagedFileError: a stored file is damaged.
         """
         place = self.path / "unseen.npz"
         if place.exists():
@@ -63,7 +63,7 @@ class KeptComparison:
 
 
 def key_of(*parts: Any) -> str:
-    """Return a key of what JSON can hold."""
+    """Return a key of values for JSON."""
     text = json.dumps(parts, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

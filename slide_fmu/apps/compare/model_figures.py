@@ -1,4 +1,4 @@
-"""The figures of a comparison of models, as JSON files hold them."""
+"""The figures of a comparison of models are dataclasses for JSON files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from slide_fmu.core.figures import optional
 
 @dataclass(frozen=True, kw_only=True)
 class ModelOutput:
-    """This is a model's RMSE on an output over the standard deviation of the truth.
+    """A ModelOutput has a model's RMSE of an output over the standard deviation of the truth.
 
     Attributes:
-        rmse_over_deviation: None of a model that has diverged on a motion.
-        bounded_rmse_over_deviation: on the motions on which it has not, if there are any.
+        rmse_over_deviation: None if the model has diverged on a motion.
+        bounded_rmse_over_deviation: on motions without divergence, if any.
     """
 
     name: str
@@ -25,16 +25,16 @@ class ModelOutput:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFigures:
-    """These are the figures of one model; one that could not be trained has the first ones alone.
+    """ModelFigures are the figures of one model; a failed training has the first ones only.
 
     Attributes:
         structure: its size in words.
-        cut: whether its training was cut by the budget.
+        cut: whether the budget cut its training short.
         failed: why it could not be trained; None if it was.
-        cpu_seconds: CPU time of its training; None where nobody measured it.
+        cpu_seconds: CPU time of its training; None if not measured.
         diverged: number of motions on which it diverged.
         step_us: time of a step.
-        time_ratio: of that to the time of a step of the recipe's own network.
+        time_ratio: ratio of that time to the step time of the recipe's own network.
     """
 
     title: str
@@ -51,20 +51,20 @@ class ModelFigures:
 
     @property
     def error(self) -> float:
-        """The error, of several outputs the largest; infinite if the model has diverged."""
+        """The error, the largest one of several outputs; infinite if the model has diverged."""
         errors = [o.rmse_over_deviation for o in self.outputs if o.rmse_over_deviation is not None]
         return max(errors) if errors and len(errors) == len(self.outputs) else math.inf
 
 
 @dataclass(frozen=True, kw_only=True)
 class ComparisonFigures:
-    """These are the figures of a comparison of models.
+    """ComparisonFigures are the figures of a comparison of models.
 
     Attributes:
         trajectories, seed: number and seed of the unseen motions.
         budget_s: CPU time that each model was trained for.
         training_seed: seed of the recipe's training.
-        remark: that a linear model would do; None if none would.
+        remark: that a linear model is enough; None if it is not.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A comparison of models is shown as a table and charts; it says if a linear one would do."""
+"""A comparison of models becomes a table and charts; it says if a linear model is enough."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slide_fmu.report.table import Table
 from slide_fmu.validation.error_figures import worst_of
 
 EXACT = 1e-6
-"""Errors below this count as this: networks round to single precision."""
+"""Smallest error shown: networks round to single precision."""
 
 TEXT = (
     "All models learnt from the same trajectories, for about {budget:.3g} s of CPU time each or "
@@ -30,7 +30,7 @@ TEXT = (
 
 
 def linear_remark(models: Sequence[ModelFigures]) -> str | None:
-    """Say that a linear model would do; None where none would."""
+    """Say that a linear model is enough; None if it is not."""
     linear = min((m for m in models if m.linear), key=_error, default=None)
     best = min((m for m in models if not m.linear), key=_error, default=None)
     if linear is None or best is None or linear.error == math.inf:
@@ -41,7 +41,7 @@ def linear_remark(models: Sequence[ModelFigures]) -> str | None:
     if ratio > LINEAR_DOES:
         return None
     return (
-        f"a linear model would do: {linear.title} errs {ratio:.3g} times as much as the best "
+        f"a linear model would do: {linear.title} has {ratio:.3g} times the error of the best "
         f"nonlinear model, {best.title}"
     )
 
@@ -51,7 +51,7 @@ def _error(model: ModelFigures) -> float:
 
 
 def remark_on(model: ModelFigures, trajectories: int) -> str:
-    """Say what is to be known about a model: failed, diverged, or cut; nothing otherwise."""
+    """Describe a model that failed, diverged, or was cut; otherwise return an empty text."""
     if model.failed is not None:
         return f"failed: {model.failed}"
     remarks = []
@@ -79,7 +79,7 @@ def model_table(figures: ComparisonFigures) -> Table:
     )
 
     def cells(model: ModelFigures) -> Iterator[str]:
-        """Give the cells of a model; those of what was not measured are empty."""
+        """Yield the cells of a model; cells of missing figures are empty."""
         yield from (model.title, model.structure)
         if model.failed is None:
             yield from (_percent(output.rmse_over_deviation) for output in model.outputs)
@@ -108,7 +108,7 @@ def baselines_report(figures: ComparisonFigures, summary: str) -> Report:
 def error_charts(models: Sequence[ModelFigures]) -> list[Chart]:
     """Draw every model's error against its parameters, and against the time of its steps.
 
-    A model that has diverged lies at the top.
+    A model that has diverged is drawn at the top.
     """
     shown = [model for model in models if model.failed is None]
     bounded = [model.error for model in shown if model.error < math.inf]

@@ -1,4 +1,4 @@
-"""The time of a step: of our networks in the FMU, of others in the library that runs them."""
+"""Step times are measured: of our networks in the FMU, of others in the library that runs them."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FIRST_STEPS, TIMED_STEPS, ROUNDS = 30, 300, 7
-"""After the first steps, in which models come to their start, so many are timed in one go, of both
-models in turn, in so many rounds."""
+"""Number of first steps, in which models start, number of steps timed in one go, for both models
+in turn, and number of rounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepTimes:
-    """Step times are measured beside those of the recipe's own network, in its FMU.
+    """StepTimes are measured in turn with those of the recipe's own network, in its FMU.
 
     Attributes:
         surrogate: the recipe's own network, with scalings, signals and window.
         own: its FMU.
-        motion: an unseen motion, whose inputs are repeated where it is short.
+        motion: an unseen motion, whose inputs are repeated if it is short.
     """
 
     surrogate: Surrogate
@@ -55,7 +55,7 @@ class StepTimes:
 
     @contextmanager
     def _fmu_of(self, baseline: Baseline) -> Iterator[tuple[UnpackedFmu, Surrogate] | None]:
-        """Export one of our networks as an FMU; there is none of others."""
+        """Export one of our networks as an FMU; None for other models."""
         if not isinstance(baseline, Frozen):
             yield None
             return
@@ -74,7 +74,7 @@ class StepTimes:
         start, times = outputs[: baseline.start_length], []
         for length in (FIRST_STEPS, len(inputs)):
             begin = time.perf_counter()
-            with np.errstate(all="ignore"):  # also those that diverge are timed
+            with np.errstate(all="ignore"):  # diverging models are timed too
                 baseline.step_along(inputs[:length], start)
             times.append(time.perf_counter() - begin)
         return max(times[1] - times[0], 1e-9) / TIMED_STEPS
@@ -93,7 +93,7 @@ class StepTimes:
 
 @contextmanager
 def fmu_of(surrogate: Surrogate) -> Iterator[UnpackedFmu]:
-    """Export a surrogate, and unpack its FMU for as long as it is used."""
+    """Export a surrogate, and unpack its FMU for the time of a ``with`` block."""
     with TemporaryDirectory() as folder:
         path = export_fmu(surrogate, Path(folder) / f"{surrogate.name}.fmu")
         with unpacked(path) as fmu:

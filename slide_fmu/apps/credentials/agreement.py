@@ -1,4 +1,4 @@
-"""The metadata of an FMU is held against its provenance, from which it follows."""
+"""The metadata of an FMU is compared with its provenance, from which it follows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
-    """Compare the metadata of an FMU with what follows from its provenance.
+    """Compare the metadata of an FMU with the metadata that its provenance gives.
 
     Arguments, result and errors are those of ``slide_fmu.pipeline.agreement.card_problems``.
     """

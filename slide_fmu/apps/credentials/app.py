@@ -1,4 +1,5 @@
-"""What credentials add: files of an FMU, checks of them, and the run that importers can repeat."""
+"""This app adds credentials: files of an FMU, their checks, and a run that importers can
+repeat."""
 
 from __future__ import annotations
 

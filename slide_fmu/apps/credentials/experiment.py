@@ -1,4 +1,4 @@
-"""An experiment that an FMU carries: inputs, its own outputs, and those of its reference."""
+"""An FMU carries an experiment: inputs, its own outputs, and outputs of its reference."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ NAME = "side_by_side"
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """An experiment is a run that any importer can repeat.
+    """An Experiment is a run that any importer can repeat.
 
     Attributes:
         step: communication step in s.
-        inputs: by name, what is set before each step from t_0 on, (N,) each.
-        results: by name, what the FMU gave at t_0 .. t_N, (N + 1,) each.
-        reference: by name, what the reference gave at the last of these times, from the sample on
-            from which both can be compared, (M,) each.
+        inputs: by name, values set before each step from t_0 on, (N,) each.
+        results: by name, values of the FMU at t_0 .. t_N, (N + 1,) each.
+        reference: by name, values of the reference at the last of these times, from the first
+            comparable sample on, (M,) each.
         parameters: values by name that are set before the start.
     """
 
@@ -50,11 +50,11 @@ class Experiment:
 
     @property
     def compared(self) -> int:
-        """The number of samples at which the reference is there."""
+        """The number of samples with values of the reference."""
         return len(next(iter(self.reference.values())))
 
     def relative_errors(self) -> dict[str, float]:
-        """Return by output the RMSE over the RMS of the reference about its mean."""
+        """Return, by output, the RMSE over the RMS of the reference about its mean."""
         found = {}
         for name, truth in self.reference.items():
             known = np.isfinite(truth)
@@ -67,7 +67,7 @@ class Experiment:
 def experiment_members(experiment: Experiment) -> dict[str, bytes]:
     """Return the files of an experiment, by their names in an FMU."""
     time = experiment.step * np.arange(experiment.steps + 1, dtype=np.float64)
-    # importers that interpolate need inputs until the end
+    # importers that interpolate need inputs up to the end
     inputs = {name: np.append(u, u[-1:]) for name, u in experiment.inputs.items()}
     found = {
         members.EXPERIMENTS: _document(experiment),
@@ -81,11 +81,11 @@ def experiment_members(experiment: Experiment) -> dict[str, bytes]:
 
 
 def read_experiment(fmu: Path) -> Experiment | None:
-    """Read the experiment that slide-fmu has put into an FMU; None if there is none.
+    """Read the experiment that slide-fmu has put into an FMU; None if it has none.
 
     Raises:
-        CredentialError: a file of it is missing or damaged, or they do not belong together.
-        FmuError: the file is no FMU.
+        CredentialError: a file of it is missing or damaged, or they do not match.
+        FmuError: the file is not an FMU.
         OSError: the file cannot be read.
     """
     content = read_member(fmu, members.EXPERIMENTS)
@@ -142,7 +142,7 @@ def _required(fmu: Path, name: str) -> bytes:
 
 
 def _document(experiment: Experiment) -> bytes:
-    """Write the experiments file, of one experiment."""
+    """Write the experiments file, with one experiment."""
     root = ElementTree.Element(
         "Experiments",
         name="smoke tests",

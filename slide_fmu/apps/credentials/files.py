@@ -47,8 +47,8 @@ KNOWN = (
 def members_of(release: Release) -> dict[str, bytes]:
     """Return the credentials of an FMU, by their names in it.
 
-    The same release gives the same bytes. The experiment that importers can repeat is that of the
-    former FMU, if it carries one; else it is run with the FMU of the release, if there is one.
+    The same release gives the same bytes. The experiment is taken from the former FMU, if it
+    carries one; otherwise it is run with the FMU of the release, if there is one.
 
     Raises:
         CoSimulationError: the FMU cannot be run.

@@ -1,4 +1,4 @@
-"""An FMU carries the beginning of an unseen trajectory, run by it and its reference."""
+"""An FMU carries the beginning of an unseen trajectory, run by it and by its reference."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
 COMPARED = 300
-"""So many samples of the reference stand beside those of the FMU: files stay small."""
+"""Number of samples of the reference in an experiment: files stay small."""
 
 
 def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> Experiment:
     """Run an FMU and its reference on the beginning of the first unseen trajectory of a seed.
 
-    Inputs have the digits that a file keeps. Physical parameters have their start values; of
-    specimens, those of the file.
+    Inputs have as many digits as a file keeps. Physical parameters have their start values; for
+    specimens, the values of the file.
 
     Args:
         fmu: the FMU, whose library is run.
-        surrogate: what it carries.
-        case: what it was made from; records must be the same.
-        seed: that of the validation.
+        surrogate: the surrogate of the FMU.
+        case: the case that it was made from; records must be the same.
+        seed: the seed of the validation.
 
     Raises:
         CoSimulationError: the FMU cannot be run.
@@ -52,7 +52,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     first = _first(surrogate, truth.burn_in)
     rows = _as_written(surrogate.inputs, truth.inputs[: first + COMPARED])
     set_before = rows
-    if forecasts(surrogate):  # inputs[k] is reached at t_k+1: so it is set before the step from it
+    if forecasts(surrogate):  # inputs[k] is the value at t_k+1
         set_before = np.concatenate([rows[:1], rows[:-1]])
     inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
     outputs = [signal.name for signal in surrogate.outputs]
@@ -71,7 +71,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
 
 
 def forecasts(surrogate: Surrogate) -> bool:
-    """Tell whether the FMU, as it starts, forecasts how its inputs go on within a step."""
+    """Return whether the FMU, as it starts, forecasts its inputs within a step."""
     return surrogate.hold == "first_order" and not surrogate.inputs_at_step_end
 
 
@@ -81,7 +81,7 @@ def _first(surrogate: Surrogate, burn_in: int) -> int:
 
 
 def _simulated(surrogate: Surrogate, case: Case, seed: int) -> list[UnseenMotion]:
-    """Simulate the reference system on the first draw that it does not fail on.
+    """Simulate the reference system on the first draw without a failure.
 
     Its parameters have their start values too.
     """
@@ -105,9 +105,9 @@ def _as_written(signals: Sequence[Signal], inputs: FloatArray) -> FloatArray:
 
 
 def _beginning(system: System, drawn: Draw, count: int) -> Draw:
-    """Return so many first samples of a draw, whose inputs have the digits that a file keeps.
+    """Return the first ``count`` samples of a draw, with inputs rounded to a file's digits.
 
-    Inputs that bend do so here too; what they are between samples stands in no file.
+    Inputs that are curved between samples are so here too, but a file has no values in between.
     """
     inputs = rounded(drawn.inputs[:count])
     inputs = within_ranges(system.inputs, inputs)  # an end may have more digits than a file

@@ -1,4 +1,4 @@
-"""The manifest of related files (FMI-LS-REF 1.0.0-alpha.1)."""
+"""The manifest lists related files (FMI-LS-REF 1.0.0-alpha.1)."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 
 @dataclass(frozen=True)
 class Related:
-    """A related file of an FMU.
+    """A Related is a related file of an FMU.
 
     Attributes:
         member: its name in the FMU.
         type: its MIME type.
-        role: its role, one of those of the specification.
+        role: its role, from the specification.
         description: one line for people.
     """
 
@@ -53,10 +53,10 @@ def write_manifest(files: Sequence[Related]) -> bytes:
 
 
 def read_manifest(content: bytes) -> list[Related]:
-    """Read the manifest of an FMU, and of what it names the files that lie in the FMU.
+    """Read the manifest of an FMU, and return its files that lie in the FMU.
 
     Raises:
-        CredentialError: it is no manifest.
+        CredentialError: it is not a manifest.
     """
     root = parsed(content, MANIFEST, "references")
     return [
@@ -72,5 +72,5 @@ def read_manifest(content: bytes) -> list[Related]:
 
 
 def is_relative(address: str) -> bool:
-    """Tell whether an address is that of a file in the FMU: it has neither scheme nor root."""
+    """Return whether an address belongs to a file in the FMU: it has neither scheme nor root."""
     return ":" not in address.split("/")[0] and not address.startswith("/")

@@ -1,4 +1,4 @@
-"""Where credentials lie in an FMU, and how their formats name things."""
+"""Credentials have these names and places in an FMU."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ SSV = "application/x-ssp-parameter-set"
 """MIME types."""
 
 CLASSIFICATION = "io.github.slide-fmu.credentials"
-"""The vocabulary of our own that SRMD asks for, in reverse domain notation: no standard one knows
+"""Our own vocabulary, which SRMD requires, in reverse domain notation: no standard vocabulary has
 ranges of validity and errors of surrogates."""
 
 
 def link(target: str, origin: str) -> str:
-    """Return the relative address of a member of an FMU as another member names it."""
+    """Return the relative address of a member of an FMU for use in another member."""
     return posixpath.relpath(target, posixpath.dirname(origin))
 
 

@@ -1,4 +1,4 @@
-"""The resource metadata (SRMD 1.0.0) of an FMU: what it is good for, as keywords with values."""
+"""The resource metadata (SRMD 1.0.0) of an FMU states its validity as keywords with values."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ OWN = "urn:slide-fmu:credentials"
 PREFIXES = {"srmd": NAMESPACE, "stc": COMMON, "slide": OWN}
 
 Row = Mapping[str, object]
-"""A row of a table: attributes by name; those that are None are not known and left out."""
+"""A row of a table: attributes by name; attributes that are None are omitted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """An entry is a keyword with its value.
+    """An Entry is a keyword with its value.
 
     Attributes:
-        keyword: what is said, as ``validity.inputs``.
-        value: a sentence, or several, which are a list then; or a table.
+        keyword: the keyword, such as ``validity.inputs``.
+        value: a sentence, or a list of several; or a table.
     """
 
     keyword: str
@@ -47,10 +47,10 @@ def table(name: str, row_name: str, rows: Iterable[Row], **attributes: object) -
     """Return an entry whose value is a table, of elements with attributes.
 
     Args:
-        name: keyword of the entry; the table is named by its last part.
+        name: keyword of the entry; its last part is the name of the table.
         row_name: name of the elements that are rows.
         rows: attributes of each row.
-        attributes: those of the table itself.
+        attributes: attributes of the table itself.
     """
     element = ElementTree.Element(_qualified(name.rpartition(".")[2]), _texts(attributes))
     for row in rows:
@@ -59,7 +59,7 @@ def table(name: str, row_name: str, rows: Iterable[Row], **attributes: object) -
 
 
 def joined(keyword: str, tables: Iterable[Entry]) -> Entry:
-    """Return an entry whose value holds the tables of others."""
+    """Return an entry whose value has the tables of others."""
     element = ElementTree.Element(_qualified(keyword.rpartition(".")[2]))
     for entry in tables:
         assert isinstance(entry.value, ElementTree.Element)
@@ -72,14 +72,14 @@ def resource_metadata(
 ) -> bytes:
     """Write the XML document; the same arguments give the same bytes.
 
-    It has no date: there is none that would be the same whenever the FMU is written again. The
-    checksum is that of the surrogate file, from which all outputs follow, so that credentials of
-    another surrogate are found out.
+    It has no date, since a date would change whenever the FMU is written again. The checksum is
+    from the surrogate file, which determines all outputs, so that credentials of another surrogate
+    are detected.
 
     Args:
         name: name of the FMU.
         description: one line for people.
-        entries: what is said.
+        entries: the entries.
         payload: bytes of the surrogate file.
     """
     for prefix, namespace in PREFIXES.items():
@@ -101,7 +101,7 @@ def resource_metadata(
 
 
 def checksum(content: bytes) -> str:
-    """Return the SHA3-256 hash, the only one that SRMD knows."""
+    """Return the SHA3-256 hash, the only one that SRMD allows."""
     return hashlib.sha3_256(content).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""The page of an FMU that explains its related files, and the links to it on the main page."""
+"""A page in the FMU explains its related files; the main page gets links to it."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def references_page(
 
     Args:
         name: name of the FMU.
-        files: those that the manifest names.
-        experiment: that of the FMU, if it has one.
-        shifted: whether the FMU forecasts how inputs go on within a step.
+        files: the files in the manifest.
+        experiment: the experiment of the FMU, if it has one.
+        shifted: whether the FMU forecasts its inputs within a step.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu.apps.credentials"),
@@ -51,9 +51,9 @@ def references_page(
 
 
 def with_links(page: bytes) -> bytes:
-    """Return the main page of an FMU with links to the others; one that has them stays as it is.
+    """Return the main page of an FMU with links to the others; a page with links stays unchanged.
 
-    A page without an end of its body stays as it is, too: there is no place for them.
+    A page without an end of its body stays unchanged too: there is no place for the links.
     """
     text = page.decode("utf-8")
     if FOOTER in text or END not in text:

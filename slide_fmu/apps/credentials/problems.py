@@ -1,4 +1,4 @@
-"""What is wrong with the credentials of an FMU; nothing of the FMU is run."""
+"""The credentials of an FMU are checked without running the FMU."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 def credential_problems(fmu: Path, surrogate: Surrogate) -> list[str]:
-    """Check the credentials that an FMU carries; those that are not there are no problem.
+    """Check the credentials that an FMU carries; missing ones are not a problem.
 
-    The metadata and manifest must be as their schemas say. Checksums must be those of the files,
-    files that are linked must be there, and the experiment's columns must be variables.
+    The metadata and manifest must follow their schemas. Checksums must match the files, linked
+    files must exist, and the experiment's columns must be variables.
 
     Args:
         fmu: the file of an FMU.
-        surrogate: what it runs.
+        surrogate: the surrogate of the FMU.
 
     Returns:
         The problems, each one sentence with its remedy where there is one.
 
     Raises:
-        FmuError: the file is no FMU.
+        FmuError: the file is not an FMU.
         OSError: the file cannot be read.
     """
     problems: list[str] = []
@@ -58,7 +58,7 @@ def _metadata(fmu: Path, surrogate: Surrogate) -> Iterator[str]:
         yield (
             f"{METADATA} describes another {name}: its SHA3-256 checksum is {stated[:12]}..., "
             f"expected {checksum(described)[:12]}...; the credentials are not those of this "
-            "FMU; get the file again, or make it anew (slide-fmu run)"
+            "FMU; get the file again, or make it again (slide-fmu run)"
         )
 
 

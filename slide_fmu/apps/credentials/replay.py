@@ -1,4 +1,4 @@
-"""The experiment that an FMU carries is repeated here, and compared with what is stored."""
+"""The experiment of an FMU is repeated here, and compared with the stored results."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ SHARE_TOLERANCE = 1e-8
 
 @dataclass(frozen=True)
 class Replay:
-    """A replay says how the outputs of an FMU differ from those that it carries.
+    """A Replay has the differences between new outputs of an FMU and the stored ones.
 
     Attributes:
         steps: number of communication steps.
-        differences: largest difference of each variable, in its unit, by name; of error bounds,
-            novelty and domain what ``slide_fmu.cosim.bound_check.bound_deviations`` gives.
-        allowed: how large they may be.
-        errors: RMSE of each output beside the reference over the reference's RMS, as stored.
+        differences: largest difference of each variable, in its unit, by name; for error bounds,
+            novelty and domain as in ``slide_fmu.cosim.bound_check.bound_deviations``.
+        allowed: largest allowed differences.
+        errors: RMSE of each output against the reference over the reference's RMS, as stored.
     """
 
     steps: int
@@ -66,16 +66,16 @@ class Replay:
 
 
 def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
-    """Run the library of an FMU on the experiment that it carries; None if there is none.
+    """Run the library of an FMU on the experiment that it carries; None if it has none.
 
     Args:
         fmu: the file of the FMU.
-        surrogate: what it runs, for the ranges of its outputs.
+        surrogate: the surrogate of the FMU, for the ranges of its outputs.
 
     Raises:
         CoSimulationError: the FMU cannot be run, or has no such variables.
         CredentialError: the experiment cannot be read.
-        FmuError: the file is no FMU.
+        FmuError: the file is not an FMU.
     """
     experiment = read_experiment(fmu)
     if experiment is None:
@@ -96,7 +96,7 @@ def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
 
 
 def _allowed(experiment: Experiment, surrogate: Surrogate) -> dict[str, float]:
-    """Return the rounding of each variable: outputs have that of single precision."""
+    """Return the rounding of each variable: outputs have single precision."""
     ranges = {signal.name: signal.high - signal.low for signal in surrogate.outputs}
     return {
         name: OUTPUT_TOLERANCE * max(ranges[name], float(np.abs(values).max()))

@@ -1,4 +1,4 @@
-"""Documents are held against schemas that were written from the specifications of the formats."""
+"""Documents are checked by schemas that were written from the specifications of the formats."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ SCHEMAS = Path(__file__).parent / "schemas"
 
 
 class CredentialError(ValueError):
-    """A credential of an FMU cannot be read, or is none."""
+    """A credential of an FMU cannot be read, or is not valid."""
 
 
 def parsed(content: bytes, name: str, schema: str) -> Any:
-    """Parse an XML document and hold it against a schema; no entity of it is resolved.
+    """Parse an XML document and check it by a schema, without resolving entities.
 
     Args:
         content: the document.
@@ -27,9 +27,10 @@ def parsed(content: bytes, name: str, schema: str) -> Any:
         Its root, an element of lxml.
 
     Raises:
-        CredentialError: it is no XML, or not as the schema says; with the line of the first fault.
+        CredentialError: it is not XML, or violates the schema; the message has the first fault's
+            line.
     """
-    # entities could name files of whoever reads the FMU
+    # entities could name files on the reader's computer
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
         root = etree.fromstring(content, parser)

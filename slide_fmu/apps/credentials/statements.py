@@ -1,4 +1,4 @@
-"""What an FMU's credentials say about it: the figures of its card and report, as entries."""
+"""An FMU's credentials state the figures of its card and report, as entries."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ OF_OUTPUTS = (
     *("name", "unit", "rms_reference_about_mean", "rmse", "relative_rmse", "max_error"),
     *("plain_relative_rmse", "relative_noise_floor", "free_relative_rmse"),
 )
-"""Figures of an output that stand in its row, where they are known."""
+"""Figures of an output in its row, if they are known."""
 
 
 def statements(surrogate: Surrogate, recipe: Recipe, provenance: Provenance) -> list[Entry]:
-    """Return all that is known about a surrogate.
+    """Return all known facts about a surrogate.
 
     Args:
-        surrogate: what the FMU runs.
-        recipe: what it was made from, with all values resolved.
-        provenance: what the FMU carries beside it; ``measured`` has the figures of its report, if
-            it was measured.
+        surrogate: the surrogate of the FMU.
+        recipe: the recipe that it was made from, with all values resolved.
+        provenance: further content of the FMU; ``measured`` has the figures of its report, if it
+            was measured.
     """
     measured = released_figures(provenance)
     return [
@@ -101,7 +101,7 @@ def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
 
 
 def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
-    """Say what the errors are relative to, and what that errs itself, as far as it is known."""
+    """State the reference of the errors, and its own error if known."""
     system, reference = recipe.system, rules_of(recipe).words.reference
     if reference:
         return [Entry("reference.model", [reference])]
@@ -127,7 +127,7 @@ def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
 
 
 def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
-    """Say what was learnt from, and with which programs."""
+    """State the training data, and the programs used."""
     data = recipe.data
     found = []
     if not rules_of(recipe).simulated:
@@ -151,12 +151,12 @@ def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
 
 
 def _rows(found: Iterable[Row]) -> list[Row]:
-    """Sort the attributes of rows: those that an FMU keeps are sorted, others say the same."""
+    """Sort the attributes of rows: rows stored in an FMU are sorted, other rows must be equal."""
     return [dict(sorted(row.items())) for row in found]
 
 
 def _accuracy(measured: RunFigures) -> list[Entry]:
-    """Give the measured errors, and what estimates, bounds and stability tests are worth."""
+    """Return the measured errors, and the figures of estimates, bounds and stability tests."""
     validations, call = measured.ordered, measured.plain_call
     found = [joined("accuracy", _accuracy_tables(validations))]
     if call is not None:

@@ -1,4 +1,4 @@
-"""Signals over time as CSV files: a column ``time`` in s, then one for each variable."""
+"""Signals over time are CSV files: a column ``time`` in s, then one for each variable."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from slide_fmu.core.signals import FloatArray
 
 TIME = "time"
 DIGITS = 9
-"""Digits of values: single precision has seven."""
+"""Number of digits of values: single precision has seven."""
 
 
 def rounded(values: FloatArray) -> FloatArray:
-    """Return values as a file holds them, of any shape."""
+    """Return values rounded as a file stores them, of any shape."""
     flat = [float(f"{value:.{DIGITS}g}") for value in values.ravel()]
     return np.array(flat, dtype=np.float64).reshape(values.shape)
 
@@ -37,7 +37,7 @@ def read_table(content: bytes, name: str) -> tuple[FloatArray, dict[str, FloatAr
 
     Raises:
         CredentialError: there is no column of time, no other one, or no rows, a row has another
-            length, or a value is no number; with the file's name and the line.
+            length, or a value is not a number; the message has the file's name and the line.
     """
     try:
         lines = list(csv.reader(io.StringIO(content.decode("utf-8"))))

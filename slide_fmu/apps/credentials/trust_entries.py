@@ -1,4 +1,4 @@
-"""What credentials say of error bounds, and of error estimates beside a constant, as tables."""
+"""Credentials have tables of error bounds, and of error estimates compared with a constant."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _bounds(validations: Validations) -> Iterator[Row]:
 
 
 def _harm(validations: Validations) -> Iterator[Row]:
-    """Give a row for each kind of excitation, and one for all of them."""
+    """Yield a row for each kind of excitation, and one for all of them."""
     for name, validation in validations.items():
         if validation.error_bound is not None:
             for kind, harm in harms_of(validation.error_bound):
@@ -48,7 +48,7 @@ def _harm(validations: Validations) -> Iterator[Row]:
 
 
 def _kinds(validations: Validations) -> Iterator[Row]:
-    """Give a row for each kind and output."""
+    """Yield a row for each kind and output."""
     for name, validation in validations.items():
         bound = validation.error_bound
         for kind in () if bound is None else bound.excitations:

@@ -1,4 +1,4 @@
-"""Networks of others add a function for Python."""
+"""This app adds a function for Python that takes other networks."""
 
 from __future__ import annotations
 

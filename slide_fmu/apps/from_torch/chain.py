@@ -1,7 +1,7 @@
-"""A chain of steps, as others write their networks, becomes a feed-forward network.
+"""A chain of steps, as other programs write networks, becomes a feed-forward network.
 
-Steps that only scale are folded into the linear step next to them, in double precision; the
-weights are rounded to single precision at the end, as the runtime computes.
+Steps that only scale are folded into the next linear step, in double precision. The weights are
+rounded to single precision at the end, as the runtime computes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Linear:
 class Scaling:
     """A Scaling step gives factor * x + shift, value by value.
 
-    Both have the shape (width,), or () where they are the same for all values.
+    Both have the shape (width,), or () if they are the same for all values.
     """
 
     factor: FloatArray
@@ -46,16 +46,16 @@ SIGMOID = (
     "tanh",
     Scaling(np.array(0.5), np.array(0.5)),
 )
-"""1 / (1 + exp(-x)) = (1 + tanh(x / 2)) / 2: the runtime has the hyperbolic tangent."""
+"""1 / (1 + exp(-x)) = (1 + tanh(x / 2)) / 2, since the runtime has the hyperbolic tangent."""
 
 
 @dataclass(frozen=True)
 class Read:
-    """A Read says what was read of one layer.
+    """A Read is the result of reading one layer.
 
     Attributes:
         name: place and type of the layer, for messages.
-        steps: what it does; none if it passes on what it gets.
+        steps: its steps; empty if it passes its input on.
         fault: why it cannot be taken; empty if it can.
     """
 
@@ -67,7 +67,7 @@ class Read:
 def network_of(
     reads: Sequence[Read], window: Window, scalings: tuple[Affine, Affine], taken: str
 ) -> FeedForward:
-    """Make the feed-forward network that does what the layers of a chain do.
+    """Make the feed-forward network that is equal to the layers of a chain.
 
     The chain takes physical inputs, (n_in * n_inputs,), and gives physical outputs, (n_out *
     n_outputs,), both flattened row by row, time first and the oldest sample first.
@@ -75,7 +75,7 @@ def network_of(
     Args:
         reads: the layers in their order.
         window: n_in and n_out.
-        scalings: those of inputs and outputs, between which the network stands.
+        scalings: the scalings of inputs and outputs, around the network.
         taken: the layers that can be taken, for messages.
 
     Raises:
@@ -100,12 +100,12 @@ def network_of(
 def _misfits(reads: Sequence[Read], window: Window, channels: tuple[int, int]) -> list[str]:
     """Name the layers whose sizes do not fit, or whose weights are not finite.
 
-    The sizes behind a layer that cannot be taken are not known.
+    The sizes after a layer that cannot be taken are not known.
     """
     (n_inputs, n_outputs), found = channels, []
     wanted = window.n_in * n_inputs
     width: int | None = wanted
-    said = f"n_in x inputs = {window.n_in} x {n_inputs} = {wanted}, oldest sample first"
+    expected = f"n_in x inputs = {window.n_in} x {n_inputs} = {wanted}, oldest sample first"
     for read in reads:
         for step in read.steps:
             arrays = () if isinstance(step, str) else tuple(vars(step).values())
@@ -115,8 +115,8 @@ def _misfits(reads: Sequence[Read], window: Window, channels: tuple[int, int]) -
                 continue
             takes, gives = arrays[0].shape[-1], arrays[0].shape[0]
             if width not in (None, takes):
-                found.append(f"  {read.name}: takes {takes} values; expected {said}")
-            width, said = gives, f"{gives}, which the layer before it gives"
+                found.append(f"  {read.name}: takes {takes} values; expected {expected}")
+            width, expected = gives, f"{gives}, which the layer before it gives"
         width = None if read.fault else width
     wanted = window.n_out * n_outputs
     if width not in (None, wanted):
@@ -128,7 +128,7 @@ def _misfits(reads: Sequence[Read], window: Window, channels: tuple[int, int]) -
 
 
 def _layers(steps: Iterable[Step]) -> tuple[Layer, ...]:
-    """Fold steps, of which the first and the last one scale, into layers."""
+    """Fold steps into layers; the first and the last step are scalings."""
     layers: list[Layer] = []
     first, *others = steps
     assert isinstance(first, Scaling)
@@ -147,7 +147,7 @@ def _layers(steps: Iterable[Step]) -> tuple[Layer, ...]:
 
 
 def _joined(first: Linear | Scaling, then: Linear | Scaling) -> Linear | Scaling:
-    """Join two steps, of which one scales, into one."""
+    """Join two steps into one; at least one of them is a scaling."""
     if isinstance(then, Linear):
         assert isinstance(first, Scaling)
         return Linear(then.weights * first.factor, then.bias + then.weights @ first.shift)
@@ -158,8 +158,8 @@ def _joined(first: Linear | Scaling, then: Linear | Scaling) -> Linear | Scaling
 
 
 def _layer(affine: Linear | Scaling, activation: str) -> Layer:
-    """Round a step to single precision and put an activation behind it."""
+    """Round a step to single precision and add an activation after it."""
     if isinstance(affine, Scaling):
         affine = Linear(np.diag(affine.factor), affine.shift)
-    with np.errstate(over="ignore"):  # the layer refuses what is not finite then
+    with np.errstate(over="ignore"):  # the layer then refuses values that are not finite
         return Layer(affine.weights.astype(np.float32), affine.bias.astype(np.float32), activation)

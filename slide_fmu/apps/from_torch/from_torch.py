@@ -1,4 +1,4 @@
-"""A network that was trained with torch, or that stands in an ONNX file, becomes a surrogate."""
+"""A network trained with torch, or stored in an ONNX file, becomes a surrogate."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import torch
 
 TRIALS = 8
-"""Windows within the ranges on which module and surrogate must agree."""
+"""Number of windows within the ranges on which module and surrogate must agree."""
 
 AGREE = 1e-4
-"""Relative to the largest value of an output: single precision is better, a layer that was taken
-for another is far worse."""
+"""Tolerance relative to the largest value of an output: single precision is better, and a layer
+that was misread is far worse."""
 
 
 def from_torch(
@@ -37,27 +37,27 @@ def from_torch(
 ) -> Surrogate:
     """Return a feed-forward network of torch, or of an ONNX file, as a surrogate.
 
-    The surrogate does what the module does in evaluation mode, in single precision: ``predict``
-    evaluates it once for n_out samples, ``predict_newest`` and the FMU that ``export_fmu`` writes
-    once for each sample. It has neither error estimate nor measured error.
+    The surrogate computes the same as the module in evaluation mode, in single precision.
+    ``predict`` evaluates it once for n_out samples; ``predict_newest``, and the FMU that
+    ``export_fmu`` writes, once for each sample. It has neither error estimate nor measured error.
 
-    The module gets physical values, in the units of the inputs: what scales them must be among
-    its layers. Its argument is the input window, float32 or float64, of the shape
-    (B, n_in, n_inputs) if its first layer is a Flatten, else flattened row by row,
-    (B, n_in * n_inputs): all inputs of the oldest sample first, those of the newest last. It gives
+    The module takes physical values, in the units of the inputs: scalings must be among its
+    layers. Its argument is the input window, float32 or float64. It has the shape (B, n_in,
+    n_inputs) if the first layer is a Flatten; otherwise it is flattened row by row, (B, n_in *
+    n_inputs): all inputs of the oldest sample first, those of the newest last. The result is
     the output window in physical values, (B, n_out * n_outputs), in the same order. The newest
-    output is that at the end of the step which the newest input acts in.
+    output is at the end of the step in which the newest input acts.
 
     Inputs with a first-order hold are not forecast: an FMU with ``inputs_at_step_end`` = 0 holds
     them over a step (``Surrogate.reaching_inputs_by_step_end``).
 
     Args:
-        module: a ``torch.nn.Sequential``, also of Sequentials, or a module whose only child is
-            one. Its layers may be Linear, BatchNorm1d, Flatten, Identity, Dropout, ReLU,
-            ELU with alpha = 1, Tanh, Sigmoid and GELU with approximate = "tanh". Or the path of
-            an ONNX file (extra ``onnx``) whose nodes are a chain of such layers.
+        module: a ``torch.nn.Sequential``, also nested, or a module whose only child is one. Its
+            layers may be Linear, BatchNorm1d, Flatten, Identity, Dropout, ReLU, ELU with alpha =
+            1, Tanh, Sigmoid and GELU with approximate = "tanh". Or the path of an ONNX file (extra
+            ``onnx``) whose nodes are a chain of such layers.
         inputs: the input signals, in the order of the columns. Values are rounded to single
-            precision relative to their ranges, which should be no wider than what is used.
+            precision relative to their ranges, so these should not be wider than needed.
         outputs: the output signals, in the order of the columns.
         window: sample step, n_in and n_out.
         name: C identifier; name of the FMU.
@@ -67,8 +67,8 @@ def from_torch(
 
     Raises:
         ValueError: a layer cannot be taken, or sizes do not fit, with one line for each; the
-            module does something else than its layers; or a signal or the file cannot be used.
-        TypeError: the module is neither a module of torch nor the path of an ONNX file.
+            module computes something else than its layers; or a signal or the file cannot be used.
+        TypeError: the module is neither a torch module nor the path of an ONNX file.
         ModuleNotFoundError: the file needs the package onnx, which is not installed.
         OSError: the file cannot be read.
     """
@@ -120,12 +120,12 @@ def _trials(signals: tuple[Signal, ...], n_in: int) -> FloatArray:
 
 
 def _require_agreement(surrogate: Surrogate, windows: FloatArray, expected: FloatArray) -> None:
-    """Refuse a module that gives something else than the layers that were read.
+    """Refuse a module whose results differ from the layers that were read.
 
     Args:
-        surrogate: what was made of the layers.
+        surrogate: the surrogate made of the layers.
         windows: physical inputs, shape (B, n_in, n_inputs).
-        expected: what the module gives, shape (B, n_out * n_outputs).
+        expected: results of the module, shape (B, n_out * n_outputs).
 
     Raises:
         ValueError: they differ.

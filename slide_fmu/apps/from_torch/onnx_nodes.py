@@ -1,4 +1,4 @@
-"""The nodes of an ONNX graph are read, which must be a chain from its input to its output."""
+"""The nodes of an ONNX graph are read; they must be a chain from its input to its output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TAKEN = (
 """The nodes that can be taken, for messages."""
 
 ALIKE = ("Flatten", "Reshape", "Squeeze", "Unsqueeze", "Identity", "Dropout")
-"""Operators after which the same values stand in the same order."""
+"""Operators that keep all values and their order."""
 
 Constants = dict[str, NDArray[Any]]
 
@@ -36,12 +36,12 @@ class Refused(Exception):
 
 @dataclass(frozen=True, eq=False)
 class _Node:
-    """A node with what is known about its surroundings.
+    """A _Node is a node with knowledge of its surroundings.
 
     Attributes:
-        node: itself.
+        node: the node.
         current: name of the tensor that the chain has reached.
-        shape: shape of that tensor for a batch of one; None behind a node that cannot be taken.
+        shape: shape of that tensor for a batch of one; None after a node that cannot be taken.
         constants: all tensors that do not depend on the input, by name.
         opsets: versions of the operators, by domain.
     """
@@ -60,20 +60,20 @@ class _Node:
         return default
 
     def constant(self, index: int) -> FloatArray:
-        """Give an argument that must be constant."""
+        """Return an argument that must be constant."""
         name = self.node.input[index]
         if name not in self.constants:
             raise Refused(f"its input {name!r} is not constant; expected a constant tensor")
         return np.asarray(self.constants[name], dtype=np.float64)
 
     def require_first(self) -> None:
-        """Refuse a node that has what the chain gives in another place than the first."""
+        """Refuse a node whose first input is not the chain's tensor."""
         if self.node.input[0] != self.current:
             raise Refused("its first input is constant; expected what the node before it gives")
 
 
 def _spread(values: FloatArray, shape: tuple[int, ...] | None) -> FloatArray:
-    """Repeat constants for all values of a tensor of a shape, which are taken row by row."""
+    """Repeat constants for all values of a tensor of a shape, row by row."""
     if shape is None:
         return values.ravel() if values.size > 1 else values.reshape(())
     try:
@@ -91,11 +91,11 @@ def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
     Args:
         path: the file; its input has the shape (batch, n_in, n_inputs) or (batch, n_in *
             n_inputs), with a batch that is open or 1.
-        window: has n_in.
+        window: gives n_in.
         n_inputs: number of inputs.
 
     Raises:
-        ValueError: the file is no ONNX model, or its input has another shape.
+        ValueError: the file is not an ONNX model, or its input has another shape.
     """
     try:
         model = onnx.load(str(path))
@@ -120,7 +120,7 @@ def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
 
 
 def _constants(graph: Any, known: Constants, opsets: Mapping[str, int]) -> Constants:
-    """Give the tensors that are known, and those that are made of them alone."""
+    """Return the known constant tensors, and tensors computed from constants only."""
     found = dict(known)
     for node in graph.node:
         names = [name for name in node.input if name]
@@ -128,20 +128,20 @@ def _constants(graph: Any, known: Constants, opsets: Mapping[str, int]) -> Const
             continue
         try:
             values = _run(node, opsets, {name: found[name] for name in names})
-        except Exception:  # of whatever kind: the node that takes its result is refused then
+        except Exception:  # any error: the node that uses its result is refused later
             continue
         found.update(zip(node.output, values, strict=False))
     return found
 
 
 def _run(node: Any, opsets: Mapping[str, int], given: Constants) -> list[NDArray[Any]]:
-    """Give what a node makes of tensors, by its definition in the ONNX standard."""
+    """Evaluate a node on tensors, by its definition in the ONNX standard."""
     values: list[Any] = list(ReferenceEvaluator(node, opsets=dict(opsets)).run(None, given))
     return values
 
 
 def _input_shape(given: Any, n_in: int, n_inputs: int) -> tuple[int, ...]:
-    """Give the shape of the input for a batch of one; sizes that are open take what is expected.
+    """Return the shape of the input for a batch of one; open sizes take the expected value.
 
     Raises:
         ValueError: the input has another shape.
@@ -167,7 +167,7 @@ def _chain(
     constants: Constants,
     opsets: Mapping[str, int],
 ) -> tuple[Read, ...]:
-    """Follow the chain from its input to its output; shapes that it asks for are constants."""
+    """Follow the chain from its input to its output; the shapes it uses are constants."""
     reads: list[Read] = []
     output = graph.output[0].name
     while current != output:
@@ -197,7 +197,7 @@ def _chain(
 
 
 def _read(at: _Node) -> tuple[tuple[Step, ...], tuple[int, ...] | None]:
-    """Read a node: give what it does, and the shape of what it gives for a batch of one."""
+    """Read a node: return its steps, and the shape of its result for a batch of one."""
     kind = at.node.op_type
     if kind in ALIKE:
         return (), _shape_after(at)
@@ -216,7 +216,7 @@ def _read(at: _Node) -> tuple[tuple[Step, ...], tuple[int, ...] | None]:
 
 
 def _shape_after(at: _Node) -> tuple[int, ...] | None:
-    """Give the shape after a node that gives the same values in the same order."""
+    """Return the shape after a node that keeps the values and their order."""
     at.require_first()
     if at.shape is None:
         return None
@@ -224,7 +224,7 @@ def _shape_after(at: _Node) -> tuple[int, ...] | None:
     given = {**known, at.current: np.zeros(at.shape, np.float32)}
     try:
         found = _run(at.node, at.opsets, given)
-    except Exception as error:  # of whatever kind: it is no shape for this tensor
+    except Exception as error:  # any error: the shape does not fit this tensor
         raise Refused(f"does not fit the shape {at.shape}, for a batch of one") from error
     return tuple(int(size) for size in np.shape(found[0]))
 

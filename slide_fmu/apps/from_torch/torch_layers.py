@@ -20,14 +20,14 @@ TAKEN = (
 """The layers that can be taken, for messages."""
 
 Taken = tuple[Step, ...] | str
-"""What a layer does, or why it cannot be taken."""
+"""Steps of a layer, or the reason why it cannot be taken."""
 
 
 def evaluated(module: nn.Module) -> nn.Module:
     """Return a copy of a module on the CPU, in double precision and in evaluation mode.
 
     Raises:
-        TypeError: it is no module of torch.
+        TypeError: it is not a torch module.
     """
     if not isinstance(module, nn.Module):
         raise TypeError(
@@ -38,10 +38,10 @@ def evaluated(module: nn.Module) -> nn.Module:
 
 
 def read_layers(module: nn.Module, place: str = "") -> tuple[Read, ...]:
-    """Read the layers of a module, as ``evaluated`` gives it, in their order.
+    """Read the layers of a module from ``evaluated``, in their order.
 
-    Sequentials in it are gone through; so is a module of one child alone, whose ``forward`` is
-    taken to do no more than call it.
+    Nested Sequentials are read too. So is a module with a single child: its ``forward`` is assumed
+    to call only that child.
     """
     children = list(module.children())
     if isinstance(module, nn.Sequential):
@@ -57,13 +57,13 @@ def read_layers(module: nn.Module, place: str = "") -> tuple[Read, ...]:
 
 
 def values_of(module: nn.Module, windows: FloatArray) -> FloatArray:
-    """Evaluate a module, as ``evaluated`` gives it, on windows of physical inputs.
+    """Evaluate a module from ``evaluated`` on windows of physical inputs.
 
-    Windows (B, n_in, n_inputs) give values (B, n_values). The module gets them as they are if a
-    Flatten is its first layer, else flattened row by row, (B, n_in * n_inputs).
+    Windows (B, n_in, n_inputs) give values (B, n_values). They are passed unchanged if the first
+    layer is a Flatten, and otherwise flattened row by row, (B, n_in * n_inputs).
 
     Raises:
-        ValueError: it gives no values for them.
+        ValueError: it returns no values for them.
     """
     first = next((layer for layer in module.modules() if not list(layer.children())), None)
     given = torch.from_numpy(windows)
@@ -71,7 +71,7 @@ def values_of(module: nn.Module, windows: FloatArray) -> FloatArray:
     try:
         with torch.no_grad():
             return np.asarray(module(given).reshape(len(windows), -1).numpy())
-    except Exception as error:  # of whatever kind: its forward is code of the user's
+    except Exception as error:  # any error: its forward is the user's code
         raise ValueError(
             f"the module gives no values for a tensor of the shape {tuple(given.shape)} "
             f"({type(error).__name__}: {error}); expected values of the shape (B, n_out * outputs)"
@@ -79,7 +79,7 @@ def values_of(module: nn.Module, windows: FloatArray) -> FloatArray:
 
 
 def _taken(layer: nn.Module) -> Taken:
-    """Say what a layer does, or why it cannot be taken."""
+    """Return the steps of a layer, or the reason why it cannot be taken."""
     for kind, read in _READERS.items():
         if isinstance(layer, kind):
             return read(layer)

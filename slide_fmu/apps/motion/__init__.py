@@ -1,9 +1,9 @@
 """This app chooses motions with a surrogate: set points that excite the system little.
 
-A motion goes from rest to rest. Its coordinates are what a user thinks in (``coordinates``); it
-comes from a family that keeps its limits (``limits``, ``profile``), is answered by the surrogate
-(``response``), next to what is usual in the field (``shapers``), and may be optimised
-(``shape``). A name is imported when it is first used, since ``app`` must be read quickly.
+A motion goes from rest to rest. Its coordinates are what users specify (``coordinates``). It comes
+from a family that keeps its limits (``limits``, ``profile``), the surrogate predicts its response
+(``response``), it is compared with usual methods (``shapers``), and it may be optimised
+(``shape``). Names are imported at their first use, since ``app`` must be read quickly.
 """
 
 from importlib import import_module
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from slide_fmu.apps.motion.earliest_move import Found, earliest
     from slide_fmu.apps.motion.limits import Limits
     from slide_fmu.apps.motion.move import Move
+    from slide_fmu.apps.motion.predictor import MotionError, Predictor
     from slide_fmu.apps.motion.problem import Past, Problem
     from slide_fmu.apps.motion.quietest_move import quietest
-    from slide_fmu.apps.motion.records import MotionError, Records
     from slide_fmu.apps.motion.response import Response
     from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
 
@@ -54,9 +54,9 @@ _HOMES = {
         "Problem",
     ),
     "quietest_move": ("quietest",),
-    "records": (
+    "predictor": (
         "MotionError",
-        "Records",
+        "Predictor",
     ),
     "response": ("Response",),
     "task": (
@@ -79,8 +79,8 @@ __all__ = [
     "MoveTask",
     "Past",
     "PathTask",
+    "Predictor",
     "Problem",
-    "Records",
     "Response",
     "choose",
     "compensate",

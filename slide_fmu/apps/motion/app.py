@@ -1,4 +1,4 @@
-"""What motions add: the subcommand, and moves for pages."""
+"""This app adds motions: a subcommand, and moves for pages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slide_fmu.pipeline.apps import App
 
 
 def _moves(fmu: Path, task: Path) -> Any:
-    """Return the move of a task, and the one that is not shaped, in plain values."""
+    """Return the move of a task, and the unshaped one, as plain values."""
     from slide_fmu.apps.motion.page_moves import solved_moves
 
     return plain(solved_moves(fmu, task))

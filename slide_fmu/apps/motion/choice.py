@@ -1,7 +1,7 @@
-"""The best of many moves of a family, by a cost of the user's choice.
+"""The best of many moves of a family is chosen by a cost that the user selects.
 
-A family is what a controller can send: an S-curve behind two impulses, so that trapezoids, smooth
-curves and shapers of two impulses are among its members. All its members keep the limits.
+A family has the moves that a controller can send: an S-curve with two impulses. Trapezoids, smooth
+curves and shapers of two impulses are members. All members keep the limits.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from slide_fmu.apps.motion.costs import Answers, Cost
 from slide_fmu.apps.motion.earliest_move import Found, baselines
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import arrivals, shares
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
-from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
 
 AT_ONCE = 500
-"""So many candidates are predicted together: their records fit into memory."""
+"""Number of candidates predicted together: their sequences fit into memory."""
 
 LOOKED_AT = 20
-"""So many of the best candidates are looked at with their margins."""
+"""Number of the best candidates that are evaluated with their margins."""
 
 MOST_LOOKED_AT = 200
-"""So many at most, as long as none of those before stays in the domain."""
+"""Largest number of these, if none of the first ones stays in the domain."""
 
 NEAR = 0.06
-"""Half of all candidates lie so near to one of the best of the other half, in each direction of a
-cube of the side 1."""
+"""Half of all candidates lie this near to one of the best of the other half, in each direction of
+a cube of the side 1."""
 
 DIMENSIONS = 6
 """A candidate has two phases, a rounding, a time, and the delay and size of a second impulse."""
@@ -45,14 +45,14 @@ DIMENSIONS = 6
 
 @dataclass(frozen=True)
 class Family:
-    """A family of candidates: half of them are evenly spread over it (Sobol's sequence).
+    """A Family has candidates: half of them are evenly spread over it (Sobol's sequence).
 
     The others lie near the best of these.
 
     Attributes:
-        candidates: how many are tried.
-        longest: the slowest profile takes so many times what its limits need.
-        seed: of the sequence.
+        candidates: number of candidates.
+        longest: time of the slowest profile, as a multiple of the time that its limits need.
+        seed: seed of the sequence.
     """
 
     candidates: int
@@ -67,9 +67,9 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = qu
 
     Args:
         problem: the move.
-        cost: the least one is best.
+        cost: the cost to minimise.
         family: the candidates.
-        progress: is told how many were tried.
+        progress: called with the number of candidates tried.
 
     Raises:
         MotionError: no candidate has a finite cost, the best ones leave the surrogate's domain,
@@ -107,7 +107,7 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = qu
 
 
 def _nothing(problem: Problem, family: Family, found: list[Move]) -> str:
-    """Say what no candidate does: settle, or stay in the domain."""
+    """Return a message on what no candidate does: settle, or stay in the domain."""
     if min(move.known for move in found) < 1:
         return (
             f"the best of {family.candidates} candidates leave the domain of the surrogate; "
@@ -122,13 +122,13 @@ def _nothing(problem: Problem, family: Family, found: list[Move]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Space:
-    """Candidates by their place in a cube, whose origin is near the fastest profile.
+    """A _Space has candidates by their place in a cube, whose origin is near the fastest profile.
 
     Attributes:
         problem: the move.
         fastest: profile about which all others lie.
-        latest: a second impulse comes at most a time in s after the first, as that of a shaper.
-        longest: as of ``Family``.
+        latest: largest delay in s of a second impulse, like a shaper's.
+        longest: as for ``Family``.
     """
 
     problem: Problem
@@ -146,9 +146,9 @@ class _Space:
     def costs(
         self, places: FloatArray, cost: Cost, progress: Progress, counted: tuple[int, int]
     ) -> FloatArray:
-        """Give the costs of candidates as predicted, (B,), at places (B, DIMENSIONS).
+        """Return the costs of candidates as predicted, (B,), at places (B, DIMENSIONS).
 
-        ``counted`` is how many the progress has counted before, and counts in all.
+        ``counted`` has the count of the progress so far, and its total.
         """
         before, total = counted
         found = np.empty(len(places))
@@ -170,7 +170,7 @@ class _Space:
         ]
 
     def again(self, move: Move) -> Move:
-        """Describe a move of another response, so that its record is as long as the others'."""
+        """Describe a move of another response, so that its sequence is as long as the others'."""
         motion = np.tile(self.problem.goal, (self.response.count, 1))
         motion[: move.end] = move.motion[: move.end]
         return described(self.response, move.name, motion, move.end)
@@ -181,7 +181,7 @@ class _Space:
         return self.problem.route.at(route), arrivals(self.response, times, delays)
 
     def _drawn(self, places: FloatArray) -> tuple[Profiles, FloatArray, FloatArray, FloatArray]:
-        """Give profiles, their times in s (B,), and delays and parts of two impulses, (B, 2) each.
+        """Return profiles, times in s (B,), and delays and parts of two impulses, (B, 2) each.
 
         Most of them lie near the fastest profile.
         """

@@ -1,4 +1,4 @@
-"""The subcommand that chooses motions with an FMU."""
+"""The subcommand chooses motions with an FMU."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def motion(
         bool,
         typer.Option(
             "--verify",
-            help="Simulate the reference model beside the result. This imports the "
+            help="Simulate the reference model too, to compare. This imports the "
             "module that the FMU names.",
         ),
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Draw the candidates with this seed.")] = 0,
     json_path: JsonOption = None,
 ) -> None:
-    """Choose set points that shake a machine little, or correct those of a path."""
+    """Choose set points that shake a machine little, or correct the set points of a path."""
     from slide_fmu.apps.motion.motion_report import motion_report, move_tables, remark_on_moves
     from slide_fmu.apps.motion.path_correction import correct, write_corrected
     from slide_fmu.apps.motion.path_report import path_report, path_table

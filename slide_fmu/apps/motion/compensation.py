@@ -1,8 +1,9 @@
-"""Set points are corrected so that what the surrogate predicts goes where it was wished to be.
+"""Set points are corrected so that the surrogate's prediction follows the wish.
 
-What is wished follows from the path itself: the tool of a serial chain shall be where rigid links
-would have it, other outputs shall be what the user says. The corrections are splines of time that
-damped Gauss-Newton steps find: corrections of single samples excite what they should cure.
+The wish follows from the path itself: the tool of a serial chain must be where rigid links would
+place it; other outputs must be what the user specifies. The corrections are splines of time,
+found by damped Gauss-Newton steps. Corrections of single samples would excite the vibrations
+that they should remove.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from slide_fmu.apps.motion.corrections import PROBE, gauss_newton, slopes, splines
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import judge
-from slide_fmu.apps.motion.records import MotionError, Records
+from slide_fmu.apps.motion.predictor import MotionError, Predictor
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
@@ -25,37 +26,38 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 KNOTS = 3
-"""Corrections have a knot every so many samples if nothing else is said."""
+"""Default distance of the knots of corrections, in samples."""
 
 ROUNDS = 5
-"""So many Gauss-Newton steps are taken at most."""
+"""Largest number of Gauss-Newton steps."""
 
 DAMPING = 1e-6
-"""Part of the largest curvature that every direction has at least: what nothing needs stays."""
+"""Smallest curvature of every direction, relative to the largest: unneeded changes stay zero."""
 
 WORTH = 0.98
-"""A step that leaves more than this part of the error is the last one."""
+"""A step that leaves more than this fraction of the error is the last one."""
 
 Rigid = Callable[[FloatArray], FloatArray]
-"""From coordinates, (..., n_coordinates), to what is added to the outputs, (..., n_outputs)."""
+"""From coordinates, (..., n_coordinates), to a rigid motion added to the outputs, (...,
+n_outputs)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Compensated:
-    """A Compensated path is one with its corrections.
+    """A Compensated path has its corrections.
 
     Attributes:
-        records: answer motions of its length.
-        rigid: what is added to the outputs.
-        target: what both together should be, (count, n_outputs).
-        path: as it was wished, (count, n_coordinates).
-        motion: corrected, likewise.
-        before, after: predicted error on both, (count, n_outputs), in the outputs' units.
-        condition: of the matrix from coordinates to the rigid motion at every sample, (count,);
-            1 where nothing rigid is added.
+        predictor: predicts motions of its length.
+        rigid: rigid motion added to the outputs.
+        target: wished sum of both, (count, n_outputs).
+        path: the wished path, (count, n_coordinates).
+        motion: the corrected path, (count, n_coordinates).
+        before, after: predicted error of both, (count, n_outputs), in the outputs' units.
+        condition: condition number of the matrix from coordinates to the rigid motion at every
+            sample, (count,); 1 without a rigid motion.
     """
 
-    records: Records
+    predictor: Predictor
     rigid: Rigid
     target: FloatArray
     path: FloatArray
@@ -66,7 +68,7 @@ class Compensated:
 
 
 def chain_of_surrogate(surrogate: Surrogate) -> SerialChain | None:
-    """Give the serial chain that a surrogate's features know, if they do."""
+    """Return the serial chain in a surrogate's features, if there is one."""
     network = surrogate.network
     features = network.features.features if isinstance(network, StateSpace) else None
     return features.chain if isinstance(features, ChainMotion) else None
@@ -83,28 +85,28 @@ def compensate(
     """Correct a path that begins at rest.
 
     Args:
-        surrogate: what predicts.
+        surrogate: the surrogate that predicts.
         path: coordinates at every sample, (count, n_coordinates).
-        limits: that the corrected path keeps.
+        limits: limits of the corrected path.
         wished: outputs after every step, (count, n_outputs); None for the tool of a serial chain,
-            which shall be where rigid links would have it.
+            which must be where rigid links would place it.
         between: time in s between the knots of the corrections; three samples if None.
-        progress: is told of the steps.
+        progress: called with the number of steps.
 
     Raises:
-        MotionError: the surrogate knows no chain where nothing is wished, the outputs have several
-            units, the limits are not kept, nothing becomes better than the prediction is sure of,
-            or as for ``Records``.
+        MotionError: nothing is wished and the surrogate has no chain, the outputs have several
+            units, the limits are not kept, the improvement is smaller than the margin of the
+            prediction, or as for ``Predictor``.
     """
-    records = Records(surrogate, len(path))
+    predictor = Predictor(surrogate, len(path))
     _require_limits("path", path, surrogate, limits)
     rigid, target = _wish(surrogate, path, wished)
     samples = KNOTS if between is None else max(1, round(between / surrogate.window.step))
     basis = splines(len(path), samples)
-    ranges = np.array([_half_range(c.low, c.high) for c in records.coordinates])
+    ranges = np.array([_half_range(c.low, c.high) for c in predictor.coordinates])
 
     def errors(motions: FloatArray) -> FloatArray:
-        return np.asarray(rigid(motions) + records.outputs(motions) - target)
+        return np.asarray(rigid(motions) + predictor.outputs(motions) - target)
 
     motion, error = path, errors(path[None])[0]
     before, damping = error, DAMPING
@@ -125,7 +127,7 @@ def compensate(
             break
     progress(ROUNDS, ROUNDS)
     condition = condition_along(rigid, path, ranges)
-    found = Compensated(records, rigid, target, path, motion, before, error, condition)
+    found = Compensated(predictor, rigid, target, path, motion, before, error, condition)
     _require_use(found, surrogate, limits)
     return found
 
@@ -133,7 +135,7 @@ def compensate(
 def _wish(
     surrogate: Surrogate, path: FloatArray, wished: FloatArray | None
 ) -> tuple[Rigid, FloatArray]:
-    """Give what is added to the outputs, and what both together should be."""
+    """Return the rigid motion added to the outputs, and the wished sum."""
     units = sorted({output.unit for output in surrogate.outputs})
     if len(units) > 1:
         raise MotionError(
@@ -153,7 +155,7 @@ def _wish(
 
 
 def _half_range(low: float, high: float) -> float:
-    """The unit in which a coordinate is corrected; a rad for an angle without range."""
+    """Return the unit of a coordinate's correction: half its range, or 1 rad for an angle."""
     return 0.5 * (high - low) if np.isfinite(high - low) else 1.0
 
 
@@ -162,10 +164,10 @@ def _norm(error: FloatArray) -> float:
 
 
 def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> FloatArray:
-    """Give the condition number of the rigid motion's slopes at every sample; 1 without any.
+    """Return the condition number of the rigid motion's slopes at every sample; 1 without one.
 
     Args:
-        rigid: what is added to the outputs.
+        rigid: rigid motion added to the outputs.
         path: coordinates, (count, n_coordinates).
         ranges: units of the coordinates, (n_coordinates,).
     """
@@ -176,7 +178,7 @@ def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> Float
 
 
 def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> None:
-    """Refuse corrections that break limits, or that may make nothing better."""
+    """Refuse corrections that break limits, or whose improvement is not certain."""
     unit, step = surrogate.outputs[0].unit, surrogate.window.step
     before, after = _rms(found.before), _rms(found.after)
     if before > 0 and not after < WORTH * before:
@@ -187,8 +189,8 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
         )
-    (judged,) = judge(surrogate, found.records.inputs(found.motion)[None])
-    off = judged.margins[found.records.lead :]
+    (judged,) = judge(surrogate, found.predictor.inputs(found.motion)[None])
+    off = judged.margins[found.predictor.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(
             f"the path's error of {before:.3g}{behind(unit)} RMS would become "

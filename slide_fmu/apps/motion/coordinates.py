@@ -1,4 +1,4 @@
-"""What moves: inputs by themselves, and one angle for each pair of cosine and sine."""
+"""Coordinates are the moving quantities: single inputs, and one angle for each cosine and sine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ class Coordinate:
     """A Coordinate is one number that a motion moves.
 
     Attributes:
-        name: that of the input; that of the cosine for an angle that is given as both.
+        name: name of the input; of the cosine for an angle given by cosine and sine.
         unit: its unit; ``"rad"`` for an angle.
-        low, high: its range; without end for an angle.
-        radius: of the circle of an angle; None for an input by itself.
+        low, high: its range; infinite for an angle.
+        radius: radius of the circle of an angle; None for a single input.
     """
 
     name: str

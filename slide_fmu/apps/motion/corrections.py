@@ -11,16 +11,16 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
 
 PROBE = 1e-4
-"""Responses are differentiated by corrections of this part of a coordinate's range, forwards."""
+"""Step of the forward differences of responses, relative to a coordinate's range."""
 
 AT_ONCE = 250
-"""So many probes are answered together: their records fit into memory."""
+"""Number of probes evaluated together: their sequences fit into memory."""
 
 
 def splines(count: int, between: int) -> FloatArray:
-    """Give cubic B-splines with knots every so many samples, (n, count).
+    """Return cubic B-splines with knots every ``between`` samples, (n, count).
 
-    Any constant is their sum.
+    Any constant is a sum of them.
     """
     pieces = max(1, -(-(count - 1) // between))
     inner = np.linspace(0, count - 1, pieces + 1)
@@ -38,9 +38,9 @@ def slopes(
     """Differentiate errors by corrections in ranges: (n_splines, n_coordinates, *error.shape).
 
     Args:
-        errors: of motions, (B, count, n_coordinates).
-        motion: about which they are differentiated, (count, n_coordinates).
-        error: of that motion.
+        errors: function from motions, (B, count, n_coordinates), to errors.
+        motion: point of the derivative, (count, n_coordinates).
+        error: error of that motion.
         basis: splines, (n_splines, count).
         ranges: units of the corrections, (n_coordinates,).
     """
@@ -55,12 +55,12 @@ def slopes(
 
 
 def gauss_newton(slopes: FloatArray, error: FloatArray, damping: float) -> FloatArray:
-    """Give one damped Gauss-Newton step, (n_splines, n_coordinates), in ranges.
+    """Return one damped Gauss-Newton step, (n_splines, n_coordinates), in ranges.
 
     Args:
-        slopes: as ``slopes`` gives them.
-        error: what should become zero.
-        damping: part of the largest curvature that every direction has at least.
+        slopes: result of ``slopes``.
+        error: the error to reduce to zero.
+        damping: smallest curvature of every direction, relative to the largest.
     """
     matrix = slopes.reshape(-1, error.size)
     curvature = matrix @ matrix.T

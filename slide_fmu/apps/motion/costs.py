@@ -1,4 +1,4 @@
-"""What moves leave, as costs: the least one is best."""
+"""Costs of moves measure the vibration that they leave; the smallest cost is best."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from slide_fmu.core.signals import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """This says what a cost is told of B candidates.
+    """Answers are predictions for B candidates, from which a cost is computed.
 
     Attributes:
-        outputs: predicted, about rest at the goal, (B, count, n_outputs).
-        margin: how far off they may be, as a norm, (B, count); zero in the first look.
+        outputs: predicted, relative to rest at the goal, (B, count, n_outputs).
+        margin: largest error of the prediction, as a norm, (B, count); zero in the first round.
         ends: samples from which on each stays at the goal, (B,).
-        time: of the outputs, in s, (count,).
+        time: times of the outputs, in s, (count,).
         tolerance: distance from rest that counts as settled.
     """
 
@@ -36,29 +36,29 @@ class Answers:
 
 
 Cost = Callable[[Answers], FloatArray]
-"""From answers to a cost of each candidate, (B,); the least is best."""
+"""Maps answers to a cost of each candidate, (B,); the smallest is best."""
 
 
 def settled(answers: Answers) -> FloatArray:
-    """Cost the time in s from which on a move stays within the tolerance; infinite if never."""
+    """Return the time in s after which a move stays within the tolerance; infinite if never."""
     away = answers.away
     rows = np.arange(away.shape[1])
     outside = (away > answers.tolerance) | (rows < answers.ends[:, None])
     last = len(rows) - 1 - np.argmax(outside[:, ::-1], axis=1)
-    # the first sample after the last one outside; none if that is the record's last
+    # the first sample after the last one outside, unless that is the last of all
     times = np.append(answers.time, np.inf)
     return np.asarray(np.where(outside.any(axis=1), times[last + 1], answers.time[0]))
 
 
 def residual(answers: Answers) -> FloatArray:
-    """Cost the largest distance from rest after a move."""
+    """Return the largest distance from rest after a move."""
     away = answers.away
     after = np.arange(away.shape[1]) >= answers.ends[:, None]
     return np.asarray(np.where(after, away, 0.0).max(axis=1))
 
 
 def largest(answers: Answers) -> FloatArray:
-    """Cost the largest distance from rest at the goal that the outputs have at all."""
+    """Return the largest distance from rest at the goal over the whole motion."""
     away = answers.away
     return np.asarray(away.max(axis=1))
 

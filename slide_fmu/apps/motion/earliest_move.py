@@ -1,4 +1,4 @@
-"""The move that settles first, beside what is usual in the field."""
+"""The move that settles first is found, and compared with the usual methods."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from slide_fmu.apps.motion.costs import residual, settled
 from slide_fmu.apps.motion.move import Move, described, described_all
 from slide_fmu.apps.motion.moves import arrivals, shaped_shares
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import Problem
 from slide_fmu.apps.motion.profile import Profiles
-from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.route import fastest_along
 from slide_fmu.apps.motion.shape import shape
@@ -21,33 +21,32 @@ from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.units import behind
 
 SUPPORT = 2
-"""So many samples after a motion's end its response is not free yet: the inputs' spline ends."""
+"""Samples after a motion's end in which its response is not free yet: the spline of inputs
+ends."""
 
 PLANNED = 0.7
-"""A plan uses this part of what the margin leaves of the tolerance: margins differ from move to
-move."""
+"""Fraction of the tolerance minus margin that a plan uses: margins differ between moves."""
 
 
 SLOWER = (1.0, 1.5, 2.0, 3.0)
-"""Where moves leave the domain, such that take so many times what the limits need are tried."""
+"""If moves leave the domain, slower ones with these multiples of the shortest time are tried."""
 
 STRIDE = 0.05
-"""Where a move leaves the domain, the next one tried takes longer by this part of its time."""
+"""If a move leaves the domain, the next one takes longer by this fraction of its time."""
 
 LONGER = 1.1
-"""A profile along a curve whose samples break a limit, or miss a point, gets so much more time."""
+"""Factor on the time of a profile along a curve whose samples break a limit or miss a point."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Moves that were found for a task.
+    """Found has the moves found for a task.
 
     Attributes:
-        response: of all of them.
+        response: the response to all of them.
         move: the best one.
-        baselines: the fastest profile as it is, and behind shapers.
-        slower: its profile takes so many times what the limits need, since faster ones leave the
-            domain.
+        baselines: the fastest profile, unshaped and with shapers.
+        slower: factor on the shortest time of its profile, since faster ones leave the domain.
     """
 
     response: Response
@@ -57,10 +56,10 @@ class Found:
 
 
 def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
-    """Give the fastest profile, its time in s, and shapers on the modes that it leaves ringing.
+    """Return the fastest profile, its time in s, and shapers for the modes that it excites.
 
-    The first of the shapers is none. Along a curve the time is that in which its samples pass its
-    points and keep all limits.
+    The first of the shapers does nothing. Along a curve the time is the shortest in which the
+    samples pass the points and keep all limits.
 
     Raises:
         MotionError: as for ``Problem.response``; or the surrogate does not know rest at the start.
@@ -79,9 +78,9 @@ def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
 
 
 def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
-    """Give the fastest profile, as it is and behind shapers, with the response of all.
+    """Return the fastest profile, unshaped and with shapers, and the response to all.
 
-    Along a curve, a shaper is left out that brings coordinates beyond their limits.
+    Along a curve, shapers are left out that move coordinates beyond their limits.
 
     Raises:
         MotionError: as for ``ringing_shapers``.
@@ -94,7 +93,7 @@ def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
 def shaped_moves(
     problem: Problem, response: Response, profile: Profiles, rows: list[tuple[Shaper, float]]
 ) -> list[Move]:
-    """Describe a profile behind shapers, each with the profile's time in s, if it is admitted."""
+    """Describe a profile with shapers, with the profile's time in s, if it keeps the limits."""
     found = []
     for row, time in rows:
         end = int(arrivals(response, np.array([time]), row.delays[None])[0])
@@ -107,8 +106,8 @@ def shaped_moves(
 def earliest(problem: Problem, progress: Progress = quiet) -> Found:
     """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
-    All of it lies in the surrogate's domain: where no such move is found, slower ones are tried.
-    The progress is told how many durations were tried.
+    The whole move lies in the surrogate's domain: if no such move is found, slower ones are tried.
+    The progress counts the durations tried.
 
     Raises:
         MotionError: no move settles within the tolerance, all of them leave the domain, or as for
@@ -128,11 +127,11 @@ def earliest(problem: Problem, progress: Progress = quiet) -> Found:
 
 
 def _first(problem: Problem, progress: Progress) -> Found | None:
-    """Find the move that settles first; None where moves leave the domain."""
+    """Find the move that settles first; None if moves leave the domain."""
     response, profile, known = baselines(problem)
     times = [move.trusted(settled, response, problem.tolerance) for move in known]
     first, seen = known[int(np.argmin(times))], list(known)
-    # an optimised move settles when it arrives, so later ones than the best baseline are no use
+    # an optimised move settles when it arrives, so it must end before the best baseline settles
     last = min(int(np.searchsorted(response.output_time, min(times))), response.samples + 1)
     margin = min(float(move.margin[move.end :].max()) for move in known)
     allowed = PLANNED * (problem.tolerance - margin)

@@ -1,4 +1,4 @@
-"""A motion keeps limits of speed, acceleration and jerk, which are those of differences."""
+"""A motion keeps limits of speed, acceleration and jerk, formed as differences."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 TOLERANCE = 1e-6
-"""A limit counts as kept up to this part of it: linear programs keep theirs about so well."""
+"""A limit is kept up to this fraction of it: linear programs are about this accurate."""
 
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Limits of every coordinate, each of shape (n_coordinates,); without end where none is known.
+    """Limits of every coordinate, each of shape (n_coordinates,); infinite if not known.
 
-    Differences of samples stand for derivatives. For a first-order hold, that of two neighbours is
-    the speed itself.
+    Differences of samples replace derivatives. With a first-order hold, the difference of
+    neighbours is the speed itself.
 
     Attributes:
         low, high: of the coordinate.
@@ -38,7 +38,7 @@ class Limits:
         yield "jerk", 3, self.jerk
 
     def used(self, start: FloatArray, motion: FloatArray, step: float) -> dict[str, float]:
-        """Tell which part of each limit that there is a motion uses, at its worst.
+        """Return the used fraction of each given limit by a motion, at its worst.
 
         Args:
             start: where it rests before its first sample, (n_coordinates,).
@@ -52,7 +52,7 @@ class Limits:
                 continue
             largest = np.abs(np.diff(padded, n=order, axis=0)).max(axis=0) / step**order
             found[name] = float(np.max(largest / limit))
-        ranged = np.isfinite(self.high - self.low)  # an angle has no range
+        ranged = np.isfinite(self.high - self.low)  # angles have no range
         if ranged.any():
             low, high = self.low[ranged], self.high[ranged]
             away = np.abs(motion[:, ranged] - 0.5 * (low + high)).max(axis=0)
@@ -60,5 +60,5 @@ class Limits:
         return found
 
     def kept(self, start: FloatArray, motion: FloatArray, step: float) -> bool:
-        """Tell whether a motion, as for ``used``, keeps all limits."""
+        """Return whether a motion, as for ``used``, keeps all limits."""
         return max(self.used(start, motion, step).values(), default=0.0) <= 1 + TOLERANCE

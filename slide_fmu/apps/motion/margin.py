@@ -1,4 +1,4 @@
-"""What a prediction may be off by: plans count it in, so that they do not live off errors."""
+"""The margin is the largest expected error of a prediction; plans include it."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
 
 ESTIMATES = 2.0
-"""An estimate is an RMS error; so many of them stand for a bound of 95 % where there is none."""
+"""Factor from an RMS error estimate to a 95 % margin, if there is no error bound."""
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """What is known of predictions along a record of N samples.
+    """Judged has the reliability of predictions along a sequence of N samples.
 
     Attributes:
-        margins: how far off they may be, as a norm over the outputs, (N,): the error bound of
-            95 %; without one, twice the error estimate; without both, zero
-            (``what_margins_are`` says which).
-        known: whether each sample is in the surrogate's domain, or, where it has no error bound,
-            its inputs in their ranges, (N,).
+        margins: largest expected error, as a norm over the outputs, (N,): the error bound of 95 %;
+            without one, twice the error estimate; without both, zero (``what_margins_are`` says
+            which).
+        known: whether each sample is in the surrogate's domain, or, without an error bound, its
+            inputs in their ranges, (N,).
     """
 
     margins: FloatArray
     known: NDArray[np.bool_]
 
 
-def judge(surrogate: Surrogate, records: FloatArray) -> list[Judged]:
-    """Say how far off predictions may be, and where the surrogate knows the inputs.
+def judge(surrogate: Surrogate, sequences: FloatArray) -> list[Judged]:
+    """Return the margins of predictions, and where the surrogate knows the inputs.
 
     Args:
-        surrogate: what predicts.
-        records: inputs of whole records, (B, N, n_inputs).
+        surrogate: the surrogate that predicts.
+        sequences: inputs of whole motions, (B, N, n_inputs).
     """
     if surrogate.bound is not None:
-        found = surrogate.error_bounds_and_domain(records)
+        found = surrogate.error_bounds_and_domain(sequences)
         return [Judged(_norms(each), known) for each, known in found]
-    return [_estimated(surrogate, inputs) for inputs in records]
+    return [_estimated(surrogate, inputs) for inputs in sequences]
 
 
 def _estimated(surrogate: Surrogate, inputs: FloatArray) -> Judged:
-    """Judge a record, (N, n_inputs), without an error bound."""
+    """Judge a sequence, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
     if surrogate.estimates_errors:
         return Judged(_norms(ESTIMATES * surrogate.estimate_error(inputs)), known)
@@ -56,9 +56,9 @@ def _norms(each: FloatArray) -> FloatArray:
 
 
 def what_margins_are(surrogate: Surrogate) -> str:
-    """Say in words what ``margins`` gives for a surrogate."""
+    """Describe the margins of a surrogate in words."""
     if surrogate.bound is not None:
         return "the error bound of 95 % confidence"
     if surrogate.estimates_errors:
         return "twice the error estimate, since the FMU has no error bound"
-    return "nothing, since the FMU tells no error"
+    return "nothing, since the FMU has no error estimate"

@@ -1,4 +1,4 @@
-"""The report of a motion shows what it leaves, beside shapers and the reference model."""
+"""The report of a motion shows its vibration, next to shapers and the reference model."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from slide_fmu.report.html_report import Report, Section
 from slide_fmu.report.table import Table
 
 SMALLEST_SHOWN = 1e-3
-"""Distances from rest are drawn down to this part of the tolerance."""
+"""Distances from rest are drawn down to this fraction of the tolerance."""
 
 SHOWN_AFTER = 40
-"""A chart ends so many samples after the last move's end."""
+"""Number of samples in a chart after the end of the last move."""
 
 
 def motion_report(solved: Solved) -> Report:
@@ -55,23 +55,25 @@ def motion_report(solved: Solved) -> Report:
 
 
 def remark_on_moves(solved: Solved) -> str | None:
-    """Say whether a baseline is the answer, and what the domain of the surrogate has ruled out.
+    """Say whether a baseline is the answer, and which moves the domain has excluded.
 
-    It is None where an optimised move is the answer, and all moves lie in the domain.
+    It is None if an optimised move is the answer, and all moves lie in the domain.
     """
-    found, said = solved.found, []
+    found, sentences = solved.found, []
     if found.move.name in {move.name for move in found.baselines}:
-        said.append(
+        sentences.append(
             f"No other move is better than a usual one: the answer is {found.move.name!r}."
         )
     if outside := ", ".join(move.name for move in found.baselines if move.known < 1):
-        said.append(f"These leave the domain of the surrogate, so they are no answer: {outside}.")
+        sentences.append(
+            f"These leave the domain of the surrogate, so they are no answer: {outside}."
+        )
     if found.slower > 1:
-        said.append(
+        sentences.append(
             "Moves as fast as the limits admit leave the domain; so all of them begin with "
             f"{found.slower:g} times the time."
         )
-    return " ".join(said) or None
+    return " ".join(sentences) or None
 
 
 def _upper(title: str) -> str:
@@ -90,7 +92,7 @@ def move_tables(solved: Solved) -> list[Table]:
 
 
 SETTLED, RESIDUAL = "settled", "distance from rest after it"
-"""Columns of the table of moves that need no margin."""
+"""Columns of the table of moves that do not use the margin."""
 
 
 def _move_table(title: str, moves: Sequence[MoveFigures], unit: str) -> Table:
@@ -112,7 +114,7 @@ def _seconds(value: float | None) -> str:
 
 
 def limit_table(used: Mapping[str, float]) -> Table:
-    """Return which part of each limit is used."""
+    """Return the used fraction of each limit as a table."""
     rows = ((name, f"{100 * part:.4g} %") for name, part in used.items())
     return Table.of(("limit", "used"), rows)
 

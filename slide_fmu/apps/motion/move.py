@@ -1,4 +1,4 @@
-"""A move from rest to rest with all that is known of it."""
+"""A move goes from rest to rest; it has its prediction and its margin."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from slide_fmu.core.signals import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class MoveFigures:
-    """This is what a move takes and leaves, as JSON files hold it.
+    """MoveFigures are the times and distances of a move, for JSON files.
 
-    Times are None of a move that has not settled at the end of its record. Distances from rest,
-    in the outputs' unit, are largest ones: after the move (residual), and at any time.
+    Times are None if a move has not settled at the end of its sequence. Distances from rest, in
+    the outputs' unit, are largest ones: after the move (residual), and at any time.
     """
 
     name: str
@@ -35,14 +35,14 @@ class MoveFigures:
 
 @dataclass(frozen=True, eq=False)
 class Move:
-    """A Move is one way from the start to the goal of a response.
+    """A Move is a motion from the start to the goal of a response.
 
     Attributes:
         name: for people, such as ``"ZV on 1 mode"``.
         motion: its coordinates, (count, n_coordinates).
         end: the sample from which on it stays at the goal.
-        outputs: predicted, about rest at the goal, (count, n_outputs).
-        margin: how far off they may be, as a norm, (count,).
+        outputs: predicted, relative to rest at the goal, (count, n_outputs).
+        margin: largest expected error, as a norm, (count,).
         known: share of the samples until the end that are in the surrogate's domain; without an
             error bound, in the ranges of its inputs.
     """
@@ -57,29 +57,29 @@ class Move:
     def cost(
         self, cost: Cost, response: Response, tolerance: float, with_margin: bool = True
     ) -> float:
-        """Give a cost of the move, with its margin or as predicted.
+        """Return a cost of the move, with its margin or as predicted.
 
         Args:
-            cost: as ``slide_fmu.apps.motion.costs.settled``.
-            response: the move's.
+            cost: for example ``slide_fmu.apps.motion.costs.settled``.
+            response: the response of the move.
             tolerance: largest distance from rest that counts as settled, in the outputs' unit.
             with_margin: whether the margin counts.
         """
         margin = self.margin if with_margin else np.zeros_like(self.margin)
         ends, time = np.array([self.end]), response.output_time
-        told = Answers(self.outputs[None], margin[None], ends, time, tolerance)
-        return float(cost(told)[0])
+        answers = Answers(self.outputs[None], margin[None], ends, time, tolerance)
+        return float(cost(answers)[0])
 
     def trusted(self, cost: Cost, response: Response, tolerance: float) -> float:
-        """Give a cost with the margin, as ``cost``; infinite for a move that leaves the domain."""
+        """Return a cost with the margin, as ``cost``; infinite if the move leaves the domain."""
         return self.cost(cost, response, tolerance) if self.known == 1 else np.inf
 
     def figures(self, response: Response, limits: Limits, tolerance: float) -> MoveFigures:
-        """Return what the move takes and leaves.
+        """Return the figures of the move.
 
         Args:
-            response: the move's.
-            limits: of the task.
+            response: the response of the move.
+            limits: limits of the task.
             tolerance: largest distance from rest that counts as settled, in the outputs' unit.
         """
         used = limits.used(response.start, self.motion, response.step)
@@ -99,7 +99,7 @@ class Move:
 
 
 def _finite(cost: float) -> float | None:
-    """None stands for a motion that has not settled at the end of its record."""
+    """Return None in place of infinity: the motion has not settled within its sequence."""
     return cost if np.isfinite(cost) else None
 
 
@@ -109,10 +109,10 @@ def described(response: Response, name: str, motion: FloatArray, end: int) -> Mo
 
 
 def described_all(response: Response, named: Sequence[tuple[str, FloatArray, int]]) -> list[Move]:
-    """Evaluate motions, each with a name before and the sample behind at which it ends."""
+    """Evaluate motions, each with its name and the sample at which it ends."""
     motions, lead = np.stack([motion for _, motion, _ in named]), response.lead
     outputs = response.outputs(motions)
-    judged = judge(response.surrogate, response.record(motions))
+    judged = judge(response.surrogate, response.inputs(motions))
     return [
         Move(
             name,

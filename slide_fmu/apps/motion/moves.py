@@ -1,4 +1,4 @@
-"""Moves along a route by profiles and shapers, sampled."""
+"""Moves along a route, from profiles and shapers, are sampled."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def shares(
     """Sample shares of the route of B moves, (B, count).
 
     Args:
-        response: the samples.
-        profiles: B of them.
-        times: that they take in s, (B,).
-        delays, parts: of the impulses of a shaper for each, in s and shares of 1, (B, n).
+        response: gives the samples.
+        profiles: B profiles.
+        times: their times in s, (B,).
+        delays, parts: impulses of a shaper for each, in s and as shares of 1, (B, n).
     """
     found = np.zeros((len(times), response.count))
     for index in range(delays.shape[1]):
@@ -36,12 +36,12 @@ def shares(
 def shaped_shares(
     response: Response, profile: Profiles, time: float, shaper: Shaper = NONE
 ) -> FloatArray:
-    """Sample a profile, which takes a time in s, behind a shaper: route shares, (count,)."""
+    """Sample a profile of a given time in s with a shaper: route shares, (count,)."""
     rows = shaper.delays[None], shaper.parts[None]
     return np.asarray(shares(response, profile, np.array([time]), *rows)[0])
 
 
 def arrivals(response: Response, times: FloatArray, delays: FloatArray) -> NDArray[np.intp]:
-    """Give the samples from which on moves of times in s, (B,), and delays (B, n) are at rest."""
+    """Return the samples at which moves of times in s, (B,), and delays (B, n) come to rest."""
     done = times + delays.max(axis=1)
     return np.asarray(np.searchsorted(response.time, done - 1e-9 * response.step))

@@ -1,4 +1,4 @@
-"""Moves of a task as a page shows them: the chosen one beside the one that is not shaped."""
+"""A page shows the chosen move of a task next to the unshaped one."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.apps.motion.costs import settled
-from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.solve import Solved, solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
 
 AFTER = 0.3
-"""A page shows so many seconds more after the last move has settled, as far as it is known."""
+"""Time in s that a page shows after the last move has settled, if it is known."""
 
 UNSHAPED = "fastest profile"
-"""How a page calls the first baseline, which is not shaped."""
+"""Name of the first baseline, which is not shaped, on a page."""
 
 
 @dataclass(frozen=True)
 class ShownMove:
-    """This is a move as a page shows it.
+    """A ShownMove is a move as a page shows it.
 
     Attributes:
-        name: what the page calls it.
+        name: name on the page.
         arrives: time in s at which its goal is reached.
         inputs: by input, its values at the times of ``ShownMoves``.
     """
@@ -37,12 +37,12 @@ class ShownMove:
 
 @dataclass(frozen=True)
 class ShownMoves:
-    """These are two moves that a page shows beside each other.
+    """ShownMoves are two moves that a page shows next to each other.
 
     Attributes:
         time: times in s at which inputs are set.
-        tolerance: how far off outputs that have settled may be.
-        parameters: values of the physical parameters at which the moves were chosen, by name.
+        tolerance: largest deviation of settled outputs.
+        parameters: values of the physical parameters of the moves, by name.
         moves: the chosen one first.
     """
 
@@ -55,8 +55,8 @@ class ShownMoves:
 def moves_of(solved: Solved) -> ShownMoves:
     """Return the chosen move and the first baseline.
 
-    The first of the times is the last one of rest. Moving inputs are known ahead: they are set one
-    step before their time, and reached by the step's end.
+    The first time is the last one of rest. Moving inputs are known ahead: they are set one step
+    before their time, and reached by the end of the step.
     """
     response = solved.found.response
     shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
@@ -64,11 +64,11 @@ def moves_of(solved: Solved) -> ShownMoves:
     late = max(move.cost(*terms) for move in shown.values()) + AFTER
     last = response.count if np.isinf(late) else min(response.count, round(late / response.step))
     rows = slice(response.lead - 1, response.lead + last)
-    records = [response.record(move.motion)[rows] for move in shown.values()]
+    sequences = [response.inputs(move.motion)[rows] for move in shown.values()]
     begin = -response.step if solved.surrogate.hold == "first_order" else 0.0
-    time = begin + response.step * np.arange(len(records[0]))
+    time = begin + response.step * np.arange(len(sequences[0]))
     arrive = [float(response.output_time[move.end]) for move in shown.values()]
-    inputs = [tuple(map(tuple, record.T.tolist())) for record in records]
+    inputs = [tuple(map(tuple, sequence.T.tolist())) for sequence in sequences]
     moves = tuple(ShownMove(*move) for move in zip(shown, arrive, inputs, strict=True))
     parameters = dict(solved.task.parameters)
     return ShownMoves(tuple(time.tolist()), solved.task.tolerance, parameters, moves)
@@ -78,8 +78,8 @@ def solved_moves(fmu: Path, task: Path) -> ShownMoves:
     """Choose the move of a task, a TOML file, with an FMU, and return it for its page.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
-        MotionError: the task is not one of a move, does not fit the FMU, or has no answer.
+        FmuError: the file is not an FMU of slide-fmu.
+        MotionError: the task does not describe a move, does not fit the FMU, or has no answer.
     """
     read = read_task(task)
     if not isinstance(read, MoveTask):

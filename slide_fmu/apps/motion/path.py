@@ -1,4 +1,4 @@
-"""A path comes from a file of samples, and is evaluated at the surrogate's step."""
+"""A path comes from a file of samples, and is interpolated at the surrogate's step."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from slide_fmu.apps.motion.coordinates import Coordinate
-from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.reading import read_record
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.surrogate.surrogate import Surrogate
 
 LEAST_SAMPLES = 4
-"""A path has at least so many samples, so that corrections may be cubic splines."""
+"""Smallest number of samples of a path, so that corrections can be cubic splines."""
 
 MOST_SAMPLES = 1200
-"""A path has at most so many: what is needed of memory grows with the square."""
+"""Largest number of samples of a path: memory grows with the square."""
 
 
 ON_CIRCLE = 0.05
-"""Cosine and sine of an angle may miss the circle by this part of its radius: they are rounded."""
+"""Tolerance of the radius of cosine and sine of an angle, relative to it: they are rounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Path:
 
     Attributes:
         motion: coordinates, (count, n_coordinates).
-        wished: outputs, (count, n_outputs); None where the file has none.
+        wished: wished outputs, (count, n_outputs); None if the file has none.
     """
 
     motion: FloatArray
@@ -39,21 +39,21 @@ class Path:
 
 
 def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surrogate) -> Path:
-    """Read a path from a CSV, Parquet, HDF5 or MAT file; cubic splines lie between its samples.
+    """Read a path from a CSV, Parquet, HDF5 or MAT file; between samples are cubic splines.
 
-    An angle has the columns of its cosine and of its sine, as set points have.
+    An angle has columns for its cosine and its sine, like set points.
 
     Raises:
-        MotionError: the file cannot be read, lacks a column of an input, has some of the outputs
-            only, holds something that is no number, has times that do not rise, has too few
-            samples or too many, or has columns that are no cosine and sine of an angle.
+        MotionError: the file cannot be read, lacks a column of an input, has only some of the
+            outputs, has values that are not numbers, has times that do not rise, has too few or
+            too many samples, or has columns that are not cosine and sine of an angle.
     """
     inputs, outputs = ([s.name for s in of] for of in (surrogate.inputs, surrogate.outputs))
     step = surrogate.window.step
     try:
         record = read_record(name, inputs, others=True)
     except RecordError as error:
-        raise MotionError(str(error).replace("beside the recipe", "beside the task")) from error
+        raise MotionError(str(error).replace("next to the recipe", "next to the task")) from error
     time = record.time
     if not np.all(np.diff(time) > 0):
         sample = int(np.argmax(np.diff(time) <= 0)) + 1
@@ -74,7 +74,9 @@ def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surroga
             f"expected {LEAST_SAMPLES} to {MOST_SAMPLES}: correct the times, or divide the path"
         )
     at = time[0] + step * np.arange(count)
-    later = step if surrogate.hold == "zero_order" else 0.0  # their outputs are those after a step
+    later = (
+        step if surrogate.hold == "zero_order" else 0.0
+    )  # their outputs belong to the end of a step
     wished = _sampled(record, found, at + later) if found else None
     motion = _coordinates(_sampled(record, inputs, at), coordinates)
     _require_circles(record, inputs, coordinates)
@@ -114,7 +116,7 @@ def _coordinates(inputs: FloatArray, coordinates: tuple[Coordinate, ...]) -> Flo
 
 
 def _sampled(record: Record, names: list[str], at: FloatArray) -> FloatArray:
-    """Evaluate columns at times in s, (N,): shape (N, n_names); the ends are held."""
+    """Interpolate columns at times in s, (N,): shape (N, n_names); the end values hold."""
     values = np.stack([record.columns[name] for name in names], axis=1)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]

@@ -1,4 +1,4 @@
-"""A path is corrected with an FMU, and may be held against the reference model."""
+"""A path is corrected with an FMU, and may be compared with the reference model."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from slide_fmu.systems.simulation import simulate
 
 @dataclass(frozen=True, kw_only=True)
 class PathErrors:
-    """These are errors of a path before and after its correction, in the outputs' unit.
+    """PathErrors are errors of a path before and after its correction, in the outputs' unit.
 
-    ``times_less`` is None where the RMS error became zero.
+    ``times_less`` is None if the RMS error became zero.
     """
 
     rms_before: float
@@ -42,13 +42,13 @@ class PathErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class CorrectedFigures:
-    """These are the figures of a corrected path, as JSON files hold them.
+    """CorrectedFigures are the figures of a corrected path, for JSON files.
 
     Attributes:
-        task: as its file says it.
-        unit: that of the outputs, and so of all errors.
-        margin_is: what margins are, in words.
-        reference: errors by the reference model, where somebody asked for them.
+        task: the task as in its file.
+        unit: unit of the outputs, and so of all errors.
+        margin_is: description of the margins.
+        reference: errors by the reference model, if requested.
     """
 
     fmu: str
@@ -66,12 +66,12 @@ class CorrectedFigures:
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """A path task with its answer.
+    """Corrected is a path task with its answer.
 
     Attributes:
-        surrogate, task, limits, found: what predicted, what was asked, and what came out.
+        surrogate, task, limits, found: the surrogate, the task, its limits, and the result.
         true_before, true_after: errors of the path and of the corrected one by the reference
-            model, (count, n_outputs); None where nobody asked.
+            model, (count, n_outputs); None if not requested.
     """
 
     surrogate: Surrogate
@@ -83,12 +83,12 @@ class Corrected:
 
     @property
     def margin(self) -> FloatArray:
-        """Tell how far off the prediction on the corrected path may be, as a norm, (count,)."""
-        return self._judged.margins[self.found.records.lead :]
+        """The largest expected error of the prediction on the corrected path, (count,)."""
+        return self._judged.margins[self.found.predictor.lead :]
 
     @cached_property
     def _judged(self) -> Judged:
-        return judge(self.surrogate, self.found.records.inputs(self.found.motion)[None])[0]
+        return judge(self.surrogate, self.found.predictor.inputs(self.found.motion)[None])[0]
 
     def figures(self) -> CorrectedFigures:
         """Return the figures."""
@@ -104,7 +104,7 @@ class Corrected:
             margin_is=what_margins_are(self.surrogate),
             predicted=_compared(found.before, found.after),
             largest_margin=float(self.margin.max()),
-            known=float(np.mean(self._judged.known[found.records.lead :])),
+            known=float(np.mean(self._judged.known[found.predictor.lead :])),
             largest_condition=float(found.condition.max()),
             largest_correction=tuple(np.abs(found.motion - found.path).max(axis=0).tolist()),
             limits_used=self.limits.used(found.motion[0], found.motion, step),
@@ -133,11 +133,11 @@ def correct(
     Args:
         fmu: an FMU of slide-fmu.
         task: the path.
-        verify: simulate the reference model along the path and along the corrected one.
+        verify: whether to simulate the reference model along the path and along the corrected one.
         bar: opens the progress of a stage.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is not an FMU of slide-fmu.
         MotionError: the task does not fit the FMU, or has no answer.
         LoadError: the reference model is not installed here.
         SimulationError: it could not be simulated.
@@ -157,7 +157,9 @@ def correct(
     system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
     for done, tried in enumerate((found.path, found.motion)):
         progress(done, 2)
-        outputs = simulate(system, found.records.inputs(tried)).outputs[found.records.lead + 1 :]
+        outputs = simulate(system, found.predictor.inputs(tried)).outputs[
+            found.predictor.lead + 1 :
+        ]
         errors.append(outputs + found.rigid(tried) - found.target)
     progress(2, 2)
     return Corrected(surrogate, task, limits, found, *errors)
@@ -166,5 +168,5 @@ def correct(
 def write_corrected(corrected: Corrected, path: Path) -> Path:
     """Write the inputs of the corrected path as CSV, at the times of its samples from 0 on."""
     found = corrected.found
-    inputs = inputs_of(found.records.coordinates, found.motion)
+    inputs = inputs_of(found.predictor.coordinates, found.motion)
     return write_inputs(corrected.surrogate, inputs, path)

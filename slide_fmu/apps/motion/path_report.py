@@ -60,7 +60,7 @@ def _cells(found: PathErrors, unit: str) -> list[str]:
 
 
 def _errors(corrected: Corrected) -> Chart:
-    """Draw the distance from where the outputs should be over time, before and after."""
+    """Draw the distance from the wished outputs over time, before and after."""
     time, found = _time(corrected), corrected.found
     courses = [
         ("before, predicted", found.before, "truth", False),
@@ -80,7 +80,9 @@ def _errors(corrected: Corrected) -> Chart:
 
 def _distance(error: FloatArray) -> FloatArray:
     distance = np.linalg.norm(error, axis=1)
-    return np.asarray(np.where(distance > 0, distance, np.nan))  # zero has no logarithm
+    return np.asarray(
+        np.where(distance > 0, distance, np.nan)
+    )  # the logarithm of zero does not exist
 
 
 def _corrections(corrected: Corrected) -> Chart:
@@ -88,7 +90,7 @@ def _corrections(corrected: Corrected) -> Chart:
     changes = found.motion - found.path
     lines = [
         Line(labelled(c.name, c.unit, " in "), time, changes[:, index], colour_of(index))
-        for index, c in enumerate(found.records.coordinates)
+        for index, c in enumerate(found.predictor.coordinates)
     ]
     return Chart("Corrections", [Panel("correction", "1", lines)])
 

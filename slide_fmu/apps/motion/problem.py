@@ -1,4 +1,4 @@
-"""What every search for a motion is given."""
+"""A problem has the data that every search for a motion needs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
@@ -17,11 +17,11 @@ from slide_fmu.core.units import behind
 from slide_fmu.surrogate.surrogate import Surrogate
 
 MOST_SAMPLES = 5000
-"""A move has at most so many samples: time and memory of its linear programs grow with them."""
+"""Largest number of samples of a move: time and memory of its linear programs grow with it."""
 
 
 LOOKED_AT = 1000
-"""At so many places of a curve its coordinates are looked at."""
+"""Number of places on a curve at which its coordinates are checked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Past:
 
     Attributes:
         points: coordinates, (n, n_coordinates), in their order.
-        near: how near each coordinate must come to them, (n_coordinates,), above 0.
+        near: largest distance of each coordinate from them, (n_coordinates,), above 0.
     """
 
     points: FloatArray
@@ -39,21 +39,21 @@ class Past:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A Problem is a move from rest to rest that a surrogate answers.
+    """A Problem is a move from rest to rest, with the surrogate that predicts its response.
 
     Attributes:
-        surrogate: what predicts.
+        surrogate: the surrogate.
         start, goal: coordinates at rest, (n_coordinates,).
-        limits: that every move keeps.
+        limits: limits of every move.
         tolerance: distance of the outputs from rest that counts as settled, in their unit, as a
             norm over all outputs.
-        past: points to pass, if there are some.
-        slower: profiles take so many times what their limits need.
+        past: points to pass, if any.
+        slower: factor on the shortest time of profiles.
 
     Raises:
-        MotionError: points, limits or tolerance are no such numbers, one for each coordinate; two
-            points in a row are the same, the route leaves the ranges, or outputs have several
-            units, of which no norm can be taken.
+        MotionError: points, limits or tolerance are not valid numbers, one for each coordinate;
+            two successive points are the same, the route leaves the ranges, or the outputs have
+            several units, so that a norm is not defined.
     """
 
     surrogate: Surrogate
@@ -75,7 +75,7 @@ class Problem:
             )
 
     def _require_numbers(self) -> None:
-        """Refuse what is not one number for each coordinate, or no number that it may be."""
+        """Refuse values that are not one valid number for each coordinate."""
         coordinates, limits = coordinates_of(self.surrogate.inputs), self.limits
         points = [("start", self.start), ("goal", self.goal)]
         sizes = [(name, limit) for name, _, limit in limits.derivatives()]
@@ -121,7 +121,7 @@ class Problem:
         return Route(points, self.past.near, pace)
 
     def admits(self, response: Response, motion: FloatArray) -> bool:
-        """Tell whether a motion, (count, n_coordinates), keeps limits and passes the points."""
+        """Return whether a motion, (count, n_coordinates), keeps limits and passes the points."""
         kept = self.limits.kept(self.start, motion, response.step)
         return kept and response.missed(motion) <= 1
 
@@ -129,13 +129,13 @@ class Problem:
         """Refuse a start at which the surrogate does not know rest.
 
         Raises:
-            MotionError: rest there is outside of the domain.
+            MotionError: rest at the start lies outside the domain.
         """
         surrogate = self.surrogate
         if surrogate.bound is None:
             return
         inputs = inputs_of(coordinates_of(surrogate.inputs), self.start[None])
-        if not surrogate.in_domain(inputs)[0]:  # the first input counts as held for ever before
+        if not surrogate.in_domain(inputs)[0]:  # the first input counts as constant before
             novelty = surrogate.trust(inputs).novelty[0]
             raise MotionError(
                 f"rest at the start {self.start.tolist()} is outside of the domain of the "
@@ -149,7 +149,7 @@ class Problem:
         return self.surrogate.outputs[0].unit
 
     def response(self, time: float) -> Response:
-        """Give the response to moves that take at most a time in s.
+        """Return the response to moves that take at most a time in s.
 
         Raises:
             MotionError: there are too many samples, or as for ``Response``.

@@ -1,7 +1,7 @@
-"""The way from one point to another is one function of time, which all coordinates share.
+"""The distance from one point to another is one function of time, shared by all coordinates.
 
 Its acceleration is a trapezoid, then rest, then a trapezoid of the other sign: the S-curve of
-motion control. Everything here is about the way 0 .. 1 in the time 0 .. 1.
+motion control. Everything here is scaled to the distance 0 .. 1 and the time 0 .. 1.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.core.signals import FloatArray
 
 LEAST_JERK_SHARE = 0.02
-"""A ramp of acceleration takes at least this share of its phase, so that one formula does."""
+"""Smallest share of a ramp of acceleration in its phase, so that one formula is enough."""
 
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
-    """B profiles of rest-to-rest ways; each attribute has the shape (B,).
+    """Profiles are B rest-to-rest motions; each attribute has the shape (B,).
 
     Attributes:
         speeding: share of the time in which the speed rises, above 0.
         slowing: share in which it falls; both together are at most 1.
-        rounded: share of these phases in which the acceleration changes, up to 1, where it is a
-            triangle. Down to ``LEAST_JERK_SHARE`` are taken for that share.
+        rounded: share of these phases in which the acceleration changes; with 1 it is a triangle.
+            Values below ``LEAST_JERK_SHARE`` count as that share.
     """
 
     speeding: FloatArray
@@ -33,26 +33,26 @@ class Profiles:
     rounded: FloatArray
 
     def way(self, done: FloatArray) -> FloatArray:
-        """Give the way, 0 .. 1, after parts of the time, (B, N): 0 before it begins, 1 behind."""
+        """Return the distance, 0 .. 1, after fractions of the time, (B, N): before 0, later 1."""
         times, jerks = self._jerk_steps()
         past = np.maximum(np.minimum(done, 1.0)[:, :, None] - times[:, None, :], 0.0)
         return np.asarray(np.einsum("bk,bnk->bn", jerks / 6.0, past**3))
 
     def peaks(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give the largest absolute first, second and third derivative of the way, (B,) each."""
+        """Return the largest absolute first to third derivatives of the distance, (B,) each."""
         up, down, speed = self._accelerations()
         rounded = np.maximum(self.rounded, LEAST_JERK_SHARE)
         jerk = 2 / rounded * np.maximum(up / self.speeding, down / self.slowing)
         return speed, np.maximum(up, down), jerk
 
     def _accelerations(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give the heights of both trapezoids, and the speed between them."""
+        """Return the heights of both trapezoids, and the speed between them."""
         full = 1 - 0.5 * np.maximum(self.rounded, LEAST_JERK_SHARE)
         speed = 1 / (1 - 0.5 * (self.speeding + self.slowing))
         return speed / (self.speeding * full), speed / (self.slowing * full), speed
 
     def _jerk_steps(self) -> tuple[FloatArray, FloatArray]:
-        """Give when the jerk changes, and by how much, (B, 8) each."""
+        """Return the times and sizes of the jumps of the jerk, (B, 8) each."""
         up, down, _ = self._accelerations()
         ramp = 0.5 * np.maximum(self.rounded, LEAST_JERK_SHARE)
         times, jerks = [], []
@@ -67,7 +67,7 @@ class Profiles:
 
 
 def least_times(profiles: Profiles, way: FloatArray, limits: Limits) -> FloatArray:
-    """Give the shortest times in s in which profiles go a way, (n_coordinates,), within limits."""
+    """Return the shortest times in s of profiles over a distance, (n_coordinates,)."""
     found = [np.zeros_like(profiles.speeding)]
     for peak, (_, order, limit) in zip(profiles.peaks(), limits.derivatives(), strict=True):
         needed = float(np.max(np.abs(way) / limit))
@@ -76,7 +76,7 @@ def least_times(profiles: Profiles, way: FloatArray, limits: Limits) -> FloatArr
 
 
 def fastest(way: FloatArray, limits: Limits) -> tuple[Profiles, float]:
-    """Give the fastest symmetric profile of a way within limits, and its time in s.
+    """Return the fastest symmetric profile over a distance within limits, and its time in s.
 
     Without a limit of the jerk it is the fastest trapezoid of the speed, to about 2 %: it is the
     best of a grid, and its corners are rounded by ``LEAST_JERK_SHARE``.

@@ -1,4 +1,4 @@
-"""The linear program that changes a move: it keeps limits, rings little, and jerks little."""
+"""A linear program changes a move so that it keeps limits and has little vibration and jerk."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 
 USED = 0.9
-"""A linear program plans with this part of the tolerance: the rest is for what is not linear."""
+"""Fraction of the tolerance that a linear program uses: the rest is for nonlinear effects."""
 
 DEAR = 100.0
-"""What is above the tolerance costs so many times what jerking all the time does."""
+"""Cost of exceeding the tolerance, relative to the cost of the largest jerk all the time."""
 
 CURVED = 0.99
-"""On a curve limits are not linear: a linear program plans with this part of them."""
+"""Fraction of the limits that a linear program uses on a curve, where they are not linear."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +29,9 @@ class Linearized:
     """A move is Linearized about the shares of its route at the samples before its end.
 
     Attributes:
-        share: of the route, (end,).
-        outputs: about rest, from the end on, (rows, n_outputs).
-        slopes: of these by the shares, (end, rows, n_outputs).
+        share: shares of the route, (end,).
+        outputs: relative to rest, from the end on, (rows, n_outputs).
+        slopes: their derivatives by the shares, (end, rows, n_outputs).
     """
 
     share: FloatArray
@@ -44,16 +44,16 @@ def change(
 ) -> tuple[FloatArray, float] | None:
     """Solve the linear program; None if the limits cannot be kept.
 
-    It gives changes of the shares, (end,), and the largest excess above what is allowed, relative
-    to it. Unknowns are the changes, then what the jerks are at most (end + 3), then that excess.
+    It returns changes of the shares, (end,), and the largest excess above the allowed value,
+    relative to it. Unknowns are the changes, then limits of the jerks (end + 3), then that excess.
 
     Args:
-        move: what is changed.
-        route: what its shares are of.
-        limits: that the result keeps.
+        move: the move to change.
+        route: the route of its shares.
+        limits: limits of the result.
         step: time between samples, in s.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
-        reach: no share changes by more.
+        reach: largest change of a share.
     """
     end = len(move.share)
     jerks = end + 3
@@ -63,7 +63,7 @@ def change(
     bounds = [1 - now, 1 + now]
     for matrix, current in _limited(move.share, route, limits, step):
         above += [[matrix, None, None], [-matrix, None, None]]
-        # where more is used already, no more than that may be
+        # if more is used already, the use must not grow
         most = 1.0 if route.straight else np.maximum(CURVED, np.abs(current))
         bounds += [most - current, most + current]
     matrix, current = _differences(move.share, 1.0, 3)
@@ -81,22 +81,22 @@ def change(
 
 
 def _reached(move: Linearized, allowed: float, reach: float) -> tuple[FloatArray, FloatArray]:
-    """Give slopes, (n, end), and values of the outputs that changes may bring to what is allowed.
+    """Return slopes, (n, end), and values of the outputs that can reach the allowed deviation.
 
-    Both are relative to that.
+    Both are relative to it.
     """
-    # a box within the ball of what is allowed: its corners are as far away as that
+    # a box within the allowed ball: its corners touch it
     each = USED * allowed / np.sqrt(move.outputs.shape[1])
     rows = move.slopes.reshape(len(move.share), -1).T / each
     now = move.outputs.reshape(-1) / each
-    reached = np.abs(now) + reach * np.abs(rows).sum(axis=1) > 1  # others cannot get there
+    reached = np.abs(now) + reach * np.abs(rows).sum(axis=1) > 1  # others cannot reach it
     return rows[reached], now[reached]
 
 
 def _limited(
     share: FloatArray, route: Route, limits: Limits, step: float
 ) -> list[tuple[Any, FloatArray]]:
-    """Give matrices from changes to the used parts of all limits, and what is used now."""
+    """Return matrices from changes to the used fractions of all limits, and the present use."""
     found = []
     gone, slopes = route.at(share) - route.start, route.slopes(share)
     for _, order, limit in limits.derivatives():
@@ -109,7 +109,7 @@ def _limited(
 
 
 def _range_of_share(route: Route, limits: Limits) -> tuple[float, float]:
-    """Give the least and the largest share at which all coordinates are within their ranges."""
+    """Return the least and the largest share at which all coordinates are within their ranges."""
     if not route.straight:
         return 0.0, 1.0
     change = route.goal - route.start
@@ -120,9 +120,10 @@ def _range_of_share(route: Route, limits: Limits) -> tuple[float, float]:
 
 
 def _differences(values: FloatArray, last: float, order: int) -> tuple[Any, FloatArray]:
-    """Differences of values (end,) that rest at 0 before, and at the last one after.
+    """Return differences of values (end,) that rest at 0 before, and at the last value after.
 
-    A matrix, (end + order, end), for their changes, and what they are now, (end + order,).
+    These are a matrix, (end + order, end), for their changes, and the present ones, (end +
+    order,).
     """
     resting = np.concatenate([np.zeros(order), values, np.full(order, last)])
     parts = [(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)]

@@ -1,4 +1,4 @@
-"""The move that rings least after a given time, beside what is usual in the field."""
+"""The move with the least vibration after a given time is found, and compared with usual ones."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from slide_fmu.apps.motion.costs import residual
 from slide_fmu.apps.motion.earliest_move import Found, ringing_shapers, shaped_moves
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import shaped_shares
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import Problem
-from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.apps.motion.shape import shape
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, quiet
 
 LEAST = 0.01
-"""What a plain move leaves is brought down to this part of it at most: less is not planned."""
+"""Smallest fraction of a plain move's residual that is planned."""
 
 
 def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> Found:
-    """Find the move of a given time that leaves least; what is below the margin counts as nothing.
+    """Find the move of a given time with the least residual; below the margin it counts as zero.
 
     Args:
         problem: the move.
         duration: time in s in which the goal is reached.
-        progress: is told of the beginning and the end.
+        progress: called at the beginning and at the end.
 
     Raises:
-        MotionError: the limits ask for more time, all moves leave the surrogate's domain, or as
-            for ``ringing_shapers``.
+        MotionError: the limits need more time, all moves leave the surrogate's domain, or as for
+            ``ringing_shapers``.
     """
     progress(0, 1)
     profile, least, rows = ringing_shapers(problem)

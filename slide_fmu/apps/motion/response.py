@@ -1,4 +1,4 @@
-"""The surrogate's answer to motions from rest to rest."""
+"""The surrogate predicts the response to motions from rest to rest."""
 
 from __future__ import annotations
 
@@ -7,28 +7,27 @@ from functools import cached_property
 import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, inputs_of
-from slide_fmu.apps.motion.records import Records
+from slide_fmu.apps.motion.predictor import Predictor
 from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class Response:
-    """A Response answers motions of one length between two points. Final.
+    """A Response predicts motions of one length between two points. Final.
 
     Args:
-        surrogate: what predicts.
-        route: of the motion, between the coordinates before it and after it.
-        samples: longest motion in samples; the response after it is looked at for as long as the
-            window is.
+        surrogate: the surrogate that predicts.
+        route: the route of the motion, between the coordinates before it and after it.
+        samples: longest motion in samples; the response after it covers one window.
 
     Raises:
-        MotionError: as for ``Records``.
+        MotionError: as for ``Predictor``.
     """
 
     def __init__(self, surrogate: Surrogate, route: Route, samples: int) -> None:
         self.surrogate, self.route, self.samples = surrogate, route, samples
-        self._records = Records(surrogate, samples + surrogate.window.n_in)
+        self._predictor = Predictor(surrogate, samples + surrogate.window.n_in)
 
     @property
     def start(self) -> FloatArray:
@@ -42,18 +41,18 @@ class Response:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """Give what moves."""
-        return self._records.coordinates
+        """The moving coordinates."""
+        return self._predictor.coordinates
 
     @property
     def count(self) -> int:
-        """The samples of a motion with the rest after it."""
-        return self._records.count
+        """The number of samples of a motion with the rest after it."""
+        return self._predictor.count
 
     @property
     def lead(self) -> int:
-        """The samples of rest before a motion."""
-        return self._records.lead
+        """The number of samples of rest before a motion."""
+        return self._predictor.lead
 
     @property
     def step(self) -> float:
@@ -62,17 +61,17 @@ class Response:
 
     @property
     def time(self) -> FloatArray:
-        """The times in s at which coordinates are what a motion says, (count,).
+        """The times in s of a motion's coordinates, (count,).
 
-        At the time 0 they are still what they were before.
+        At the time 0 they are still the coordinates before.
         """
         return np.asarray(self.step * (np.arange(self.count) + 1))
 
     @property
     def output_time(self) -> FloatArray:
-        """The times in s of the outputs, (count,): those after a step.
+        """The times in s of the outputs, (count,), which follow a step.
 
-        An input with a zero-order hold is what a motion says at the beginning of the step, others
+        An input with a zero-order hold has the motion's value at the beginning of the step, others
         at its end.
         """
         later = self.step if self.surrogate.hold == "zero_order" else 0.0
@@ -85,20 +84,20 @@ class Response:
         return np.asarray(self.surrogate.predict_newest(inputs)[0])
 
     def outputs(self, motions: FloatArray) -> FloatArray:
-        """Give the outputs after every step of motions (B, count, n_coordinates).
+        """Return the outputs after every step of motions (B, count, n_coordinates).
 
-        They are (B, count, n_outputs), about what they are at rest at the goal. Before a motion
-        the system rests at the start.
+        They are (B, count, n_outputs), relative to rest at the goal. Before a motion the system
+        rests at the start.
         """
-        return self._records.outputs(motions, self.start) - self.rest
+        return self._predictor.outputs(motions, self.start) - self.rest
 
     def missed(self, motion: FloatArray) -> float:
-        """Return the largest part of its tolerance by which it misses a point of its route."""
+        """Return the largest miss of a point of its route, relative to the tolerance."""
         return self.route.missed(motion, self.surrogate.hold == "first_order")
 
-    def record(self, motions: FloatArray) -> FloatArray:
-        """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
+    def inputs(self, motions: FloatArray) -> FloatArray:
+        """Return the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
 
-        In these the system rests at the start. They are (..., lead + count, n_inputs).
+        In these the system rests at the start. The result is (..., lead + count, n_inputs).
         """
-        return self._records.inputs(motions, self.start)
+        return self._predictor.inputs(motions, self.start)

@@ -1,6 +1,6 @@
-"""The route of a move in space: straight, or on a smooth curve past points between its ends.
+"""The route of a move in space is straight, or a smooth curve past points between its ends.
 
-All coordinates share one number that goes from 0 at the start to 1 at the goal.
+All coordinates are functions of one number that goes from 0 at the start to 1 at the goal.
 """
 
 from __future__ import annotations
@@ -13,35 +13,35 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import lsq_linear
 
 from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, fastest
-from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.core.signals import FloatArray
 
 ROUNDED = 0.8
-"""Curves round their points by this part of the tolerance: chords between samples cut them too."""
+"""Fraction of the tolerance by which curves round their points: chords between samples cut too."""
 
 FINE = 400
-"""Samples of a curve by which its bends and its fastest profile are found."""
+"""Number of samples of a curve to find its bends and its fastest profile."""
 
 BETWEEN = 8
-"""Where inputs move between samples, so many points of each step may be near a point to pass."""
+"""Number of points of each step that are checked for passing, if inputs move between samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A Route leads from the first of some points to the last one, past those between.
+    """A Route leads from the first of some points to the last one, past the points in between.
 
-    Past these it is a cubic spline, which bends as little as their tolerance admits.
+    Past these it is a cubic spline, with the least bending that their tolerance allows.
 
     Attributes:
         points: coordinates, (n, n_coordinates), at least two.
-        near: how near each coordinate must come to those between, (n_coordinates,); infinite if
-            there are none.
-        pace: how far coordinates go in the same time, (n_coordinates,): between points a curve
-            takes shares as these need time.
+        near: largest distance of each coordinate from the points between, (n_coordinates,);
+            infinite if there are none.
+        pace: distances that coordinates cover in the same time, (n_coordinates,): a curve takes
+            shares between points in proportion to their time.
 
     Raises:
-        MotionError: two points in a row are the same.
+        MotionError: two successive points are the same.
     """
 
     points: FloatArray
@@ -69,40 +69,40 @@ class Route:
 
     @property
     def straight(self) -> bool:
-        """Tell whether it passes no points."""
+        """Whether the route passes no points."""
         return len(self.points) == 2
 
     def at(self, share: FloatArray) -> FloatArray:
-        """Give coordinates, (..., n_coordinates), at shares of the route, (...)."""
+        """Return coordinates, (..., n_coordinates), at shares of the route, (...)."""
         if self.straight:
             return np.asarray(self.start + share[..., None] * (self.goal - self.start))
         return np.asarray(self._curve(share))
 
     def slopes(self, share: FloatArray) -> FloatArray:
-        """Give the derivatives of the coordinates by the share, as for ``at``."""
+        """Return the derivatives of the coordinates by the share, as for ``at``."""
         if self.straight:
             shape = (*share.shape, len(self.start))
             return np.broadcast_to(self.goal - self.start, shape)
         return np.asarray(self._curve(share, 1))
 
     def binding(self, limit: FloatArray) -> list[int]:
-        """List the coordinates that may reach a limit, (n_coordinates,), before all others."""
+        """Return the coordinates that may reach a limit, (n_coordinates,), before all others."""
         if not self.straight:
             return [int(one) for one in np.flatnonzero(np.isfinite(limit))]
         used = np.abs(self.goal - self.start) / limit
         return [int(np.argmax(used))] if used.max() > 0 else []
 
     def missed(self, motion: FloatArray, moving: bool) -> float:
-        """Tell by which part of its tolerance a motion misses the point that it misses most.
+        """Return the largest miss of a point by a motion, relative to the tolerance.
 
         Args:
             motion: coordinates after the start, (count, n_coordinates).
-            moving: whether these move from sample to sample, instead of jumping.
+            moving: whether they move from sample to sample, instead of jumping.
         """
         if self.straight:
             return 0.0
         parts = np.arange(BETWEEN) / BETWEEN if moving else np.zeros(1)
-        passed = np.vstack([self.start, motion])  # a point may be as near to the start as it must
+        passed = np.vstack([self.start, motion])  # a point may already be near enough to the start
         rows = passed[:-1, None] + parts[:, None] * np.diff(passed, axis=0)[:, None]
         away = np.abs(rows.reshape(-1, 1, rows.shape[-1]) - self.points[1:-1]) / self.near
         return float(away.max(axis=2).min(axis=0).max())
@@ -124,9 +124,9 @@ class Route:
 
 
 def fastest_along(route: Route, limits: Limits) -> tuple[Profiles, float]:
-    """Give the fastest symmetric profile along a route within limits, and its time in s.
+    """Return the fastest symmetric profile along a route within limits, and its time in s.
 
-    Along a curve it is about the fastest: the best of a coarse grid, by differences.
+    Along a curve it is approximately the fastest: the best of a coarse grid, by differences.
     """
     if route.straight:
         return fastest(route.goal - route.start, limits)

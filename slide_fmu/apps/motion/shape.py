@@ -1,9 +1,9 @@
-"""A motion of a given duration that leaves no more than is allowed, by linear programs.
+"""A motion of a given duration with an allowed residual is found by linear programs.
 
-The route is free at every sample, and all coordinates share it. A linear program keeps the limits
-and the linearized response after the end below what the tolerance leaves, and jerks no more than
-that needs; without this an optimiser lives off the surrogate's errors. The response is linearized
-again about its result.
+The route is free at every sample, and all coordinates share it. A linear program keeps the limits,
+keeps the linearized response after the end below the allowed value, and uses no more jerk than
+that needs; without the last condition an optimiser exploits the surrogate's errors. The response
+is linearized again about each result.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
 
 REACHES = (0.1, 0.02, 0.005)
-"""The response is linearized once for each of these; no round changes a share of the route by more
-than its value, so that the rounds come to an end."""
+"""Largest changes of a share of the route, one for each round of linearization; they fall, so that
+the rounds converge."""
 
 REACHES_ALONG_CURVES = (0.03, 0.02, 0.01, 0.005, 0.002)
-"""Likewise for curves, along which limits are linearized too."""
+"""The same for curves, along which limits are linearized too."""
 
 PROBE = 1e-4
-"""Responses are differentiated by changes of this share of the route, forwards."""
+"""Step of the forward differences of responses, as a share of the route."""
 
 HOPELESS = 1.0
-"""A duration whose linear program exceeds what is allowed by this part of it is given up."""
+"""A duration is given up if its linear program exceeds the allowed value by this fraction."""
 
 AT_ONCE = 250
-"""So many probes are answered together: their records fit into memory."""
+"""Number of probes evaluated together: their sequences fit into memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +53,18 @@ class Planned:
 def shape(
     response: Response, limits: Limits, start: FloatArray, end: int, allowed: float
 ) -> Planned | None:
-    """Shape a motion so that it leaves less than what is allowed; the best of all rounds.
+    """Shape a motion so that its residual is below the allowed value; return the best.
 
-    It is None where no round found a motion that keeps the limits.
+    It is None if no round found a motion that keeps the limits.
 
     Args:
-        response: answers motions.
-        limits: that the result keeps.
+        response: predicts motions.
+        limits: limits of the result.
         start: shares of the route to begin with, (count,).
         end: sample from which on the result stays at the goal.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
     """
-    if end == 0:  # it jumps: nothing is free
+    if end == 0:  # the motion jumps: nothing is free
         return None
     route, share = response.route, np.where(np.arange(response.count) < end, start, 1.0)
     best: Planned | None = None
@@ -87,7 +87,7 @@ def shape(
 
 
 def _linearized(response: Response, share: FloatArray, end: int) -> Linearized:
-    """Give the outputs after the end, and their slopes by the shares before it."""
+    """Return the outputs after the end, and their slopes by the shares before it."""
     after = response.outputs(response.route.at(share)[None])[0, end:]
     slopes = np.empty((end, *after.shape))
     for some in batches(end, AT_ONCE):

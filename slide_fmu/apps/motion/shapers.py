@@ -1,8 +1,9 @@
-"""Input shapers are what is usual against residual vibration: baselines, and starts of a search.
+"""Input shapers are the usual method against residual vibration: baselines, and starts of a
+search.
 
-A shaper sends parts of a motion later, so that their vibrations cancel (Singer and Seering,
-"Preshaping command inputs to reduce system vibration", 1990). The modes are those of the
-surrogate's own free response: nothing else is needed than the surrogate.
+A shaper delays parts of a motion so that their vibrations cancel (Singer and Seering, "Preshaping
+command inputs to reduce system vibration", 1990). The modes are identified from the surrogate's
+own free response: only the surrogate is needed.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 
 ORDER = 8
-"""So many states describe a free response: up to four modes."""
+"""Number of states that describe a free response: up to four modes."""
 
 MOST_DAMPED = 0.7
 """A mode with a larger damping ratio does not ring."""
@@ -23,12 +24,12 @@ MOST_DAMPED = 0.7
 
 @dataclass(frozen=True)
 class Ringing:
-    """A mode rings after a motion.
+    """A Ringing is a mode that vibrates after a motion.
 
     Attributes:
         frequency: undamped angular frequency, in rad/s.
-        damping: its damping ratio.
-        energy: sum of its squares in all outputs, relative to the whole response's.
+        damping: damping ratio.
+        energy: sum of its squares in all outputs, relative to the whole response.
     """
 
     frequency: float
@@ -38,12 +39,12 @@ class Ringing:
 
 @dataclass(frozen=True, eq=False)
 class Shaper:
-    """A Shaper is a row of impulses.
+    """A Shaper is a sequence of impulses.
 
     Attributes:
-        name: such as ``"ZV on 2 modes"``.
-        delays: of the impulses in s, rising from 0, shape (n,).
-        parts: their sizes, which add up to 1, shape (n,).
+        name: for example ``"ZV on 2 modes"``.
+        delays: delays of the impulses in s, rising from 0, shape (n,).
+        parts: their sizes, with the sum 1, shape (n,).
     """
 
     name: str
@@ -55,12 +56,12 @@ NONE = Shaper("not shaped", np.zeros(1), np.ones(1))
 
 
 def ringing_modes(response: FloatArray, step: float) -> list[Ringing]:
-    """Find the modes that ring in a free response, that of the most energy first.
+    """Find the modes that vibrate in a free response, in falling order of energy.
 
-    This is the eigensystem realization algorithm (Juang and Pappa, 1985).
+    The method is the eigensystem realization algorithm (Juang and Pappa, 1985).
 
     Args:
-        response: outputs about where they come to rest, shape (N, n_outputs).
+        response: outputs relative to their rest, shape (N, n_outputs).
         step: time between samples, in s.
     """
     scale = np.abs(response).max()
@@ -87,7 +88,7 @@ def ringing_modes(response: FloatArray, step: float) -> list[Ringing]:
 
 
 def shapers(modes: list[Ringing]) -> list[Shaper]:
-    """Give ZV and ZVD shapers on the strongest mode, and on the two strongest ones."""
+    """Return ZV and ZVD shapers for the strongest mode, and for the two strongest ones."""
     found = []
     for count in range(1, min(2, len(modes)) + 1):
         on = "1 mode" if count == 1 else f"{count} modes"
@@ -98,7 +99,7 @@ def shapers(modes: list[Ringing]) -> list[Shaper]:
 
 
 def _zero_vibration(mode: Ringing) -> Shaper:
-    """Two impulses half a damped period apart, whose vibrations cancel."""
+    """Return two impulses half a damped period apart, whose vibrations cancel."""
     root = np.sqrt(1 - mode.damping**2)
     left = np.exp(-mode.damping * np.pi / root)
     return Shaper(
@@ -107,7 +108,7 @@ def _zero_vibration(mode: Ringing) -> Shaper:
 
 
 def _joined(name: str, shapers: list[Shaper]) -> Shaper:
-    """One shaper after the other: every impulse of one with every one of the others."""
+    """Return shapers in series: every impulse of one with every impulse of the others."""
     rows = list(itertools.product(*(zip(s.delays, s.parts, strict=True) for s in shapers)))
     delays = np.array([sum(delay for delay, _ in row) for row in rows])
     parts = np.array([np.prod([part for _, part in row]) for row in rows])

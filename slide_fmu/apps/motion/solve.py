@@ -1,4 +1,4 @@
-"""A motion is chosen with an FMU for a task, and may be held against the reference model."""
+"""A motion is chosen with an FMU for a task, and may be compared with the reference model."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from slide_fmu.systems.simulation import simulate
 
 @dataclass(frozen=True, kw_only=True)
 class TrueMoves:
-    """These are the moves by the reference model, which have no margin."""
+    """TrueMoves are the moves by the reference model, which have no margin."""
 
     move: MoveFigures
     baselines: tuple[MoveFigures, ...]
@@ -42,13 +42,13 @@ class TrueMoves:
 
 @dataclass(frozen=True, kw_only=True)
 class SolvedFigures(TrueMoves):
-    """These are the figures of a solved task, as JSON files hold them.
+    """SolvedFigures are the figures of a solved task, for JSON files.
 
     Attributes:
-        task: as its file says it.
-        margin_is: what margins are, in words.
-        slower: the fastest profile takes so many times what the limits need.
-        reference: the same moves by the reference model, where somebody asked for it.
+        task: the task as in its file.
+        margin_is: description of the margins.
+        slower: factor on the shortest time of the fastest profile.
+        reference: the same moves by the reference model, if requested.
     """
 
     fmu: str
@@ -60,12 +60,12 @@ class SolvedFigures(TrueMoves):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A task with its answer.
+    """Solved is a task with its answer.
 
     Attributes:
-        surrogate, task, limits, found: what predicted, what was asked, and what came out.
-        truths: outputs of the reference model about rest at the goal, (count, n_outputs), of the
-            move and then of the baselines; empty where nobody asked.
+        surrogate, task, limits, found: the surrogate, the task, its limits, and the result.
+        truths: outputs of the reference model relative to rest at the goal, (count, n_outputs),
+            for the move and then the baselines; empty if not requested.
     """
 
     surrogate: Surrogate
@@ -80,7 +80,7 @@ class Solved:
         return (self.found.move, *self.found.baselines)
 
     def true_moves(self) -> list[Move]:
-        """The same moves with what the reference model says, which has no margin."""
+        """The same moves with outputs of the reference model, which have no margin."""
         return [
             Move(m.name, m.motion, m.end, truth, np.zeros(len(truth)), m.known)
             for m, truth in zip(self.moves, self.truths, strict=bool(self.truths))
@@ -108,13 +108,13 @@ def solve(
 
     Args:
         fmu: an FMU of slide-fmu.
-        task: what the motion should do.
-        seed: of the candidates, where some are drawn.
-        verify: simulate the reference model beside the result and its baselines.
+        task: the task.
+        seed: seed of the candidates, if some are drawn.
+        verify: whether to simulate the reference model for the result and its baselines.
         bar: opens the progress of a stage.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
+        FmuError: the file is not an FMU of slide-fmu.
         MotionError: the task does not fit the FMU, or has no answer.
         LoadError: the reference model is not installed here.
         SimulationError: it could not be simulated.
@@ -144,19 +144,19 @@ def solve(
     rest = simulate(system, resting).outputs[-1]
     for done, move in enumerate(solved.moves):
         progress(done, len(solved.moves))
-        outputs = simulate(system, found.response.record(move.motion)).outputs
+        outputs = simulate(system, found.response.inputs(move.motion)).outputs
         truths.append(outputs[found.response.lead + 1 :] - rest)
     progress(len(solved.moves), len(solved.moves))
     return Solved(surrogate, task, limits, found, tuple(truths))
 
 
 def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, float]) -> System:
-    """Return the reference system at the physical parameters at which a surrogate is asked.
+    """Return the reference system at the physical parameters of a surrogate.
 
     Args:
-        recipe: of the surrogate.
-        surrogate: with its parameters, whose start values those have that are not given.
-        values: of parameters, by name.
+        recipe: the recipe of the surrogate.
+        surrogate: the surrogate, with its parameters; missing values are their start values.
+        values: values of parameters, by name.
 
     Raises:
         LoadError: the reference model is not installed here.
@@ -168,7 +168,7 @@ def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, floa
 def write_set_points(solved: Solved, path: Path) -> Path:
     """Write the inputs of the move as CSV, from the last sample of rest to the first one after."""
     response, move = solved.found.response, solved.found.move
-    inputs = response.record(move.motion)[response.lead - 1 : response.lead + move.end + 1]
+    inputs = response.inputs(move.motion)[response.lead - 1 : response.lead + move.end + 1]
     return write_inputs(solved.surrogate, inputs, path)
 
 

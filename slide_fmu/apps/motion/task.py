@@ -1,4 +1,4 @@
-"""A task says in TOML what a motion should do."""
+"""A task describes a motion in TOML."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from slide_fmu.apps.motion.coordinates import Coordinate
 from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import Past
-from slide_fmu.apps.motion.records import MotionError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
@@ -28,7 +28,7 @@ Numbers = tuple[Annotated[float, Field(allow_inf_nan=False)], ...]
 
 
 class LimitsTable(Table):
-    """The table ``limits``: one number for each coordinate, in their order; no limit if empty.
+    """LimitsTable has one number for each coordinate, in order; no limit if empty.
 
     Attributes:
         speed, acceleration, jerk: in the coordinate's unit per s, s^2 and s^3.
@@ -40,25 +40,25 @@ class LimitsTable(Table):
 
 
 Parameters = dict[str, Annotated[float, Field(allow_inf_nan=False)]]
-"""Values of physical parameters by name; those that are not given have their start values."""
+"""Values of physical parameters by name; missing ones have start values."""
 
 
 class MoveTask(Table):
-    """A task to move from rest to rest.
+    """A MoveTask is a task to move from rest to rest.
 
     Attributes:
-        kind: ``"earliest"`` settles as early as it can; ``"quietest"`` rings least after
-            ``duration``; ``"choose"`` takes the best of many candidates.
+        kind: ``"earliest"`` settles as early as possible; ``"quietest"`` has the least vibration
+            after ``duration``; ``"choose"`` takes the best of many candidates.
         start, goal: coordinates, in the order of the FMU's inputs.
-        via: points that the motion passes on its way, in their order, without resting there.
-        via_tolerance: how near to them it comes, for each coordinate, in its unit.
+        via: points that the motion passes, in their order, without resting there.
+        via_tolerance: largest distance from them, for each coordinate, in its unit.
         tolerance: distance of the outputs from rest that counts as settled, in their unit; as a
             norm over all outputs.
-        duration: of the quietest motion, in s.
+        duration: duration of the quietest motion, in s.
         minimise: cost by which candidates are chosen.
-        candidates: how many are tried.
-        longest: the slowest candidates take so many times as long as the limits need.
-        limits: that the motion keeps.
+        candidates: number of candidates.
+        longest: time of the slowest candidates, as a multiple of the time that the limits need.
+        limits: limits of the motion.
         parameters: physical parameters of the surrogate, by name.
     """
 
@@ -76,7 +76,7 @@ class MoveTask(Table):
     parameters: Parameters = Field(default_factory=dict)
 
     def points(self, coordinates: tuple[Coordinate, ...]) -> tuple[FloatArray, FloatArray]:
-        """Give start and goal, (n_coordinates,) each.
+        """Return start and goal, (n_coordinates,) each.
 
         Raises:
             MotionError: there is not one number for each coordinate, or one is out of range.
@@ -86,7 +86,7 @@ class MoveTask(Table):
         return np.array(self.start), np.array(self.goal)
 
     def past(self, coordinates: tuple[Coordinate, ...]) -> Past | None:
-        """Give the points to pass, if there are some.
+        """Return the points to pass, if there are some.
 
         Raises:
             MotionError: as for ``points``.
@@ -100,16 +100,16 @@ class MoveTask(Table):
 
 
 class PathTask(Table):
-    """A task to go along a path, so that the outputs go where they are wished to be.
+    """A PathTask is a task to follow a path, so that the outputs go where they are wished to be.
 
     Attributes:
         kind: ``"compensate"``.
-        path: a file with a column for every input, and one of times; the columns of outputs say
-            what these should be, without any the tool of a serial chain shall go as if its links
-            were rigid. It lies beside the task, or here.
+        path: a file with a column for every input, and one of times. Columns of outputs have their
+            wished values; without them, the tool of a serial chain must move as if its links were
+            rigid. The file lies next to the task, or in the current folder.
         knots: time in s between the knots of the corrections; three samples if not given.
-        limits: that the corrected path keeps.
-        parameters: as of ``MoveTask``.
+        limits: limits of the corrected path.
+        parameters: as for ``MoveTask``.
     """
 
     kind: Literal["compensate"]
@@ -120,14 +120,14 @@ class PathTask(Table):
 
 
 Task = Annotated[MoveTask | PathTask, Field(discriminator="kind")]
-"""What a file of a task says; its ``kind`` decides which one it is."""
+"""The content of a task file; its ``kind`` decides which task it is."""
 
 
 def at_parameters(surrogate: Surrogate, values: Parameters) -> Surrogate:
-    """Give a surrogate at the parameters of a task.
+    """Return a surrogate at the parameters of a task.
 
     Raises:
-        MotionError: a name is that of no parameter, or a value lies outside its range.
+        MotionError: a name is unknown, or a value lies outside its range.
     """
     try:
         return surrogate.at(values)
@@ -136,7 +136,7 @@ def at_parameters(surrogate: Surrogate, values: Parameters) -> Surrogate:
 
 
 def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits:
-    """Give limits, with the ranges of the coordinates.
+    """Return limits, with the ranges of the coordinates.
 
     Raises:
         MotionError: there are limits, but not one for each coordinate.
@@ -178,7 +178,7 @@ def read_task(path: Path) -> MoveTask | PathTask:
     """Read a task from a TOML file.
 
     Raises:
-        MotionError: the file cannot be read, or is no task; one line per mistake.
+        MotionError: the file cannot be read, or is not a task; one line per mistake.
     """
     try:
         tables = tomllib.loads(read_recipe_text(path))
@@ -193,8 +193,8 @@ def read_task(path: Path) -> MoveTask | PathTask:
         text = str(error).replace("recipe ", "task ", 1)
         raise MotionError(text.replace("training/duffing.toml", EXAMPLE)) from error
     if isinstance(task, PathTask):
-        beside = path.parent / task.path
-        return task.model_copy(update={"path": str(beside)}) if beside.is_file() else task
+        near = path.parent / task.path
+        return task.model_copy(update={"path": str(near)}) if near.is_file() else task
     if (task.duration is None) == (task.kind == "quietest"):
         raise MotionError(
             f"{path}: kind = {task.kind!r} {'without' if task.duration is None else 'with'} "
@@ -215,7 +215,7 @@ def read_task(path: Path) -> MoveTask | PathTask:
 
 
 def _without_kind(text: str) -> str:
-    """Leave out the choice of the union, which is not part of a key."""
+    """Remove the choice of the union, which is not part of a key."""
     for kind in ("earliest", "quietest", "choose", "compensate"):
         text = text.replace(f": {kind}.", ": ")
     return text.replace(": task.kind = ", ": kind = ")

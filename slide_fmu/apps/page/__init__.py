@@ -1,5 +1,5 @@
 """An FMU becomes a page: one HTML file that holds its surrogate and the runtime as WebAssembly.
 
-The modules of JavaScript in ``web`` are written by hand. Nothing here trains, measures or needs
-torch or exudyn, and nothing that a page does needs a network.
+The JavaScript modules in ``web`` are written by hand. Nothing here trains or measures, or needs
+torch or exudyn, and a page needs no internet connection.
 """

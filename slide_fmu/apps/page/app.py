@@ -1,4 +1,4 @@
-"""What the page adds: its subcommand, the drawing that an FMU carries, and the end of reports."""
+"""This app adds pages: a subcommand, the drawing that an FMU carries, and a section of reports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from slide_fmu.surrogate.surrogate import Surrogate
 
 DRAWING = "drawing"
-"""Key of the table ``[apps.page]``, and of the provenance that has the description itself."""
+"""Key of the table ``[apps.page]``, and of the provenance, which has the description itself."""
 
 
 def _check_table(table: Mapping[str, Any]) -> None:
@@ -33,7 +33,7 @@ def _check_table(table: Mapping[str, Any]) -> None:
 
 
 def _origin(recipe: Recipe, surrogate: Surrogate) -> Provenance:
-    """Return the drawing that the recipe names, which the FMU carries.
+    """Return the drawing named in the recipe, which the FMU carries.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -55,7 +55,7 @@ def _check_origin(surrogate: Surrogate, provenance: Provenance | None) -> None:
 def _section(fmu: Path) -> str:
     """Return the page of an FMU.
 
-    The copy of a report inside an FMU has no such section: it would hold the surrogate and a
+    The copy of a report inside an FMU has no such section: it would contain the surrogate and a
     runtime once more.
     """
     from slide_fmu.apps.page.page import page_of

@@ -1,4 +1,4 @@
-"""The subcommand that writes the page of an FMU."""
+"""The subcommand writes the page of an FMU."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slide_fmu.cli.console import console, errors
 from slide_fmu.cli.options import FmuArgument
 
 MOVES = "moves of a task"
-"""Another app offers this service: it takes an FMU and a task, and returns the moves as plain
+"""Name of a service of another app: it takes an FMU and a task, and returns the moves as plain
 values (``write_page``)."""
 
 
@@ -33,11 +33,11 @@ def page(
     motion: Annotated[
         Path | None,
         typer.Option(
-            metavar="TASK.toml", help="Play the move chosen for this task beside a plain one."
+            metavar="TASK.toml", help="Play the move chosen for this task next to a plain one."
         ),
     ] = None,
 ) -> None:
-    """Write one HTML file in which people move the inputs of an FMU and see what it does."""
+    """Write one HTML file in which users move the inputs of an FMU and see its outputs."""
     from slide_fmu.apps.page.page import write_page
     from slide_fmu.pipeline.apps import service
 

@@ -1,7 +1,7 @@
-"""A machine may be drawn in motion in its page: a description in plain values, without a program.
+"""A page may draw a machine in motion, from a description in plain values without a program.
 
-Numbers in it are expressions: a number, the name of an input, output, parameter or of a value that
-was found before, or a list of an operation and its arguments, such as ``["*", 0.5, "speed"]``.
+Numbers in it are expressions: a number; the name of an input, output, parameter or earlier value;
+or a list of an operation and its arguments, such as ``["*", 0.5, "speed"]``.
 
 | key | what it is |
 | --- | --- |
@@ -24,13 +24,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from slide_fmu.systems.user_code import imported
 
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
-"""Operations of expressions, and how many arguments they take; angles are in rad."""
+"""Operations of expressions, with their numbers of arguments; angles are in rad."""
 
 Colour = Literal["body", "accent", "joint", "ground"]
 
 
 class DrawingError(ValueError):
-    """A drawing cannot be found, or is not of the form that a page knows."""
+    """A drawing cannot be found, or does not have the form that a page needs."""
 
 
 class Shape(BaseModel):
@@ -50,7 +50,7 @@ class Shape(BaseModel):
 
 
 class Drawing(BaseModel):
-    """A Drawing says how a machine looks while its inputs and outputs change."""
+    """A Drawing describes the look of a machine for its inputs and outputs."""
 
     model_config = ConfigDict(extra="forbid")
     text: str
@@ -61,7 +61,7 @@ class Drawing(BaseModel):
     shapes: list[Shape]
 
     def plain(self) -> Any:
-        """Return the description in plain values."""
+        """Return the description as plain values."""
         return self.model_dump(mode="json", exclude_none=True)
 
 
@@ -73,7 +73,8 @@ def load_drawing(name: str, signals: Collection[str]) -> Drawing:
         signals: names of inputs, outputs and parameters of the surrogate.
 
     Raises:
-        DrawingError: there is no such function, or the drawing is not usable; with the reason.
+        DrawingError: there is no such function, or the drawing is not usable; the message has the
+            reason.
         LoadError: the module cannot be imported.
     """
     module, function = imported(f"drawing {name!r}", name)
@@ -87,10 +88,10 @@ def load_drawing(name: str, signals: Collection[str]) -> Drawing:
 
 
 def checked_drawing(description: Any, signals: Collection[str], name: str) -> Drawing:
-    """Return a drawing, all of whose names are known, of a description in plain values.
+    """Check a description in plain values, and return its drawing.
 
     Raises:
-        DrawingError: a key is missing or unknown, or something has another form than is expected.
+        DrawingError: a key is missing, unknown or of the wrong form, or a name is unknown.
     """
     try:
         drawing = Drawing.model_validate(description)

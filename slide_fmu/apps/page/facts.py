@@ -11,12 +11,12 @@ from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FLAGS = ("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE", "IN_DOMAIN", "NOVELTY", "BOUND_FILLED")
-"""Kinds of variables that say how far the outputs can be trusted."""
+"""Kinds of variables that say how reliable the outputs are."""
 
 
 @dataclass(frozen=True)
 class PageVariable:
-    """This is an input or a parameter as a page knows it; ``reference`` is its value reference."""
+    """A PageVariable is an input or a parameter; ``reference`` is its value reference."""
 
     name: str
     unit: str
@@ -30,10 +30,10 @@ class PageVariable:
 
 @dataclass(frozen=True)
 class PageOutput(PageVariable):
-    """This is an output as a page knows it.
+    """A PageOutput is an output of a page.
 
     Attributes:
-        estimate, bound: references of its error estimate and error bound; None where there is
+        estimate, bound: value references of its error estimate and error bound; None if there are
             none.
     """
 
@@ -43,7 +43,7 @@ class PageOutput(PageVariable):
 
 @dataclass(frozen=True)
 class PageConfidence:
-    """This is the confidence of an error bound, which the user of a page chooses."""
+    """A PageConfidence is the confidence of an error bound, which the user of a page chooses."""
 
     low: float
     high: float
@@ -53,18 +53,18 @@ class PageConfidence:
 
 @dataclass(frozen=True, kw_only=True)
 class PageFacts:
-    """This is what a page knows about a surrogate, of which it makes its controls and plots.
+    """PageFacts are the facts about a surrogate from which a page makes its controls and plots.
 
     Attributes:
-        name: that of the surrogate.
+        name: name of the surrogate.
         step: its step in s.
         hold: how inputs act between samples.
         memory: time in s for which its outputs depend on an input.
         estimated: time in s over which the error is estimated; None without an estimate.
         inputs, outputs, parameters: its variables.
-        flags: references of the variables that say how far the outputs can be trusted, by name.
+        flags: value references of the variables that say how reliable the outputs are, by name.
         confidence: None without an error bound.
-        at_step_end: reference of the variable that says that inputs are those of the step's end.
+        at_step_end: value reference of ``inputs_at_step_end``.
     """
 
     name: str
@@ -81,7 +81,7 @@ class PageFacts:
 
 
 def facts_of(surrogate: Surrogate) -> PageFacts:
-    """Return what a page knows about a surrogate."""
+    """Return the facts about a surrogate for a page."""
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
     step, estimated = surrogate.window.step, surrogate.estimates_errors
     flags = [BY_KEY[key].name for key in FLAGS]

@@ -1,4 +1,4 @@
-"""The page of an FMU: one HTML file that needs nothing else, and no network."""
+"""The page of an FMU is one HTML file that needs no other file and no internet connection."""
 
 from __future__ import annotations
 
@@ -26,27 +26,28 @@ WEB = Path(__file__).parent / "web"
 Look = Literal["page", "front"]
 
 EXAMPLE_RUN = "example run"
-"""Another app offers this service: it takes an FMU and returns None, or the physical parameters of
-a run that the FMU carries and its CSV files ``inputs``, ``results`` and ``reference`` by name."""
+"""Name of a service of another app: it takes an FMU and returns None, or the physical parameters
+of a run that the FMU carries and its CSV files ``inputs``, ``results`` and ``reference`` by
+name."""
 
 
 @dataclass(frozen=True)
 class ExampleRun:
-    """This says of a run that an FMU carries at which physical parameters it was made."""
+    """An ExampleRun has the physical parameters of a run that an FMU carries."""
 
     parameters: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class PageContent:
-    """This is what a page shows.
+    """PageContent is the content of a page.
 
     Attributes:
         title: heading.
-        surrogate: what runs in it.
+        surrogate: the surrogate that runs in it.
         trajectory: the run that the FMU carries; None without one.
         drawn: whether the machine is drawn in motion.
-        moves: two moves as another app gives them, in plain values; None without any.
+        moves: two moves from another app, in plain values; None without any.
     """
 
     title: str
@@ -69,19 +70,19 @@ def write_page(
         fmu: an FMU that slide-fmu wrote.
         path: the HTML file; replaced as a whole when it is there.
         title: heading; the name of the surrogate if None.
-        drawing: ``"package.module:function"`` that describes how the machine is drawn in motion
+        drawing: ``"package.module:function"`` that describes the machine's drawing
             (``slide_fmu/apps/page/drawing.py``); if None, the description that the FMU carries, if
-            there is one.
-        moves: two moves that it plays beside each other, as the service ``MOVES`` gives them
-            (``slide_fmu.apps.page.command``); physical parameters begin at the values of
-            theirs. None if None.
+            any.
+        moves: two moves that it plays next to each other, from the service ``MOVES``
+            (``slide_fmu.apps.page.command``); physical parameters then start at the moves' values.
+            No moves if None.
 
     Raises:
         DrawingError: the drawing is not usable.
         LoadError: the module of the drawing cannot be imported.
         CredentialError: the experiment that the FMU carries is damaged.
         FileNotFoundError: the runtime has not been compiled.
-        FmuError: the file is no FMU of slide-fmu, or damaged.
+        FmuError: the file is not an FMU of slide-fmu, or damaged.
         OSError: a file cannot be read or written.
         ValueError: the path does not end in ``.html``.
     """
@@ -98,9 +99,9 @@ def page_of(
     moves: Mapping[str, Any] | None = None,
     look: Look = "page",
 ) -> str:
-    """Return the page of an FMU as text; arguments and errors are those of ``write_page``.
+    """Return the page of an FMU as text; arguments and errors are as for ``write_page``.
 
-    With the look "front" it is made to stand inside another page, with the machine foremost.
+    With the look "front" it is made for embedding in another page, with the machine in front.
     """
     surrogate, provenance = read_fmu(fmu)
     carried = service(EXAMPLE_RUN)
@@ -124,7 +125,7 @@ def page_of(
 
 
 def _beginning_at(facts: PageFacts, values: Mapping[str, float]) -> PageFacts:
-    """Return what a page knows with other values at which physical parameters begin."""
+    """Return the facts of a page with other start values of physical parameters."""
     parameters = tuple(
         replace(parameter, start=values.get(parameter.name, parameter.start))
         for parameter in facts.parameters
@@ -133,7 +134,7 @@ def _beginning_at(facts: PageFacts, values: Mapping[str, float]) -> PageFacts:
 
 
 def carried_drawing(surrogate: Surrogate, provenance: Provenance | None) -> Drawing | None:
-    """Return the drawing that an FMU carries in its provenance; None where there is none.
+    """Return the drawing that an FMU carries in its provenance; None if there is none.
 
     Raises:
         DrawingError: it is not usable.
@@ -150,10 +151,10 @@ def page_html(
     """Return the page; the same arguments give the same text.
 
     Args:
-        surrogate: what runs in it.
-        content: what it shows.
+        surrogate: the surrogate that runs in it.
+        content: its content.
         files: further files that it reads, by their names in the page.
-        look: how it is laid out.
+        look: its layout.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
@@ -165,7 +166,7 @@ def page_html(
         look=look,
         summary=_summary(content.surrogate),
         columns=", ".join(signal.name for signal in content.surrogate.inputs),
-        json=json.dumps(shown).replace("<", "\\u003c"),  # nothing ends its element
+        json=json.dumps(shown).replace("<", "\\u003c"),  # so that no text ends the element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=styles(WEB / "style.css"),
         **scripts(WEB / "main.js"),
@@ -173,7 +174,7 @@ def page_html(
 
 
 def _summary(facts: PageFacts) -> str:
-    """Say in one line what the surrogate is."""
+    """Describe the surrogate in one line."""
     inputs, outputs = len(facts.inputs), len(facts.outputs)
     return (
         f"surrogate {facts.name}: {inputs} input{'s' * (inputs > 1)}, {outputs} "

@@ -1,4 +1,4 @@
-"""Reference systems as FMUs add the subcommands ``reference`` and ``ssp``."""
+"""This app adds the subcommands ``reference`` and ``ssp``: reference systems as FMUs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The subcommands that write a reference system as an FMU, alone or next to its surrogate."""
+"""The subcommands write a reference system as an FMU, alone or next to its surrogate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recorded inputs as FMU: drives other FMUs in importers that take no inputs from outside."""
+"""Recorded inputs become an FMU that drives other FMUs in importers without external inputs."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def write_input_source(
 ) -> Path:
     """Write an FMU whose outputs are recorded inputs, sample k from time k h on.
 
-    After the record its last sample is held. The FMU needs this Python environment where it runs.
+    After the last sample its value is held. The FMU needs this Python environment to run.
 
     Args:
         signals: one for each column of the inputs; they become the outputs.
         step: sample step h in s.
-        inputs: the record, shape (N, n_inputs), in the signals' units.
+        inputs: the recorded inputs, shape (N, n_inputs), in the signals' units.
         path: the file to write, ending in ``.fmu``.
 
     Returns:
@@ -55,7 +55,7 @@ def write_input_source(
 
 
 class InputSource(Slave):
-    """A record of inputs as co-simulation slave of FMI 2.0. Final but for its name."""
+    """An InputSource is an FMI 2.0 slave with recorded inputs. Final but for its name."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -72,13 +72,13 @@ class InputSource(Slave):
             self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
-        """Begin with the sample of the start time, in s."""
+        """Start with the sample of the start time, in s."""
         self.start = start_time
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Go on to the sample that acts from the end of the step.
+        """Move on to the sample that acts from the end of the step.
 
-        Whole steps are counted: rounded ones must not add up.
+        Whole steps are counted, so that rounding does not accumulate.
         """
         length = whole_steps(step_size, self.step, self._time) * self.step or step_size
         if length != self.stride:
@@ -92,10 +92,10 @@ class InputSource(Slave):
         return self.start + self.count * self.stride
 
     def _value(self, index: int) -> float:
-        """Give the value of an output now."""
+        """Return the present value of an output."""
         sample = int(np.floor(self._time / self.step + SAME))
         return float(self.inputs[min(max(sample, 0), len(self.inputs) - 1), index])
 
     def described(self) -> list[Signal]:
-        """Give the recorded signals."""
+        """Return the recorded signals."""
         return self.signals

@@ -1,4 +1,4 @@
-"""Reference systems as FMUs: any ``System`` behind the FMI 2.0 interface of PythonFMU.
+"""Reference systems become FMUs: any ``System`` behind the FMI 2.0 interface of PythonFMU.
 
 They run side by side with their surrogates in any importer.
 """
@@ -43,14 +43,14 @@ def write_reference_fmu(
 ) -> Path:
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
-    The FMU holds a small script only; slide_fmu and the system's package are imported from the
-    environment of the importer. It starts at the system's own start under its first inputs. Where
-    the system's states can be set, the parameter ``start_from_state`` lets it start from
+    The FMU contains only a small script; slide_fmu and the system's package are imported from the
+    environment of the importer. It starts at the system's own start under its first inputs. If the
+    system's states can be set, the parameter ``start_from_state`` makes it start from
     ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and ``initial_last_input[i]`` for
     inputs with a first-order hold).
 
     Args:
-        specification: what the system is made from.
+        specification: the specification of the system.
         path: file to write, ending in ``.fmu``.
         parameters: parameters of the model that importers may set until the initialization ends.
 
@@ -58,7 +58,7 @@ def write_reference_fmu(
         The path written.
 
     Raises:
-        LoadError: the system cannot be made, or does not go on step by step.
+        LoadError: the system cannot be made, or does not advance step by step.
         ValueError: the path does not end in ``.fmu``.
     """
     _stepping(specification)
@@ -82,7 +82,7 @@ def _stepping(specification: Specification) -> Stepping:
 
 
 class SystemSlave(Slave):
-    """A reference system as co-simulation slave of FMI 2.0. Final but for its name."""
+    """A SystemSlave is a reference system as an FMI 2.0 slave. Final but for its name."""
 
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
     SPECIFICATION: ClassVar[str]
@@ -104,7 +104,7 @@ class SystemSlave(Slave):
         self._register()
 
     def _initial_state(self) -> dict[str, FloatArray]:
-        """Give the parts of the state that an importer may set; none of it has no states."""
+        """Return the parts of the state that an importer may set; empty without states."""
         if not isinstance(self.system, Restorable):
             return {}
         rest = self.system.rest_state(self.input_values)
@@ -114,7 +114,7 @@ class SystemSlave(Slave):
         return parts
 
     def _register(self) -> None:
-        """Declare inputs, outputs, parameters of the initial state, and those of the model."""
+        """Declare inputs, outputs, and parameters of the initial state and of the model."""
         for index, signal in enumerate(self.system.inputs):
             access = stored(self.input_values, index)
             self.add(
@@ -143,7 +143,7 @@ class SystemSlave(Slave):
     def _start(self) -> None:
         """Set the initial state: the given one, or the static equilibrium under the inputs.
 
-        The system is made again where importers have set other parameters.
+        The system is made again if importers have set other parameters.
         """
         parameters = {**self.specification.parameters, **self.values}
         if parameters != self.specification.parameters:
@@ -157,7 +157,7 @@ class SystemSlave(Slave):
             self.system.begin(self.input_values)
 
     def _outputs(self) -> FloatArray:
-        """Give the outputs at the current state; before the first step, at the initial state."""
+        """Return the outputs at the current state; before the first step, at the initial state."""
         if not self.started:
             self._start()
         return self.system.output()
@@ -181,5 +181,5 @@ class SystemSlave(Slave):
         return False
 
     def described(self) -> Sequence[Signal | Parameter]:
-        """Give inputs and outputs of the system, and its parameters."""
+        """Return inputs and outputs of the system, and its parameters."""
         return (*self.system.inputs, *self.system.outputs, *self.parameters)

@@ -1,4 +1,4 @@
-"""An FMU stands beside its reference system in one SSP, both on the same unseen inputs."""
+"""An FMU and its reference system form one SSP, both with the same unseen inputs."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ FMI_3 = (
     "the surrogate is an FMU of FMI 3.0, which SSP 1.0 does not know: Ecos runs it, libcosim and "
     "FMPy's SSP simulator do not; for them export it with --fmi 2"
 )
-"""What is said about a system with a surrogate of FMI 3.0."""
+"""Remark on a system with a surrogate of FMI 3.0."""
 
 OWN_FMU = (
     "the reference is your own FMU, whose parameters are set by the SSV file in the SSP: libcosim "
-    "reads it, Ecos where it is told the set 'parameters', FMPy does not"
+    "reads it, Ecos if its set 'parameters' is selected, FMPy does not"
 )
-"""What is said about a system whose reference has other start values than the surrogate."""
+"""Remark on a system whose reference has other start values than the surrogate."""
 
 
 def write_reference(case: Case, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
 
-    Physical parameters of the recipe are parameters of the FMU. An FMU of the user is copied.
+    Physical parameters of the recipe are parameters of the FMU. A user's own FMU is copied.
 
     Raises:
         LoadError: the system cannot be made, or is an FMU that does not run by itself.
@@ -70,19 +70,19 @@ def write_side_by_side(
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
     Its components are ``inputs``, ``reference`` and ``surrogate``. The inputs are those of the
-    first trajectory of ``validate`` with this seed, led in by its burn-in; both others take them
-    as reached by each step's end. Their duration in s, beside the lead-in, is the recipe's if
-    None. Values of physical parameters, by name, are start values of both, since there are
-    importers that read no SSV files, and stand in such files too, where they can be changed.
+    first trajectory of ``validate`` with this seed, with its burn-in as lead-in; both other
+    components take them as values at the end of each step. The duration in s, without the lead-in,
+    is the recipe's if None. Values of physical parameters, by name, are start values of both,
+    since some importers read no SSV files; they are also in such files, where they can be changed.
 
     Returns:
-        The path, and which importers do not run it although they run others, if there are such.
+        The path, and which importers do not run the SSP although they run others, if any.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu, or damaged.
+        FmuError: the file is not an FMU of slide-fmu, or damaged.
         LoadError: the reference system cannot be made.
-        ValueError: the path does not end in ``.ssp``, the duration is no positive time, or a
-            parameter is none of the FMU's, or its value lies outside its range.
+        ValueError: the path does not end in ``.ssp``, the duration is not positive, or a parameter
+            is not one of the FMU's, or its value lies outside its range.
     """
     task = Task(seed, duration=duration)
     surrogate, found = read_fmu(fmu)
@@ -98,7 +98,7 @@ def write_side_by_side(
         reference = write_reference(case, Path(folder) / "reference.fmu")
         source = Path(folder) / "inputs.fmu"
         write_input_source(surrogate.inputs, surrogate.window.step, inputs, source)
-        # the system has no connectors of its own: there are importers that reject them
+        # no connectors of the system itself: some importers reject them
         connections = [
             Connection(("inputs", signal.name), (component, signal.name))
             for component in ("reference", "surrogate")
@@ -153,10 +153,10 @@ def as_the_reference(
 ) -> Path:
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 
-    A reference moves to what its inputs are set to before a step, so that both answer late alike.
-    An FMU whose inputs move would forecast them instead, so it is written anew, with its
-    provenance, and starts with ``inputs_at_step_end`` = 1. So is one with parameters, which may
-    start at other values.
+    A reference moves to the values that are set before a step, so both respond with the same
+    delay. An FMU with moving inputs would forecast them instead. So it is written again, with its
+    provenance, and starts with ``inputs_at_step_end`` = 1. An FMU with parameters is also written
+    again, since it may start at other values.
     """
     if surrogate.hold == "zero_order" and not surrogate.parameters:
         return fmu
@@ -166,14 +166,14 @@ def as_the_reference(
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:
-    """Return the inputs of a draw so that they leave the start values without a jump.
+    """Return the inputs of a draw, changed so that they leave the start values without a jump.
 
-    There are importers that step all FMUs once before they pass any values on, so that the first
-    step sees start values, or zeros. If the second step were somewhere else, a prescribed motion
-    would begin with a blow that no training saw. So the deviation from the start values grows
-    smoothly over the burn-in. The cosine and sine of an angle stay as they were drawn: there is no
-    way to them from zero, which is no direction. The shape is (burn_in + N, n_inputs), the units
-    are those of the inputs.
+    Some importers step all FMUs once before they pass any values on, so that the first step gets
+    start values, or zeros. If the second step had far other values, a prescribed motion would
+    begin with a shock that is not in the training data. So the deviation from the start values
+    grows smoothly over the burn-in. The cosine and sine of an angle stay as they were drawn: zero
+    is not a direction, so there is no smooth way from there. The shape is (burn_in + N, n_inputs),
+    in the units of the inputs.
     """
     passed = np.minimum(np.arange(len(drawn.inputs)) / max(1, drawn.burn_in), 1.0)[:, None]
     part = passed**3 * (10 - 15 * passed + 6 * passed**2)  # smooth at both ends, twice

@@ -1,4 +1,4 @@
-"""The slave that all FMUs that hold Python derive from adds what PythonFMU 0.7 leaves out."""
+"""The base class of all FMUs that contain Python adds what PythonFMU 0.7 lacks."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.fmu.description.fmi2 import unit_definitions
 
 INITIAL = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
-"""How the start values of variables are found, by causality (FMI 2.0.4, section 2.2.7)."""
+"""FMI's attribute ``initial`` of variables, by causality (FMI 2.0.4, section 2.2.7)."""
 
 SAME = 1e-6
-"""In sample steps: what counts as rounding."""
+"""Rounding in times, in sample steps."""
 
 _SPARE_REFERENCES: list[dict[str, object]] = []
 
 
 class Slave(Fmi2Slave):  # type: ignore[misc]
-    """A co-simulation slave of FMI 2.0 that completes its model description. Never instantiated.
+    """A Slave is a co-simulation slave of FMI 2.0 with a complete description. Never instantiated.
 
     Attributes:
-        CAPABILITIES: attributes of the element ``CoSimulation`` that PythonFMU has otherwise.
+        CAPABILITIES: attributes of the element ``CoSimulation`` where PythonFMU has other values.
     """
 
     CAPABILITIES: ClassVar[Mapping[str, str]] = {}
@@ -45,7 +45,7 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
     def introduce(
         self, identity: bytes, description: str, step: float, stop: float | None = None
     ) -> None:
-        """Set the GUID, which follows from the identity, the description and the times in s."""
+        """Set the GUID, computed from the identity, the description and the times in s."""
         self.guid = hashlib.sha256(identity).hexdigest()[:32]
         self.description = description
         self.default_experiment = DefaultExperiment(0.0, stop, step)
@@ -75,13 +75,13 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(variable, nested=False)
 
     def described(self) -> Sequence[Signal | Parameter]:
-        """Give the ``Signal`` of every real variable that has a unit and a range."""
+        """Return the ``Signal`` of every real variable that has a unit and a range."""
         raise NotImplementedError
 
     def to_xml(self, model_options: Mapping[str, str] | None = None) -> Element:
         """Write the model description, with units, ranges and initial unknowns.
 
-        The date goes: the same FMU is the same file on another day.
+        The date is removed, so that the same FMU is the same file on another day.
 
         Raises:
             RuntimeError: PythonFMU did not write an element that it always writes.
@@ -96,7 +96,9 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
             real = _child(by_name[signal.name], "Real")
             real.attrib.update(unit=signal.unit, min=repr(signal.low), max=repr(signal.high))
             if "start" in real.attrib:
-                real.set("start", repr(signal.start_value))  # all digits, so within the range
+                real.set(
+                    "start", repr(signal.start_value)
+                )  # all digits, so that it lies within the range
         structure = _child(root, "ModelStructure")
         unknowns = SubElement(structure, "InitialUnknowns")
         for unknown in _child(structure, "Outputs"):
@@ -105,17 +107,17 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
 
 
 def stored(values: Any, key: object) -> dict[str, Callable[..., Any]]:
-    """Say how a variable is got and set whose value is ``values[key]``."""
+    """Return the getter and the setter of a variable whose value is ``values[key]``."""
     return {"getter": lambda: values[key], "setter": partial(values.__setitem__, key)}
 
 
 def whole_steps(length: float, step: float, time: float = 0.0) -> int:
-    """Give how many sample steps a communication step takes; 0 if it is no multiple of them.
+    """Return the number of sample steps in a communication step; 0 if it is not a multiple.
 
     Args:
         length: communication step in s.
         step: sample step in s.
-        time: time in s that the importer adds it to: its rounding counts as none.
+        time: time in s to which the importer adds it: its rounding is ignored.
     """
     count = round(length / step)
     rounding = 2 * sys.float_info.epsilon * abs(time)
@@ -123,7 +125,7 @@ def whole_steps(length: float, step: float, time: float = 0.0) -> int:
 
 
 def _child(parent: Element, tag: str) -> Element:
-    """Find a child that PythonFMU always writes; raise a RuntimeError where it is not there."""
+    """Return a child that PythonFMU always writes; raise a RuntimeError if it is missing."""
     found = parent.find(tag)
     if found is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
@@ -131,9 +133,9 @@ def _child(parent: Element, tag: str) -> Element:
 
 
 def _keep_module_of(slave_class: type) -> None:
-    """Hold one more reference to the names of the module that defines a slave class.
+    """Keep one more reference to the names of the module that defines a slave class.
 
-    The library of PythonFMU 0.7 gives back one reference too many per instance (its issue 228);
-    without a spare one for each, the second instance in a process finds an emptied module.
+    The library of PythonFMU 0.7 releases one reference too many per instance (its issue 228).
+    Without a spare one for each, the second instance in a process finds an emptied module.
     """
     _SPARE_REFERENCES.append(vars(sys.modules[slave_class.__module__]))

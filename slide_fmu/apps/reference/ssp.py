@@ -1,4 +1,4 @@
-"""Several FMUs as one system: SSP files (System Structure and Parameterization 1.0)."""
+"""Several FMUs form one system in an SSP file (System Structure and Parameterization 1.0)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OF_PARAMETERS = "application/x-ssp-parameter-set"
 
 
 class Connection(NamedTuple):
-    """A connection leads from a component and its output to a component and its input."""
+    """A Connection leads from an output of a component to an input of a component."""
 
     start: tuple[str, str]
     end: tuple[str, str]
@@ -37,21 +37,21 @@ def write_ssp(
     Every input and output of a component of type Real or Boolean is a connector of it.
 
     Args:
-        path: file to write, ending in ``.ssp``; replaced as a whole when it is there.
-        name: of the system.
+        path: file to write, ending in ``.ssp``; an old file is replaced as a whole.
+        name: name of the system.
         components: FMUs for co-simulation by the names of their instances.
-        connections: between them.
-        parameters: values of parameters by name, by the names of components; a file
-            ``resources/COMPONENT.ssv`` has those of each.
+        connections: connections between them.
+        parameters: values of parameters by name, by the names of components; each has a file
+            ``resources/COMPONENT.ssv``.
 
     Returns:
         The path.
 
     Raises:
-        FmuError: a component is no FMU that can be read.
+        FmuError: a component is not a readable FMU.
         OSError: the file cannot be written.
-        ValueError: the path does not end in ``.ssp``, a connection names no connector, or
-            parameters are those of no component.
+        ValueError: the path does not end in ``.ssp``, a connection names an unknown connector, or
+            parameters name an unknown component.
     """
     if path.suffix != ".ssp":
         raise ValueError(f"SSP {str(path)!r}; expected a name ending in .ssp")
@@ -83,7 +83,7 @@ _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
 
 
 def _connectors(fmu: Path) -> _Connectors:
-    """Read which variables of an FMU can be connected."""
+    """Read the variables of an FMU that can be connected."""
     return {
         v.name: (v.causality, _TYPES[v.type])
         for v in read_description(fmu).modelVariables
@@ -126,7 +126,7 @@ def _structure(
         if component in parametrised:
             bindings, place = _add(element, "ParameterBindings"), f"resources/{component}.ssv"
             _add(bindings, "ParameterBinding", type=OF_PARAMETERS, source=place)
-    parent = _add(system, "Connections") if connections else system  # the schema wants one
+    parent = _add(system, "Connections") if connections else system  # the schema requires one
     for connection in connections:
         names = ("startElement", "startConnector", "endElement", "endConnector")
         values = (*connection.start, *connection.end)

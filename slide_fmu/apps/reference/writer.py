@@ -1,4 +1,4 @@
-"""FMUs of PythonFMU are written, with the licences of what they hold."""
+"""FMUs of PythonFMU are written, with the licences of their contents."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def write_python_fmu(
 ) -> Path:
     """Write a script with one slave class as FMI 2.0 co-simulation FMU.
 
-    The same arguments give the same bytes, where the slave is a ``Slave``.
+    The same arguments give the same bytes, if the slave is a ``Slave``.
 
     Args:
         class_name: the name of the slave class, which becomes the model identifier.
         script: the Python source that defines it.
-        path: the file to write, ending in ``.fmu``; it is replaced as a whole when it is there.
-        resources: files beside the script, by name.
+        path: the file to write, ending in ``.fmu``; an old file is replaced as a whole.
+        resources: further files next to the script, by name.
 
     Returns:
         The path.
@@ -51,7 +51,7 @@ def write_python_fmu(
         raise ValueError(f"FMU {str(path)!r}; expected a name ending in .fmu")
     files = dict(resources or {})
     content = script.encode() + b"".join(files[name] for name in sorted(files))
-    # Python keeps modules by name: two FMUs in one process need different ones
+    # Python stores modules by name, so two FMUs in one process need different names
     module_name = f"{class_name.lower()}_{hashlib.sha256(content).hexdigest()[:12]}"
     with tempfile.TemporaryDirectory() as folder:
         script_file = Path(folder) / f"{module_name}.py"
@@ -76,9 +76,9 @@ def write_python_fmu(
 
 
 def _licenses() -> dict[str, bytes]:
-    """Return the licences of what such an FMU holds, by their names in it.
+    """Return the licences of the contents of such an FMU, by their names in it.
 
-    PythonFMU is under the MIT licence, whose notice must go along with its libraries.
+    PythonFMU is under the MIT licence, whose notice must be included with its libraries.
 
     Raises:
         RuntimeError: PythonFMU is installed without its licence.

@@ -1,5 +1,5 @@
-"""What all pages of HTML share: colours, plots and charts, and how files are packed into one.
+"""All pages of HTML share these colours, plots and charts, and this packing of files into one.
 
-The modules of JavaScript in ``modules`` are written by hand. Nothing here knows a surrogate, and
-no page needs a network.
+The JavaScript modules in ``modules`` are written by hand. Nothing here knows a surrogate, and no
+page needs an internet connection.
 """

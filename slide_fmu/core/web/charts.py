@@ -1,4 +1,4 @@
-"""Charts are plain values that a page draws (``modules/chart.js``); people zoom in them."""
+"""Charts are plain values that a page draws (``modules/chart.js``); users can zoom in."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ Colour = str
 """The name of a colour in ``modules/colours.css``."""
 
 SERIES = ("line", "truth", "input-0", "input-1", "input-2", "input-3", "input-4", "input-5")
-"""Colours of lines of which none is special, one after the other."""
+"""Colours of lines without a special meaning, in order."""
 
 X_DIGITS, Y_DIGITS = 7, 5
-"""Values are drawn with so many digits; places of the x axis with more, since steps are short."""
+"""Digits of drawn values; x has more digits, since steps are short."""
 
 
 def colour_of(index: int) -> Colour:
-    """Return the colour of a line by its place among others; they come again after the last."""
+    """Return the colour of the line with an index; colours repeat after the last."""
     return SERIES[index % len(SERIES)]
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A Line goes through points, or is points alone.
+    """A Line joins points, or shows the points only.
 
     Attributes:
-        name: what it is; lines without a name are not listed.
+        name: its name in the legend; lines without a name are not listed.
         x, y: shape (N,); NaN makes a gap.
         style: "line", "steps" (a value holds since the point before) or "points".
-        width: in pixels; of points their radius.
+        width: in pixels; for points, their radius.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A Band lies between two courses, shape (N,) as x."""
+    """A Band is the area between two curves of shape (N,), as x."""
 
     name: str
     x: Values
@@ -68,10 +68,10 @@ class Panel:
 
     Attributes:
         title: what is drawn.
-        unit: of y; "1" of plain numbers.
-        lines: the first one lies undermost.
+        unit: of y; "1" for plain numbers.
+        lines: the first line is drawn below the others.
         log: whether y has a logarithmic axis.
-        include: values that the axis always has.
+        include: values that the axis always contains.
         height: "tall", "short" or "square".
     """
 
@@ -102,11 +102,11 @@ class Chart:
 
     Attributes:
         title: heading.
-        panels: those above each other; they zoom together.
-        axis: of x.
-        text: what is seen, below the heading.
-        parts: pairs of places of x between which all panels are shaded.
-        marks: places of x at which all panels have a dotted line.
+        panels: from top to bottom; they zoom together.
+        axis: the x axis.
+        text: explanation below the heading.
+        parts: pairs of x values between which all panels are shaded.
+        marks: x values at which all panels have a dotted line.
     """
 
     title: str
@@ -119,7 +119,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Bar:
-    """A Bar is one row of a list of sizes: its name, how long it is, and what stands behind it."""
+    """A Bar is one row of a bar chart: its name, its length, and the text behind it."""
 
     name: str
     size: float
@@ -128,13 +128,13 @@ class Bar:
 
 @dataclass
 class Columns:
-    """Columns are all numbers of the charts of a page; equal ones are kept once."""
+    """Columns hold all numbers of the charts of a page; equal columns are stored once."""
 
     values: list[list[float | None]] = field(default_factory=list)
     _places: dict[bytes, int] = field(default_factory=dict)
 
     def place(self, values: Values, digits: int = Y_DIGITS) -> int:
-        """Keep a column, (N,), and return its number."""
+        """Store a column, (N,), and return its number."""
         column = np.asarray(values, dtype=np.float64)
         key = digits.to_bytes(1, "big") + column.tobytes()
         if key not in self._places:
@@ -149,7 +149,7 @@ def _rounded(value: float, digits: int) -> float | None:
 
 @dataclass(frozen=True)
 class LineOnPage:
-    """A LineOnPage is a ``Line`` as a page reads it: its columns are numbers of ``Columns``."""
+    """A LineOnPage is a ``Line`` as a page reads it, with numbers of ``Columns`` for its data."""
 
     name: str
     x: int
@@ -198,7 +198,7 @@ class ChartOnPage:
 
 
 def described(chart: Chart, columns: Columns) -> ChartOnPage:
-    """Return a chart as a page reads it; its columns are kept in ``columns``."""
+    """Return a chart as a page reads it; its data are stored in ``columns``."""
     panels = tuple(
         PanelOnPage(
             title=panel.title,

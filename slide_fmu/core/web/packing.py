@@ -1,4 +1,4 @@
-"""Files become text that a page holds, compressed, and that its script unpacks."""
+"""Files are compressed to text that a page holds and its script unpacks."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from pathlib import Path
 from slide_fmu.core.web.scripts import joined_modules
 
 MODULES = Path(__file__).parent / "modules"
-"""Modules of JavaScript and style sheets that pages share."""
+"""JavaScript modules and style sheets that pages share."""
 
 
 def packed(content: bytes) -> str:
-    """Return bytes as text, compressed; ``modules/blobs.js`` unpacks it."""
+    """Return bytes as compressed text; ``modules/blobs.js`` unpacks it."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def scripts(entry: Path) -> dict[str, str]:
-    """Return what a template shows of the script that begins with a module.
+    """Return the script that starts with a module, as values for a template.
 
-    ``script`` is all of it, compressed; ``loader`` runs it.
+    ``script`` is the whole script, compressed; ``loader`` runs it.
     """
     whole = joined_modules(entry).encode("utf-8")
     return {"script": packed(whole), "loader": joined_modules(MODULES / "loader.js")}
 
 
 def styles(*own: Path) -> str:
-    """Return one style sheet: the colours, what all pages share, and a page's own files."""
+    """Return one style sheet: colours, shared styles, and a page's own files."""
     shared = (MODULES / "colours.css", MODULES / "base.css")
     return "".join(path.read_text(encoding="utf-8") for path in (*shared, *own))

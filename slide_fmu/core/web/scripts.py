@@ -1,10 +1,10 @@
-"""Modules of JavaScript become one script, which runs in a file opened from disk.
+"""JavaScript modules are joined into one script, which runs in a file opened from disk.
 
-Browsers load no modules from the disk, so imports are resolved here. The modules keep to a few
-rules: every import names what it takes, from another module by its relative path, at the
-beginning of a line; exports are declarations; top-level names are unique among all modules;
-comments stand on lines of their own, and no string goes over several lines. Comments and
-indentation stay in the modules, where people read them.
+Browsers load no modules from disk, so imports are resolved here. The modules follow a few rules:
+every import names what it takes, from another module by its relative path, at the beginning of a
+line; exports are declarations; top-level names are unique among all modules; comments stand on
+lines of their own, and no string spans several lines. Comments and indentation are left out of the
+script.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ _FOR_PEOPLE = re.compile(r"^[ \t]*(?://.*\n|/\*\*(?:.|\n)*?\*/\n)|^\s+", re.MULT
 
 
 class ScriptError(RuntimeError):
-    """The modules break a rule, so that they cannot be joined."""
+    """The modules break a rule, so they cannot be joined."""
 
 
 def joined_modules(entry: Path) -> str:
-    """Join a module and all that it imports, each behind those that it imports.
+    """Join a module and all its imports; each module follows its imports.
 
     Args:
-        entry: file of the module that runs.
+        entry: file of the module that is run.
 
     Raises:
-        ScriptError: modules import each other in a circle, two have a top-level name in common, or
-            there is an import or export that is not resolved.
+        ScriptError: modules import each other in a circle, two share a top-level name, or an
+            import or export is not resolved.
         FileNotFoundError: there is no such module.
     """
     texts: dict[Path, str] = {}
@@ -56,7 +56,7 @@ def joined_modules(entry: Path) -> str:
 
 
 def _collect(module: Path, way: tuple[Path, ...], found: dict[Path, str]) -> None:
-    """Add a module to those that are found, behind all that it imports."""
+    """Add a module to the modules found, after all its imports."""
     if module in way:
         circle = " -> ".join(path.stem for path in (*way[way.index(module) :], module))
         raise ScriptError(f"modules import each other: {circle}; expected no circle")

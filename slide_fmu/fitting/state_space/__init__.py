@@ -1,6 +1,7 @@
 """This folder fits state-space networks: linear starts, Levenberg-Marquardt, multi-start.
 
-The way goes from a linear model (``linear_start``) over random starts of the hidden units
-(``coordinates``, ``multi_start``) to nonlinear least squares (``levenberg_marquardt``, or
-``preconditioned_descent`` for large cells). Nothing of other families belongs here.
+A fit starts from a linear model (``linear_start``), continues with random starts of the hidden
+units (``coordinates``, ``multi_start``), and ends with nonlinear least squares
+(``levenberg_marquardt``, or ``preconditioned_descent`` for large cells). No other family has code
+here.
 """

@@ -1,7 +1,7 @@
-"""The state-space cell is a function of one parameter vector here, for least-squares fits.
+"""The state-space cell is a function of one parameter vector, for least-squares fits.
 
-The equations are those of ``slide_fmu.network.state_space.equations``, with x = 0 at the first
-sample; here are the sizes of a cell and the order of its parameters.
+The equations are in ``slide_fmu.network.state_space.equations``, with x = 0 at the first sample.
+This module has the sizes of a cell and the order of its parameters.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 
 @dataclass(frozen=True)
 class CellShape:
-    """A cell's shape is its sizes and the order of its parameters.
+    """A CellShape has the sizes of a cell and the order of its parameters.
 
-    The vector of parameters is F = [A B E] row by row, then W, V, C, D and d, the last three
-    output by output. Without ``bias`` the last column of W and d are left out, and an odd
-    activation makes an odd network.
+    The parameter vector is F = [A B E] row by row, then W, V, C, D and d, the last three output by
+    output. Without ``bias`` the last column of W and d are omitted, so that an odd activation
+    gives an odd network.
 
     Attributes:
         n_states: number n of states x.
         n_units: number H of hidden units h.
         n_outputs: number p of outputs.
-        roles: indices of the state input f, the feedthrough w, what LPV units multiply (g), the
-            scheduling variables s and the factors r of the outputs among the features.
-        units: activation of the units, one of ``CELL_ACTIVATIONS``; LPV (``gated``) hidden units
+        roles: feature indices of the state input f, the feedthrough w, the factors g of LPV units,
+            the scheduling variables s and the factors r of the outputs.
+        units: activation of the hidden units, one of ``CELL_ACTIVATIONS``; LPV (``gated``) units
             have a V.
         bias: whether there are constant terms.
         turned: pairs of states that LPV units see in the turned frame.
-        terms: number K of terms phi_k of physical parameters p, of which every weight is a sum,
-            sum over k of phi_k(p) Theta_k; the parameters are those of the K cells of
-            coefficients one after the other. A plain cell has the constant term alone.
-        substeps: number of steps that the states take in every sample.
+        terms: number K of terms phi_k of physical parameters p. Every weight is a sum over k of
+            phi_k(p) Theta_k; the parameter vector has the K cells of coefficients one after the
+            other. A plain cell has only the constant term.
+        substeps: number of steps of the states in every sample.
     """
 
     n_states: int
@@ -51,52 +51,52 @@ class CellShape:
 
     @property
     def gated(self) -> bool:
-        """LPV units (``gated`` in recipes) have gates that scheduling variables open and close."""
+        """Whether hidden units are LPV (``gated``): scheduling variables open their gates."""
         return self.units == GATED
 
     @property
     def n_factors(self) -> int:
-        """There are this many factors of the values, the constant one among them."""
+        """The number of factors of the values, including the constant one."""
         return 1 + len(self.roles.readout)
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """The matrices have these shapes, by name."""
+        """The shapes of the matrices, by name."""
         rows = self.n_outputs * self.n_factors
         return cell_shapes(self.roles, self.units, self.n_states, self.n_units, rows, self.bias)
 
     @property
     def sizes(self) -> tuple[int, int, int, int, int, int]:
-        """The parts F, W, V, C, D and d have these numbers of parameters."""
+        """The numbers of parameters in F, W, V, C, D and d."""
         found = {name: math.prod(shape) for name, shape in self.shapes.items()}
         w, v, c, d, d0 = (found.get(name, 0) for name in ("w", "v", "c", "d", "d0"))
         return self.n_states * self.n_next, w, v, c, d, d0
 
     @property
     def n_next(self) -> int:
-        """The next state is a linear map of [x, f, h], which has this length."""
+        """The length of [x, f, h], of which the next state is a linear map."""
         return self.n_states + len(self.roles.drive) + self.n_units
 
     @property
     def n_dynamic(self) -> int:
-        """The state depends on this many parameters: those of F, W and V, the first ones."""
+        """The number of parameters that the state depends on: F, W and V, which come first."""
         return sum(self.sizes[:3])
 
     @property
     def n_weights(self) -> int:
-        """One cell has this many weights."""
+        """The number of weights of one cell."""
         return sum(self.sizes)
 
     @property
     def n_parameters(self) -> int:
-        """The parameter vector has this length."""
+        """The length of the parameter vector."""
         return self.terms * self.n_weights
 
     def linear(self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> torch.Tensor:
         """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without hidden units.
 
         A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states).
-        Physical parameters do not move it: all terms but the constant one are zero.
+        Physical parameters have no effect: all terms but the constant one are zero.
         """
         theta = a.new_zeros(self.n_parameters)
         m = self.split(theta[: self.n_weights])
@@ -105,9 +105,9 @@ class CellShape:
         return theta
 
     def split(self, theta: torch.Tensor) -> Cell:
-        """Return the cell of weights, shape (n_weights,): views of them.
+        """Return the cell of weights, shape (n_weights,), as views of them.
 
-        Weights of several cells, (B, n_weights), give matrices with this axis before theirs.
+        Weights of several cells, (B, n_weights), give matrices with the axis B in front.
         """
         shapes, leading = self.shapes, theta.shape[:-1]
         columns = [shapes.pop(name)[1] for name in "abe"]
@@ -127,15 +127,15 @@ class CellShape:
         return [self.split(row) for row in theta.view(self.terms, -1)]
 
     def weights(self, theta: torch.Tensor, phi: torch.Tensor | None) -> torch.Tensor:
-        """Return the weights that a parameter vector gives, shape (n_weights,).
+        """Return the weights for a parameter vector, shape (n_weights,).
 
-        Of cells with physical parameters, the values phi of the terms, shape (B, terms), give
-        weights for each of B, (B, n_weights).
+        For cells with physical parameters, values phi of the terms, shape (B, terms), give weights
+        for each, (B, n_weights).
         """
         return theta if phi is None else phi @ theta.view(self.terms, -1)
 
     def join(self, cell: Cell) -> torch.Tensor:
-        """Return the weights of a cell; it is the inverse of ``split``."""
+        """Return the weights of a cell: the inverse of ``split``."""
         m = cell.arrays()
         f = torch.cat([m.pop("a"), m.pop("b"), m.pop("e")], 1)
         if not self.bias:
@@ -151,9 +151,9 @@ def simulate(
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Run the cell at theta, (n_parameters,), from zero state over features, (samples, B, q).
 
-    The sample comes first, so that each is one piece of memory. The outputs (samples, B,
-    n_outputs) and the states (samples, B, n_states) are one step after the feature of their row.
-    Of cells with physical parameters, phi has the values of the terms, (B, terms).
+    The samples are the first axis, so that each sample is contiguous in memory. The outputs
+    (samples, B, n_outputs) and the states (samples, B, n_states) are one step after the feature of
+    their row. For cells with physical parameters, phi has the values of the terms, (B, terms).
     """
     cell, inputs = shape.split(shape.weights(theta, phi)), ByRole.of(shape.roles, features)
     rest = features.new_zeros(features.shape[1], shape.n_states)

@@ -1,7 +1,7 @@
-"""A cell is rewritten so that it answers as before: other coordinates, more states, wider layers.
+"""A cell is rewritten with the same response: other coordinates, more states, wider layers.
 
-Random starts of the hidden units need this: these see states of unit size, and a start answers as
-the linear model that it comes from.
+Random starts of the hidden units need this: their states have an RMS of one, and a start has the
+response of its linear model.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
-"""States that are added have this pole and this gain: short memories that no output sees yet."""
+"""Pole and gain of states that are added: they forget fast, and no output uses them yet."""
 JITTER = 1e-10
-"""The states' variances are raised by this part before the states are made uncorrelated."""
+"""Relative increase of the states' variances before the states are made uncorrelated."""
 
 
 SMALL_ARGUMENTS = 1 / 8
-"""Clipped cubes begin with arguments of this size, far below where they are clipped."""
+"""Size of the arguments of clipped cubes at the start, far below the clipping limit."""
 
 
 def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) -> Cell:
-    """Return the cell in coordinates in which its states have unit root mean square.
+    """Return the cell in coordinates in which its states have a root mean square of one.
 
-    The outputs stay the same. States of a run, shape (..., n), tell the present size; ``whiten``
-    makes them uncorrelated too.
+    The outputs stay the same. States of a run, shape (..., n), give the present size; ``whiten``
+    also makes them uncorrelated.
 
     Raises:
-        ValueError: hidden units see pairs of states in a turned frame; in other coordinates the
-            states would be no pairs.
+        ValueError: hidden units see pairs of states in a turned frame; other coordinates would
+            destroy the pairs.
     """
     if shape.turned and shape.n_units:
         raise ValueError(
@@ -45,7 +45,7 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
     n = shape.n_states
     flat = states.reshape(-1, n)
     if whiten:
-        # the states may be nearly dependent: unit size first, and double precision
+        # the states may be nearly dependent: scale first, and use double precision
         size = _rms(flat).double()
         unit = flat.double() / size
         covariance = unit.T @ unit / len(unit)
@@ -56,7 +56,7 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
         size = _rms(flat)
         there, back = torch.diag(1 / size), torch.diag(size)
     a, b, e = there @ cell.a @ back, there @ cell.b, there @ cell.e
-    # plain units see the states by W; LPV units by V, and the scheduling variables alone by W
+    # states enter plain units by W and LPV units by V; scheduling variables enter LPV units by W
     seeing = "w" if cell.v is None else "v"
     seen = cell.arrays()[seeing]
     moved = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
@@ -64,19 +64,19 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
 
 
 def _rms(states: torch.Tensor) -> torch.Tensor:
-    """Return the RMS of every state, shape (n,), of states (N, n).
+    """Return the RMS of every state, shape (n,), from states (N, n).
 
-    A state that never moves gets a small value above 0, since one divides by it.
+    A state that never moves gets a small value above 0, since it is a divisor.
     """
     rms = states.square().mean(0).sqrt()
     return rms.clamp_min(1e-9 * float(rms.max()) + 1e-30)
 
 
 def in_substeps(cells: Sequence[Cell], substeps: int) -> list[Cell]:
-    """Return linear cells, one for each term, that answer in several steps as others in one.
+    """Return linear cells, one for each term, whose response in several steps equals that in one.
 
-    A is a power of the new A, and B the sum of what the features add in all steps. In the terms
-    of physical parameters A and B are 0: they do not move a start.
+    A is a power of the new A, and B the sum of the features' contributions over all steps. In the
+    terms of physical parameters A and B are 0: at the start these have no effect.
 
     Raises:
         ValueError: a pole changes its sign in every sample, so that no real A has this power.
@@ -101,26 +101,25 @@ def in_substeps(cells: Sequence[Cell], substeps: int) -> list[Cell]:
 def widen_all(cells: Sequence[Cell], new: CellShape, generator: torch.Generator) -> torch.Tensor:
     """Return parameters, (new.n_parameters,), from one cell for each term.
 
-    The first one is widened; in the terms of physical parameters what is new is 0, so that they do
-    not move it.
+    The first cell is widened. In the terms of physical parameters new entries are 0, so these have
+    no effect on them.
     """
     others = [widen(cell, new, None) for cell in cells[1:]]
     return torch.cat([widen(cells[0], new, generator), *others])
 
 
 def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torch.Tensor:
-    """Return the weights, (new.n_weights,), of a larger cell that answers as a smaller one.
+    """Return the weights, (new.n_weights,), of a larger cell with the response of a smaller one.
 
-    New states are short memories of the features that no output sees; new hidden units have random
-    arguments and act on nothing. Roles and outputs of both cells are the same. Without generator,
-    what is new is 0.
+    New states forget fast, and no output uses them; new hidden units have random arguments and no
+    effect. Roles and outputs of both cells are the same. Without a generator, new entries are 0.
     """
     (n, q), units, wide = cell.b.shape, len(cell.w), new.n_states
     a, b, e = (cell.a.new_zeros(wide, columns) for columns in (wide, q, new.n_units))
     a[:n, :n], b[:n], e[:n, :units] = cell.a, cell.b, cell.e
     for state in range(n, wide) if generator else ():
         a[state, state] = PAD_POLE
-        b[state, (state - n) % q] = PAD_GAIN  # the features take turns
+        b[state, (state - n) % q] = PAD_GAIN  # the features alternate
     w = _random(new.shapes["w"], generator).to(a)
     v = _random(new.shapes["v"], generator).to(a) if new.gated else None
     if new.units == MIXED_UNITS:
@@ -136,9 +135,9 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torc
 
 
 def _random(shape: tuple[int, ...], generator: torch.Generator | None) -> torch.Tensor:
-    """Draw normal numbers, (hidden units, arguments); a sum over the arguments has unit variance.
+    """Draw normal numbers, (hidden units, arguments); a sum over the arguments has the variance 1.
 
-    They are 0 without a generator.
+    Without a generator they are 0.
     """
     if generator is None:
         return torch.zeros(*shape, dtype=torch.float64)

@@ -1,9 +1,10 @@
-"""Clipped cubes of mixed units get room beyond the range that they were learnt in.
+"""Clipped cubes of mixed hidden units are rescaled so that they extend beyond their training
+range.
 
-A cube of a scaled argument is a scaled cube: rows of W and columns of E may be scaled against each
-other, and the cell answers as before. So they are scaled until the cubes are clipped at a given
-factor on the largest argument of the training: no sooner, since they go on rightly just beyond
-it, and not much later, so that the cell stays bounded.
+A cube of a scaled argument is a scaled cube: rows of W and columns of E can be scaled against each
+other without changing the response. They are scaled so that the cubes are clipped at a given
+multiple of the largest argument in training. Not sooner, since the cubes are right just beyond
+it; not much later, so that the cell stays bounded.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.network.state_space.equations import times
 
 ROOM = 3.0
-"""Cubes are clipped at this factor on the largest argument of the training."""
+"""Multiple of the largest training argument at which cubes are clipped."""
 CHUNK = 64
-"""Segments that are run at once."""
+"""Number of segments that are run at once."""
 
 
 def with_room(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
-    """Return parameters, (P,), of a cell that answers as before on segments like these.
+    """Return parameters, (P,), of a cell with the same response on segments like these.
 
-    Cells of other units stay as they are, and so do cubes that are clipped on the segments.
+    Cells with other hidden units stay unchanged, and so do cubes that are clipped on the segments.
     """
     if shape.units != MIXED_UNITS or shape.n_units == 0:
         return theta

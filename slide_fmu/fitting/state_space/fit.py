@@ -32,15 +32,15 @@ from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 PER_PARAMETER = 10
-"""With fewer samples for each parameter, good parameters cannot be told from others."""
+"""With fewer samples per parameter, good and bad parameters cannot be distinguished."""
 
 ROUND, HELPS = 20, 0.99
-"""Where two sizes compete, both are refined by this many iterations, and then in further rounds,
-as long as a round lowers the error below this part: most reach a plateau soon. The larger one goes
-on only if it may still win."""
+"""If two sizes compete, both are refined by this number of iterations, then in further rounds,
+while a round lowers the error below this fraction: most reach a plateau soon. The larger one
+continues only if it can still win."""
 
 WITH_MORE_STATES = "refined with more states"
-"""The run of the network with more states than the search has chosen has this name."""
+"""Name of the run of the network with more states than the search has chosen."""
 
 
 def fit_state_space(
@@ -49,7 +49,7 @@ def fit_state_space(
     training: LeastSquaresRecipe,
     progress: Progress,
 ) -> FittedNetwork:
-    """Fit a state-space network; its history is that of its last run, in scaled units.
+    """Fit a state-space network; its history is from its last run, in scaled units.
 
     The progress is called after every iteration of every run.
 
@@ -90,7 +90,7 @@ def fit_state_space(
 
 
 def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
-    """Return the candidate that is a known network; physical parameters do not move it yet."""
+    """Return the candidate made from a known network, before physical parameters affect it."""
     cell = start.cell
     units = GATED if cell.gated else cell.activation
     sizes = len(cell.a), len(cell.w), start.n_values
@@ -106,7 +106,7 @@ def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
 
 
 def _history(winner: Candidate, data: FitData) -> History:
-    """Return the course of the winner's last run; its start is step 0 where no step was better."""
+    """Return the course of the winner's last run; step 0 is its start, if no step was better."""
     rows = winner.state.history
     if not rows or min(row[2] for row in rows) > winner.error:
         cost = sum_of_squares(winner.shape, winner.state.best, data.whole)
@@ -119,9 +119,9 @@ def _history(winner: Candidate, data: FitData) -> History:
 def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
     """Return the best network of a size, refined on all data.
 
-    A search has run several starts of the size, and the best of them further: that one is taken.
-    Sizes that are given have a multi-start of their own. Where normal equations are solved for
-    fewer hidden units, the best is widened.
+    If a search has run several starts of the size, and the best of them further, that one is
+    taken. Given sizes have their own multi-start. If normal equations are solved for fewer hidden
+    units, the best network is widened.
     """
     training, n_units, larger = multi_start.training, chosen.n_units, chosen.larger
     dense = multi_start.dense_units(chosen.order, n_units) if n_units else 0
@@ -144,16 +144,16 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
 
 
 def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Candidate:
-    """Refine the network that a search has chosen, and one of more states if that may win."""
+    """Refine the chosen network, and one with more states if that can win."""
     last = multi_start.training.iterations
-    if larger.error < USED * winner.error:  # it makes use of its states already
+    if larger.error < USED * winner.error:  # it uses its states already
         multi_start.ledger.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
     first = min(ROUND, last)
     multi_start.ledger.plan(2 * last)
     refined = multi_start.refine(winner, iterations=first)
     other = multi_start.refine(larger, WITH_MORE_STATES, first)
-    # what it would reach if every further round helped as much as the first one
+    # the error if every further round helped as much as the first one
     reached = other.error * (other.error / larger.error) ** ((last - first) / ROUND)
     refined = _refined_on(multi_start, refined, last - first, "refined")
     if reached < USED * refined.error:
@@ -164,7 +164,7 @@ def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Ca
 def _refined_on(
     multi_start: MultiStart, candidate: Candidate, iterations: int, name: str
 ) -> Candidate:
-    """Refine a network by this many iterations more, or until a round of them hardly helps."""
+    """Refine a network by ``iterations`` more, or until a round of them hardly helps."""
     rounds = [
         partial(
             multi_start.refine,
@@ -180,7 +180,7 @@ def _refined_on(
 
 
 def freeze(winner: Candidate, data: FitData) -> StateSpace:
-    """Return the fitted network as data, in float32; its cubes have room beyond the data.
+    """Return the fitted network as data, in float32; its cubes extend beyond the data.
 
     Raises:
         ValueError: a weight is not finite.
@@ -197,7 +197,7 @@ def freeze(winner: Candidate, data: FitData) -> StateSpace:
 
 
 def _frozen(shape: CellShape, cell: Cell) -> Cell:
-    """Return a cell of tensors as arrays of float32, with the constant terms left out as zeros."""
+    """Return a cell of tensors as float32 arrays, with zeros for omitted constant terms."""
     if not shape.bias:
         cell = replace(cell, w=torch.cat([cell.w, cell.w.new_zeros(shape.n_units, 1)], 1))
     arrays = {n: np.array(part.cpu().numpy(), np.float32) for n, part in cell.arrays().items()}
@@ -205,10 +205,10 @@ def _frozen(shape: CellShape, cell: Cell) -> Cell:
 
 
 def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
-    """Say that a network is poor, or had few data; None if it is neither.
+    """Say that a network is poor, or had few data; None if neither is true.
 
     ``learnable`` is the part of its validation error that could still be learnt, relative to the
-    outputs' standard deviation. A network is poor if that is much.
+    outputs' standard deviation. A network is poor if that is large.
     """
     found, noise = [], data.problem.noise
     if learnable >= POOR:
@@ -224,7 +224,7 @@ def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
         found.append(
             f"the network has {parameters} parameters and was learnt from {samples} samples of "
             f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: "
-            "its validation error hardly tells how it does elsewhere; give longer records "
+            "its validation error says little about other data; give longer records "
             "(data.train), or fewer units (network.hidden)"
         )
     return "; ".join(found) or None

@@ -1,4 +1,4 @@
-"""The data of a state-space fit are cut into segments, and give it its least-squares problems."""
+"""The data of a state-space fit are cut into segments, which define its least-squares problems."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 SEGMENT = 256
-"""A segment has about this many scored samples, if the window does not truncate more."""
+"""Approximate number of scored samples in a segment, if the window does not truncate more."""
 FEWEST = 8
-"""The starts have at least this many segments, where there are as many."""
+"""Smallest number of segments for the starts, if there are enough."""
 ENOUGH = 12_288
-"""Sizes are judged on at least this many samples, where there are as many: fewer would judge a
-linear model, fitted to all data, better than the many parameters of hidden units."""
+"""Smallest number of samples that judge sizes, if there are enough: with fewer, a linear model,
+fitted to all data, would seem better than the many parameters of hidden units."""
 
 
 @dataclass(frozen=True, eq=False)
 class FitData:
-    """Fit data are what all runs of a fit work on.
+    """FitData are shared by all runs of a fit.
 
     Attributes:
         problem: the problem that they are cut from.
         network, training: the recipe's tables of the network and of its training.
         whole: segments of all trajectories.
         part: some of these segments, for the starts.
-        validation: segments by which parameters are chosen.
+        validation: segments that select the parameters.
         features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
-        roles: which features are state inputs, feedthrough, scheduling variables and so on.
+        roles: the features for state input, feedthrough, scheduling variables and so on.
     """
 
     problem: Problem
@@ -66,7 +66,7 @@ class FitData:
 
     @cached_property
     def excited(self) -> NDArray[np.complex128] | None:
-        """The eigenvalues that the inputs excite; None where none are known."""
+        """The eigenvalues that the inputs excite; None if no eigenvalues are known."""
         if self.problem.eigenvalues is None or len(self.problem.eigenvalues) == 0:
             return None
         drive = self.features[:, :, list(self.roles.drive)]
@@ -90,8 +90,8 @@ class FitData:
     ) -> LeastSquares:
         """Return the problem on segments with the penalties on poles and on coefficients.
 
-        There may be a prior towards known weights besides. The validation error of an unstable A
-        is infinite, so that it is never chosen.
+        A prior towards known weights may be added. The validation error of an unstable A is
+        infinite, so that it is never chosen.
         """
         count, physical = segments.targets.numel(), self.problem.physical
         validation, penalty = self.validation, self.penalty(shape, count)
@@ -153,10 +153,11 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
-    """Choose the stride by which the segments of the starts are taken, out of ``count``.
+    """Choose the stride with which the segments of the starts are taken out of ``count``.
 
     It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
-    the number of pieces of a trajectory: else only early pieces, say, would be taken.
+    the number of segments of a trajectory. Otherwise, for example, only early segments would be
+    taken.
     """
     most = max(1, count // fewest)
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]

@@ -1,4 +1,4 @@
-"""A ledger stores a fit that consists of several runs, so that it resumes where it broke off."""
+"""A ledger stores a fit that consists of several runs, so that an interrupted fit can resume."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 State = TypeVar("State", Iterate, Descent)
 
 STORE_EVERY = 2.0
-"""The file is written at most once in this many seconds, and at the end of every run."""
+"""Shortest time in s between two writings of the file, other than at the end of a run."""
 
 
 class KeptRun(TypedDict):
@@ -30,14 +30,14 @@ class KeptRun(TypedDict):
 
 
 class Ledger:
-    """A ledger holds named runs and where each stands, in one file. Final.
+    """A Ledger has named runs and the last state of each, in one file. Final.
 
-    A run is a sequence of states, each computed from the one before alone. So a fit that goes on
-    from the file ends with the same weights as an unbroken one.
+    A run is a sequence of states, each computed only from the state before. So a fit that resumes
+    from the file ends with the same weights as an uninterrupted one.
 
-    The file is read if it exists, its tensors to the device, and written after iterations. The
-    progress is called after each iteration with the iterations done and planned of a part, which
-    is one or more runs.
+    The file is read if it exists, with its tensors on the device, and written after iterations.
+    The progress is called after each iteration, with the iterations done and planned of a part,
+    which consists of one or more runs.
 
     Raises:
         TrainingError: the file cannot be read.
@@ -57,9 +57,9 @@ class Ledger:
                 self._runs = _checked(found)
 
     def plan(self, iterations: int, part: str = "") -> None:
-        """Begin a part of the fit, whose runs have at most so many iterations; another one ends.
+        """Begin a part of the fit, with at most ``iterations`` in its runs; end the last part.
 
-        A fit has one part without a name at most, which is the last one.
+        A fit has at most one part without a name, which is the last one.
         """
         self.finish()
         self._planned, self._named = iterations, bool(part)
@@ -67,7 +67,7 @@ class Ledger:
         self._show()
 
     def finish(self) -> None:
-        """End a part: runs may have finished before their last iteration."""
+        """End a part: its runs may have ended before their last iteration."""
         if self._planned:
             self._planned = self._done or self._planned
             self._progress(self._planned, self._planned, self._best)
@@ -76,7 +76,7 @@ class Ledger:
 
     @property
     def _done(self) -> int:
-        """Iterations of the part; a file may hold runs of parts that come yet."""
+        """The number of iterations of the part; the file may have runs of later parts."""
         runs = self._runs.items()
         of_part, before = self._of_part, self._before
         return sum(
@@ -97,13 +97,13 @@ class Ledger:
         advance: Callable[[State], State],
         iterations: int,
     ) -> State:
-        """Do a run, or what is left of it, or nothing if it has been done; return its last state.
+        """Do a run, or the rest of it, unless it has been done; return its last state.
 
-        The name is unique in this fit. States are dataclasses of plain values and tensors, on
-        which alone an iteration depends. ``iterations`` is their greatest number.
+        The name is unique in this fit. States are dataclasses of plain values and tensors; an
+        iteration depends only on the state. ``iterations`` is their largest number.
 
         Raises:
-            TrainingError: the file holds a run of this name that another version has written.
+            TrainingError: the file has a run of this name that another version has written.
         """
         self._of_part.add(name)
         stored = self._runs.get(name, KeptRun(iterations=0, state=None))
@@ -120,7 +120,7 @@ class Ledger:
                 self._write()
             self._show(state.best_error)
         self._write()
-        self._best = min(self._best, state.best_error)  # also of a run that had been done before
+        self._best = min(self._best, state.best_error)  # also for a run that was done earlier
         return state
 
     def _write(self) -> None:
@@ -129,10 +129,10 @@ class Ledger:
 
 
 def _checked(runs: Any) -> dict[str, KeptRun]:
-    """Check that a file held runs, and return them.
+    """Check that a file has runs, and return them.
 
     Raises:
-        ValueError: the file holds something else.
+        ValueError: the file has another content.
     """
     found = runs.values() if isinstance(runs, dict) else [None]
     if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in found):

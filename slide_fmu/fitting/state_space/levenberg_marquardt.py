@@ -1,8 +1,8 @@
 """Levenberg-Marquardt minimises a sum of squares, in steps that can be stored and resumed.
 
 The damping multiplies the diagonal of J'J (Marquardt, 1963) and follows Nielsen's rule (Madsen,
-Nielsen, Tingleff, "Methods for non-linear least squares problems", 2004, algorithm 3.16). Cost and
-gradient stand for the sum of squares r'r and for J'r, the half of its gradient.
+Nielsen, Tingleff, "Methods for non-linear least squares problems", 2004, algorithm 3.16). The cost
+is the sum of squares r'r; the gradient is J'r, half of its derivative.
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ import torch
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
 
 FIRST_DAMPING = 1e-2
-"""A fit starts with this damping lambda, relative to the diagonal of J'J."""
+"""Damping lambda at the start of a fit, relative to the diagonal of J'J."""
 LEAST_DAMPING = 1e-12
-"""The damping falls no further, so that a few rejections bring it back."""
+"""Smallest damping, so that a few rejections can raise it again."""
 MOST_REJECTIONS = 12
-"""The fit counts as finished after this many rejected steps in a row."""
+"""Number of successively rejected steps after which the fit is finished."""
 SMALLEST_GAIN = 1e-4
-"""A step is accepted if it reaches this part of the reduction that it predicts."""
+"""A step is accepted if it reaches this fraction of its predicted reduction."""
 DIAGONAL_FLOOR = 1e-9
-"""Every entry of the damped diagonal is raised to this part of the largest: some parameters do
-nothing yet."""
+"""Smallest entry of the damped diagonal, relative to the largest: some parameters have no effect
+yet."""
 STALLED = 1e-6
-"""An iteration that reduces the cost by less than this part of it counts as stalled."""
+"""An iteration stalls if it reduces the cost by less than this fraction."""
 PATIENCE = 5
-"""The fit counts as finished after this many stalled iterations in a row."""
+"""Number of successively stalled iterations after which the fit is finished."""
 
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """A least-squares problem is a sum of squares to be minimised.
+    """LeastSquares is a sum of squares to minimise.
 
     Attributes:
-        normal: gives the normal equations at parameters, shape (P,).
-        cost: gives the sum of squares alone, which is cheaper.
-        count: number of residuals, each counted as often as its weight squared.
-        validation: gives the RMS error, in scaled units, on the data that choose the parameters.
+        normal: returns the normal equations at parameters, shape (P,).
+        cost: returns only the sum of squares, which is cheaper.
+        count: number of residuals, each counted as its weight squared.
+        validation: returns the RMS error, in scaled units, on the data that select the parameters.
     """
 
     normal: Callable[[torch.Tensor], NormalEquations]
@@ -51,7 +51,7 @@ class LeastSquares:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """An iterate says where a fit stands: it is all that the next iteration depends on.
+    """An Iterate is the state of a fit: the next iteration depends only on it.
 
     Attributes:
         theta: parameters, shape (P,).
@@ -59,7 +59,7 @@ class Iterate:
         best_error: their validation error.
         damping: lambda, relative to the diagonal of J'J.
         growth: factor of the next increase of the damping.
-        stalled: number of iterations in a row that have stalled.
+        stalled: number of successively stalled iterations.
         finished: whether no further step helps.
         history: (iteration, training error, validation error) after every iteration.
     """
@@ -92,7 +92,7 @@ def advance(state: Iterate, problem: LeastSquares) -> Iterate:
         step, predicted = _damped_step(normal, damping)
         cost = math.nan if step is None else problem.cost(state.theta + step)
         gain = (normal.cost - cost) / predicted if predicted > 0 else -1.0
-        if step is not None and gain > SMALLEST_GAIN:  # false for a cost that is not a number
+        if step is not None and gain > SMALLEST_GAIN:  # false if the cost is not a number
             damping *= max(1 / 3, 1 - (2 * gain - 1) ** 3)  # Nielsen: no jumps with the gain
             accepted = replace(state, damping=max(damping, LEAST_DAMPING), growth=2.0)
             return _take(accepted, step, (normal.cost, cost), problem)
@@ -125,7 +125,7 @@ def _take(
 def _damped_step(normal: NormalEquations, damping: float) -> tuple[torch.Tensor | None, float]:
     """Return the step of the damped normal equations and the reduction of the cost it predicts.
 
-    The step is None where the damped matrix is not positive definite.
+    The step is None if the damped matrix is not positive definite.
     """
     diagonal = normal.matrix.diagonal()
     floor = DIAGONAL_FLOOR * float(diagonal.max())

@@ -1,9 +1,9 @@
 """A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
 
-Models of impulse responses are realized as by Ho and Kalman (1966) with the singular value
-decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985). Where outputs may
-be noisy, they are weighted by the past inputs as in subspace identification (N4SID: Van Overschee
-and De Moor, 1994).
+Impulse responses are realized as models by the method of Ho and Kalman (1966), with the singular
+value decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985). If outputs
+may be noisy, they are weighted by the past inputs as in subspace identification (N4SID: Van
+Overschee and De Moor, 1994).
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from numpy.typing import NDArray
 from slide_fmu.recipe.systems import require_turned_pairs
 
 RIDGE, FINE_RIDGE = 1e-3, 1e-6
-"""The regression is regularised by this part of the mean power of the features. A record may
-excite a narrow band: outside of it a smaller ridge lets noise through, which looks like many
-states. Outputs without noise need the second one alone."""
+"""Regularisation of the regression, relative to the mean power of the features. Inputs may excite
+a narrow band only: outside it, a smaller ridge lets noise through, which looks like many states.
+For outputs without noise the second one is enough."""
 LARGEST_POLE = 0.995
-"""Poles of a start lie within this radius; a fit may leave it again."""
+"""Largest radius of the poles of a start; a fit may exceed it again."""
 LEAST_SHOWN = 0.03
-"""Singular values below this part of the largest show no state."""
+"""Singular values below this fraction of the largest do not indicate a state."""
 SMALLEST_POWER = 1e-6
-"""Every direction of the past inputs counts with at least this part of their mean power."""
+"""Smallest power of a direction of the past inputs, relative to their mean power."""
 NEIGHBOURS = 1.3
 """Two oscillations whose eigenvalues differ by less than this factor count as one that turns."""
 MEMORIES = (0.2, 0.6)
-"""Extra states that forget fast have poles in this range."""
+"""Range of pole radii given to extra, fast states."""
 EXCITED_POWER = 0.999
-"""The excited band holds this part of the power of the state input."""
+"""Fraction of the power of the state input in the excited band."""
 
 
 class LinearModel(NamedTuple):
-    """A linear model is x[k+1] = A x[k] + B f[k], y[k+1] = C x[k+1].
+    """A LinearModel is x[k+1] = A x[k] + B f[k], y[k+1] = C x[k+1].
 
     Attributes:
         a: A, shape (n, n).
@@ -51,12 +51,12 @@ class LinearModel(NamedTuple):
 
 
 class Responses(NamedTuple):
-    """Impulse responses, and the inputs that they are weighted by.
+    """Responses are impulse responses, with the inputs that weight them.
 
     Attributes:
-        values: the responses, shape (taps, p, q); they begin with that to the newest sample.
+        values: the responses, shape (taps, p, q); the first one belongs to the newest sample.
         inputs: L of the covariance L L' of the newest taps // 2 samples of the state input, newest
-            first, shape (taps // 2 * q, taps // 2 * q); None: they are not weighted.
+            first, shape (taps // 2 * q, taps // 2 * q); None without weights.
     """
 
     values: torch.Tensor
@@ -64,7 +64,7 @@ class Responses(NamedTuple):
 
     @property
     def highest_order(self) -> int:
-        """Responses of this length can show this many states."""
+        """The largest number of states that responses of this length can show."""
         taps, p, q = self.values.shape
         return taps // 2 * min(p, q)
 
@@ -94,11 +94,11 @@ def impulse_responses(
 ) -> Responses:
     """Estimate impulse responses to the state input, by ridge regression (a FIR model).
 
-    The state input has the shape (n_trajectories, N, q). The targets, (n_trajectories, N + 1, p),
-    of which the one at k + 1 belongs to the samples up to k, also follow the feedthrough,
-    (n_trajectories, N, m), at once: its coefficients are estimated with the others and left out.
-    Of targets that may be noisy the responses are in double precision, which narrow bands need,
-    and weighted by the inputs.
+    The state input has the shape (n_trajectories, N, q). The targets have the shape
+    (n_trajectories, N + 1, p); the target at k + 1 belongs to the samples up to k. They also
+    depend directly on the feedthrough, (n_trajectories, N, m): its coefficients are estimated with
+    the others and dropped. If targets may be noisy, the responses are in double precision, which
+    narrow bands need, and weighted by the inputs.
     """
     if noisy:
         drive, static, targets = drive.double(), static.double(), targets.double()
@@ -110,12 +110,14 @@ def impulse_responses(
         regressors = newest_first.reshape(len(newest_first), -1)
         one = regressors.new_ones(len(regressors), 1)
         rows = torch.cat([regressors, other[taps - 1 :], one], 1)
-        known = torch.isfinite(target[taps:]).all(1)  # measured ones may lack in the burn-in
+        known = torch.isfinite(target[taps:]).all(
+            1
+        )  # measured targets may have gaps in the burn-in
         rows = rows[known]
         matrix += rows.T @ rows
         right += rows.T @ target[taps:][known]
     inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q]) if noisy else None
-    # the last column, the constant, is regularised with the rest, but does not set the size
+    # the constant, the last column, is regularised too, but does not set the scale
     ridge = RIDGE if noisy else FINE_RIDGE
     matrix.diagonal().add_(ridge * matrix.diagonal()[:-1].mean())
     solution: torch.Tensor = torch.linalg.solve(matrix, right)
@@ -134,8 +136,8 @@ def _root(covariance: torch.Tensor) -> torch.Tensor:
 def states_shown(responses: Responses) -> int:
     """Count the states that impulse responses show: at least 1.
 
-    The outputs that past inputs leave behind are counted, of inputs such as those of the record:
-    what a response has outside of the excited band is mere noise.
+    It counts states in the outputs that past inputs leave behind, for inputs such as the measured
+        ones: outside the excited band a response is only noise.
     """
     singular = torch.linalg.svdvals(responses.weighted())
     return int((singular > LEAST_SHOWN * singular[0]).sum())
@@ -144,8 +146,9 @@ def states_shown(responses: Responses) -> int:
 def realize(responses: Responses, n_states: int) -> LinearModel:
     """Realize impulse responses as a linear model of ``n_states``.
 
-    Of all models of that order it is the one whose states carry most of the outputs that inputs
-    such as those of the record leave behind; white inputs, where the responses are not weighted.
+    Among models of that order it is the one whose states carry most of the outputs that past
+        inputs leave behind: inputs such as the measured ones, or white inputs if the responses
+        have no weights.
 
     Raises:
         ValueError: the order is higher than the responses can show.
@@ -161,7 +164,7 @@ def realize(responses: Responses, n_states: int) -> LinearModel:
     root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
     left, right = left[:, :n_states], right[:n_states].T
     to_states = (left / root).T
-    # without weights the decomposition is that of the responses themselves
+    # without weights the responses themselves are decomposed
     driven = (right * root).T if responses.inputs is None else to_states @ now
     return _pulled_inside(to_states @ later @ (right / root), driven[:, :q], (left * root)[:p])
 
@@ -169,8 +172,8 @@ def realize(responses: Responses, n_states: int) -> LinearModel:
 def band_edge(drive: torch.Tensor, step: float) -> float:
     """Return the angular frequency in rad/s below which nearly all power of the state input lies.
 
-    Records (n_trajectories, N, q) with the step in s fade in and out (Hann window): the spectrum
-    of an oscillation that does not close within its record would leak otherwise.
+    Sequences (n_trajectories, N, q) with the step in s are faded in and out (Hann window);
+    otherwise the spectrum of an oscillation with incomplete periods would leak.
     """
     fade = torch.hann_window(drive.shape[1], dtype=drive.dtype, device=drive.device)
     faded = fade[:, None] * drive
@@ -194,9 +197,9 @@ def excited_eigenvalues(
 def lowest_eigenvalues(
     eigenvalues: NDArray[np.complex128], order: int
 ) -> NDArray[np.complex128] | None:
-    """Return the lowest eigenvalues that need exactly ``order`` states; None if there are none.
+    """Return the lowest eigenvalues that need exactly ``order`` states; None if impossible.
 
-    A real eigenvalue needs one state, one of a conjugate pair needs two.
+    A real eigenvalue needs one state, an eigenvalue of a conjugate pair needs two.
     """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
     found = np.flatnonzero(np.cumsum(_states_of_each(ordered)) == order)
@@ -204,7 +207,7 @@ def lowest_eigenvalues(
 
 
 def states_of(eigenvalues: NDArray[np.complex128]) -> int:
-    """Count the states that eigenvalues need: two for one of a conjugate pair."""
+    """Count the states that eigenvalues need: two for an eigenvalue of a conjugate pair."""
     return int(np.sum(_states_of_each(eigenvalues)))
 
 
@@ -242,14 +245,14 @@ def from_turned_pairs(
 ) -> LinearModel:
     """Build a linear model whose first states are pairs that turn with the system about z.
 
-    Two neighbouring oscillations that are nearly as fast as each other are one that may go any way
-    across the axis, with their mean eigenvalue: two pairs. Further states are those of the next
-    oscillations, and some that forget fast. The state input and the outputs are vectors (x, y, z),
-    one after the other: pairs are moved by x and y alone, and move nothing else. The sizes are
-    numbers of states, of pairs among them, of state inputs and of outputs.
+    Two neighbouring oscillations of nearly equal frequency are treated as one that may have any
+        direction across the axis, with their mean eigenvalue: two pairs. Further states belong to
+        the next oscillations, and some forget fast. The state input and the outputs are vectors
+        (x, y, z), one after the other: pairs are moved only by x and y, and move only these. The
+        sizes are numbers of states, of pairs among them, of state inputs and of outputs.
 
     Raises:
-        ValueError: state inputs or outputs are no vectors, or there are more pairs than states.
+        ValueError: state inputs or outputs are not vectors, or there are more pairs than states.
     """
     order, pairs, n_drive, n_outputs = sizes
     require_turned_pairs(pairs, order, n_drive, n_outputs)
@@ -277,7 +280,7 @@ def from_turned_pairs(
 def _turning_modes(
     eigenvalues: NDArray[np.complex128],
 ) -> tuple[list[complex], list[complex]]:
-    """Return means of neighbouring oscillations that belong together, and those left over.
+    """Return means of neighbouring oscillations that belong together, and the other eigenvalues.
 
     Both are in 1/s, the lowest first.
     """
@@ -308,8 +311,8 @@ def _turning_matrix(
 ) -> torch.Tensor:
     """Draw coefficients, shape (order, 3 m), between states and vectors that turn alike.
 
-    A pair commutes with every turn if its block is a I + b J, with a quarter turn J. ``pairs`` are
-    the number of pairs among the states, and the number of states that they make up.
+    A pair commutes with every turn if its block is a I + b J, with a quarter turn J. ``pairs`` has
+    the number of pairs among the states, and the number of states in them.
     """
     result = torch.zeros(*shape, dtype=torch.float64)
     for first in range(0, shape[1], 3):

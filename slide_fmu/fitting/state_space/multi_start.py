@@ -1,8 +1,8 @@
 """The runs of a state-space fit are a multi-start with successive halving.
 
-Linear models come first; random starts of the units follow; the best of these candidates go on,
+Linear models come first. Random starts of the hidden units follow. The best candidates continue,
 fewer in every round, and the last one is refined on all data. (Successive halving: Jamieson and
-Talwalkar, 2016, with rounds of the recipe's own sizes.)
+Talwalkar, 2016; here the recipe sets the sizes of the rounds.)
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.recipe.systems import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
-"""A linear model is fitted in at most this many iterations."""
+"""Largest number of iterations of a linear fit."""
 MOST_RESIDUALS = 200_000
-"""Linear models are fitted to all data up to this many residuals, else to the starts' data."""
+"""Largest number of residuals for linear fits on all data; above it, the starts' data are used."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
-"""A linear model is realized from impulse responses of this many samples at least and at most;
-between these limits they are as long as the truncated part of the window."""
+"""Shortest and longest impulse responses, in samples, to realize a linear model from. In between
+they are as long as the truncated part of the window."""
 START_STRIDE = 1009
-"""A seed has this many random starts of its own, so that two seeds share none."""
+"""Distance of the random starts of two seeds, so that they share none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A candidate is a network in the multi-start, and where its run stands.
+    """A Candidate is a network in the multi-start, with the state of its run.
 
     Attributes:
         shape: shape of its cell.
@@ -63,12 +63,12 @@ class Candidate:
 
     @property
     def error(self) -> float:
-        """The candidate's best validation error is an RMS in scaled units."""
+        """The best validation error, an RMS in scaled units."""
         return self.state.best_error
 
     @property
     def training_error(self) -> float:
-        """The candidate's last error on what it learnt from is an RMS in scaled units."""
+        """The last error on the training data, an RMS in scaled units."""
         rows = self.state.history
         return rows[-1][1] if rows else math.inf
 
@@ -78,13 +78,14 @@ def while_it_pays(
     rounds: Sequence[Callable[[Candidate], Candidate]],
     pays: Callable[[Candidate, Candidate], bool],
 ) -> Candidate:
-    """Run a candidate on, round after round, until one hardly helps; return the last one.
+    """Run a candidate further, round by round, until one hardly helps; return the last one.
 
-    A round pays by the candidates after it and before it. Other searches differ for a reason. That
-    for sizes chooses among several larger networks at each step, and may look one step further
-    (``sizes``). Kinds of features and of hidden units have no order in size: all are tried, and a
-    richer one must be clearly better (``feature_search``, ``unit_choice``). Companions of an error
-    bound are equals, of which the first good one is taken. A learning curve says why it ends.
+    ``pays`` compares the candidates after and before a round. Other searches differ for a reason.
+    The search for sizes chooses among several larger networks at each step, and may look one step
+    further (``sizes``). Kinds of features and of hidden units have no order in size: all are
+    tried, and a richer one must be clearly better (``feature_search``, ``unit_choice``).
+    Companions of an error bound are equals, of which the first good one is taken. A learning curve
+    reports why it ends.
     """
     for go_on in rounds:
         before, candidate = candidate, go_on(candidate)
@@ -94,13 +95,13 @@ def while_it_pays(
 
 
 class MultiStart:
-    """A multi-start does all runs of one fit, each named and stored in the ledger. Final.
+    """A MultiStart does all runs of one fit, each named and stored in the ledger. Final.
 
     The progress is called after every iteration.
 
     Attributes:
-        data: what the runs work on.
-        ledger: has the parts of the fit and their runs.
+        data: the data of the runs.
+        ledger: stores the parts of the fit and their runs.
 
     Raises:
         TrainingError: the checkpoint cannot be read.
@@ -112,10 +113,10 @@ class MultiStart:
         self.ledger = Ledger(data.problem.checkpoint, data.features.device, progress)
 
     def shape(self, order: int, n_units: int) -> CellShape:
-        """Return the shape of a cell; one with hidden units has states to spare (the padding).
+        """Return the shape of a cell; with hidden units it has spare states (the padding).
 
         Raises:
-            ValueError: more pairs of states are turned than there are.
+            ValueError: there are more turned pairs of states than states.
         """
         pairs = self.network.turned_pairs
         n_outputs = self.data.whole.targets.shape[2]
@@ -136,8 +137,8 @@ class MultiStart:
     def dense_units(self, order: int, n_units: int) -> int:
         """Return the number of hidden units for which normal equations are solved.
 
-        It is all of them up to the limit. Beyond it, it is that of half the limit: the fit is
-        widened from there by gradient steps.
+        Up to the limit it is the full number. Above, it is the number for half the limit: from
+        there the fit is widened by gradient steps.
         """
         limit, count = self.training.expert.dense_limit, self.shape(order, n_units).n_parameters
         if count <= limit:
@@ -155,13 +156,13 @@ class MultiStart:
 
     @property
     def terms(self) -> int:
-        """Every weight is a sum of this many terms of the physical parameters; 1 without any."""
+        """The number of terms of physical parameters in every weight; 1 without parameters."""
         physical = self.problem.physical
         return 1 if physical is None else len(physical.basis.degrees)
 
     @property
     def eigenvalues_known(self) -> bool:
-        """Tell whether the first order is that of known eigenvalues, else a guess from data."""
+        """Whether the first order follows from known eigenvalues, and is not a guess from data."""
         return self.data.excited is not None
 
     def first_order(self) -> int:
@@ -178,7 +179,7 @@ class MultiStart:
     def linear(self, order: int) -> Candidate:
         """Fit linear models of an order from all linear starts, and return the best.
 
-        They are fitted to all data, or to those of the starts where there are very many.
+        They are fitted to all data, or to the starts' data if there are very many.
 
         Raises:
             ValueError: the order is too high for the window, or its turned pairs do not fit.
@@ -194,7 +195,7 @@ class MultiStart:
         return min(found, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
-        """Return the linear models to start from, by the name of what they come from."""
+        """Return the linear models to start from, by the name of their origin."""
         order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
         generator = torch.Generator().manual_seed(self.training.seed)
         unknown = np.zeros(0, np.complex128)
@@ -213,7 +214,7 @@ class MultiStart:
     def start(self, linear: Candidate, n_units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
-        The number of the start, from 0, fixes the random numbers together with the seed.
+        The number of the start, from 0, and the seed determine the random numbers.
 
         Raises:
             ValueError: the linear model cannot be divided into sub-steps.
@@ -223,7 +224,7 @@ class MultiStart:
         features = self.data.part.features
         _, states = simulate(old, linear.state.best, features, self.data.part.phi)
         cells = old.cells(linear.state.best)
-        if not shape.turned:  # pairs that turn keep their coordinates
+        if not shape.turned:  # turning pairs keep their coordinates
             cells = [rescale(old, cell, states, whiten=number % 2 == 1) for cell in cells]
         cells = in_substeps(cells, shape.substeps)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
@@ -232,7 +233,7 @@ class MultiStart:
         return self.run(name, shape, theta, self.data.part, self.training.expert.start_iterations)
 
     def best_of(self, starts: Sequence[Candidate]) -> Candidate:
-        """Run the best starts some iterations more on the same data, and return the best."""
+        """Run the best starts for more iterations on the same data, and return the best."""
         ranked = sorted(starts, key=lambda start: start.error)
         kept = []
         for place, start in enumerate(ranked[: self.training.expert.kept]):
@@ -242,11 +243,10 @@ class MultiStart:
         return min(kept, key=lambda candidate: candidate.error)
 
     def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
-        """Run the best start of a size as long as those that are kept, on the same data.
+        """Run the best start of a size as long as the kept ones, on the same data.
 
-        A network that was judged before goes on, the ``number``-th time. Each time is a run of its
-        own, so that a fit that goes on after it was stopped compares the same errors as one that
-        was not.
+        A network that was judged before is run further; ``number`` counts the times. Each time is
+        a separate run, so that a resumed fit compares the same errors as an uninterrupted one.
         """
         name = f"judged, {candidate.shape.n_states} states, {candidate.shape.n_units} units"
         name += f", again {number}" if number else ""
@@ -260,9 +260,9 @@ class MultiStart:
         iterations: int | None = None,
         afresh: bool = True,
     ) -> Candidate:
-        """Run a network on all data of this fit, by default as long as the recipe says.
+        """Run a network on all data of this fit, by default for the recipe's iterations.
 
-        It may have been learnt from fewer data: then it begins ``afresh``, from its best weights.
+        If it was fitted to less data before, it begins ``afresh``, from its best weights.
         """
         most = iterations or self.training.iterations
         return self._go_on(name, candidate, self.data.whole, most, afresh)
@@ -275,15 +275,15 @@ class MultiStart:
         iterations: int,
         afresh: bool = True,
     ) -> Candidate:
-        """Run a network from its best weights, or from where its run stands."""
+        """Run a network from its best weights, or from the last state of its run."""
         begin = candidate.state.best if afresh else candidate.state
         assert not isinstance(begin, Descent)
         return self.run(name, candidate.shape, begin, segments, iterations)
 
     def refine_known(self, candidate: Candidate) -> Candidate:
-        """Run a known network on all data, held ever less strongly to what it was at first.
+        """Run a known network on all data, with a prior on its weights that becomes weaker.
 
-        What is best by validation is returned.
+        The best result by validation is returned.
         """
         shape, theta = candidate.shape, candidate.state.best
         least_squares = self.data.least_squares(shape, self.data.whole)
@@ -298,7 +298,7 @@ class MultiStart:
     def widened(self, candidate: Candidate, n_units: int) -> Candidate:
         """Give a network more hidden units than normal equations can be solved for, and run it.
 
-        At first it answers as the smaller network does.
+        Its first response is that of the smaller network.
         """
         old, training = candidate.shape, self.training
         shape = self.shape(old.n_states - self.network.padding, n_units)
@@ -307,14 +307,14 @@ class MultiStart:
         validation = self.data.least_squares(shape, self.data.validation).validation
         radius = self.data.penalty(shape, 1).radius
 
-        def stretch(state: Descent) -> Descent:
-            return preconditioned_descent.advance_stretch(
+        def advance(state: Descent) -> Descent:
+            return preconditioned_descent.advance_round(
                 state, shape, self.data.whole, validation, radius, training.seed
             )
 
         begin = Descent.begin(theta, validation(theta))
         done = self.ledger.run(
-            f"widened to {n_units}", begin, stretch, training.expert.refinements
+            f"widened to {n_units}", begin, advance, training.expert.refinements
         )
         return Candidate(shape, done)
 
@@ -327,7 +327,7 @@ class MultiStart:
         iterations: int,
         prior: Prior | None = None,
     ) -> Candidate:
-        """Do a run of Levenberg-Marquardt from parameters, (P,), or from where another stands."""
+        """Do a run of Levenberg-Marquardt from parameters, (P,), or from another run's state."""
         problem = self.data.least_squares(shape, segments, prior)
         if isinstance(begin, torch.Tensor):
             begin = Iterate.begin(begin, problem)
@@ -336,16 +336,16 @@ class MultiStart:
 
     @cached_property
     def _impulse_responses(self) -> Responses:
-        """The impulse responses lead from the state input to the outputs.
+        """The impulse responses from the state input to the outputs.
 
-        A system whose eigenvalues are known has been simulated: its outputs have no noise.
+        A system with known eigenvalues was simulated: its outputs have no noise.
         """
         longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
         wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
         taps = max(2, min(wanted, longest))
         targets = self.problem.training[1].to(self.data.features)
         roles, features = self.data.roles, self.data.features
-        # what drives the states has a response of its own: only the rest is feedthrough
+        # state inputs have responses of their own: only the other features are feedthrough
         others = [index for index in roles.static if index not in roles.drive]
         drive, static = features[:, :, list(roles.drive)], features[:, :, others]
         return impulse_responses(drive, static, targets, taps, not self.eigenvalues_known)

@@ -1,15 +1,15 @@
 """A cell's sum of squares, gradient and Gauss-Newton matrix come from forward sensitivities.
 
 S[k] = dx[k]/dtheta follows S[k+1] = (A + E act' W_x) S[k] + df/dtheta along the segments (LPV
-units: A + T E diag(gates) V_x T'). The states, the units and their slopes are those of
+units: A + T E diag(gates) V_x T'). The states, the hidden units and their slopes come from
 ``slide_fmu.network.state_space.equations``. J'J and J'r are accumulated over blocks of samples, so
-that J itself is never stored. Where residuals outnumber the parameters by far, J'J is taken from
-every second, fourth or eighth sample and scaled: neighbours say nearly the same, and the gradient,
-which decides where a fit ends, has all.
+that J itself is never stored. If there are far more residuals than parameters, J'J is taken from
+every second, fourth or eighth sample and scaled, since neighbours are nearly the same. The
+gradient, which decides where a fit ends, uses all samples.
 
-The weights of a segment's cell with physical parameters are sum over k of phi_k Theta_k, so its
-rows of J by the cells of coefficients are phi_k times those by its own weights: J'J is the sum
-over the segments b of (phi_b phi_b') kron J_b'J_b. The sensitivities, which cost most, stay those
+With physical parameters, the weights of a segment's cell are sum over k of phi_k Theta_k. So its
+rows of J by the cells of coefficients are phi_k times the rows by its own weights: J'J is the sum
+over the segments b of (phi_b phi_b') kron J_b'J_b. The sensitivities, which cost most, are those
 of one cell.
 """
 
@@ -24,22 +24,22 @@ import torch
 
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.network.state_space.equations import ByRole, Equations, Units, outputs, turned
+from slide_fmu.network.state_space.equations import ByRole, Equations, HiddenUnits, outputs, turned
 
 SENSITIVITIES = {"cpu": 150_000, "cuda": 100_000_000}
-"""Numbers in the sensitivities of one chunk of segments, by device: about what a core's cache
-holds, or what keeps a GPU busy."""
+"""Size of the sensitivities of one chunk of segments, by device: about a core's cache, or enough
+to keep a GPU busy."""
 BLOCK = 16
-"""Samples whose rows of J are multiplied at once."""
+"""Number of samples whose rows of J are multiplied at once."""
 ROWS_PER_PARAMETER = 50
-"""Residuals for each parameter that J'J is made of, at least, where there are as many."""
+"""Smallest number of residuals in J'J for each parameter, if there are enough."""
 THINNEST = 8
-"""Samples of which at least one goes into J'J; divides ``BLOCK``."""
+"""Largest step between samples in J'J; it divides ``BLOCK``."""
 
 
 @dataclass(eq=False)
 class NormalEquations:
-    """Normal equations are a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
+    """NormalEquations have a sum of squares, J'J (P, P) and J'r (P,) over scored samples."""
 
     cost: float
     matrix: torch.Tensor
@@ -81,7 +81,7 @@ def _of_coefficients(
 ) -> NormalEquations:
     """Accumulate the normal equations of a cell whose weights follow physical parameters."""
     thin, n_weights, cost = thinning(shape, segments), shape.n_weights, 0.0
-    blocks = theta.new_zeros(n_terms**2, n_weights**2)  # of J'J, for each pair of terms
+    blocks = theta.new_zeros(n_terms**2, n_weights**2)  # blocks of J'J, for each pair of terms
     gradient = torch.zeros_like(theta)
     for chunk in _chunks(shape, segments):
         of_each, phi = _EachSegment(thin), chunk.phi
@@ -97,13 +97,13 @@ def _of_coefficients(
 
 
 def _chunks(shape: CellShape, segments: Segments) -> list[Segments]:
-    """Split segments so that the sensitivities of a piece are as many as work well."""
+    """Split segments so that the sensitivities of a chunk have a suitable size."""
     numbers = SENSITIVITIES[segments.targets.device.type]
     return segments.chunks(max(8, numbers // (shape.n_states * shape.n_dynamic)))
 
 
 def thinning(shape: CellShape, segments: Segments) -> int:
-    """Return t for which every t-th sample goes into J'J: enough rows for the parameters."""
+    """Return t such that every t-th sample in J'J gives enough rows for the parameters."""
     thin, enough = 1, 2 * ROWS_PER_PARAMETER * shape.n_parameters
     while thin < THINNEST and segments.targets.numel() >= enough * thin:
         thin *= 2
@@ -111,10 +111,10 @@ def thinning(shape: CellShape, segments: Segments) -> int:
 
 
 class _EachSegment:
-    """The rows of J and the residuals of a chunk of B segments, by segment. Final.
+    """_EachSegment has rows of J and residuals of a chunk of B segments, by segment. Final.
 
     Args:
-        thin: each so manyth row of J goes into J'J.
+        thin: each ``thin``-th row of J is used for J'J.
 
     Attributes:
         cost: sum of squares.
@@ -136,8 +136,8 @@ class _EachSegment:
     def products(self, phi: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the G different terms of the chunk, (G, K), and J'J of each, (G, n, n).
 
-        Segments of one trajectory have the same terms, (B, K): theirs are one product, which
-        spares most of the memory that all would take.
+        Segments of one trajectory have the same terms, (B, K), and share one product, which saves
+        most of the memory.
         """
         different, group = torch.unique(phi, dim=0, return_inverse=True)
         rows = torch.cat(self._rows).transpose(0, 1).flatten(1, 2)  # (B, rows, n_weights)
@@ -145,12 +145,12 @@ class _EachSegment:
         return different, torch.stack([part.T @ part for part in parts])
 
     def gradient(self, phi: torch.Tensor) -> torch.Tensor:
-        """Return J'r by all coefficients, of terms (B, K): shape (K n_weights,)."""
+        """Return J'r by all coefficients, for terms (B, K): shape (K n_weights,)."""
         return (phi.T @ torch.stack(self._gradients).sum(0)).flatten()
 
 
 class _Rows:
-    """Rows of J are filled for a block of samples, with views on each output's own parameters."""
+    """_Rows of J are filled for a block of samples, with views on each output's parameters."""
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, batch: int) -> None:
         p, factors = shape.n_outputs, shape.n_factors
@@ -171,8 +171,7 @@ class _Rows:
     def fill_own(self, parts: tuple[torch.Tensor, ...], factors: torch.Tensor) -> None:
         """Fill the next row of C, D and d: the products of all factors with x, w and 1.
 
-        The parts x, w and 1 have the shape (B, ...) each; the factors [1, r], weighted, are (B,
-        R).
+        The parts x, w and 1 have the shape (B, ...) each; the weighted factors [1, r] have (B, R).
         """
         for own, part in zip(self.own, parts, strict=True):
             if own is not None:
@@ -185,13 +184,13 @@ class _Rows:
 
 
 class _Sensitivities:
-    """Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
+    """_Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
 
     def __init__(self, shape: CellShape, equations: Equations) -> None:
         cell, inputs = equations.cell, equations.inputs
         self._shape, self._equations, self._inputs = shape, equations, inputs
         self._a, self._e = cell.a.contiguous(), cell.e.contiguous()
-        # what the columns of W see apart from the states: [f, 1], in LPV units [s, 1]
+        # inputs of W other than the states: [f, 1], in LPV units [s, 1]
         seen = inputs.schedule if shape.gated else inputs.drive
         one = seen.new_ones(*seen.shape[:2], 1)
         self._arguments = torch.cat([seen, one], 2) if shape.bias else seen
@@ -211,7 +210,7 @@ class _Sensitivities:
 
     def advance(self, k: int) -> None:
         """Take a step in sample k."""
-        units = self._equations.units_with_slopes(k, self.state)
+        units = self._equations.hidden_units_with_slopes(k, self.state)
         slopes, terms = (self._gated if self._shape.gated else self._plain)(k, units)
         torch.bmm(self._a + slopes, self.values, out=self._next)
         self.values, self._next = self._next, self.values
@@ -228,7 +227,7 @@ class _Sensitivities:
         self.state = self._equations.after(k, self.state, units.values)
 
     def _add_direct(self, k: int, linear: torch.Tensor, units: torch.Tensor) -> None:
-        """Add how the next state depends on F directly: on A and B as they are, on E through T."""
+        """Add the direct effect of F on the next state: of A and B directly, of E through T."""
         shape, (batch, n) = self._shape, self.values.shape[:2]
         of_f = self.values[..., : shape.sizes[0]].view(batch, n, n, shape.n_next)
         before, pairs = linear.shape[1], shape.turned
@@ -241,14 +240,14 @@ class _Sensitivities:
             own = of_pairs.diagonal(dim1=1, dim2=3)  # (B, 2, 2, H, pairs)
             own.add_((self._blocks[k][..., None] * units[:, None, None, :])[..., None])
 
-    def _plain(self, k: int, units: Units) -> _Step:
-        """Return the step of hidden units that see states and state input."""
+    def _plain(self, k: int, units: HiddenUnits) -> _Step:
+        """Return the step of hidden units on states and state input."""
         arguments = torch.cat([self.state, self._arguments[k]], 1)
         gain = self._e * units.slope[:, None, :]
         return gain @ self._equations.w_x, [(gain, arguments)]
 
-    def _gated(self, k: int, units: Units) -> _Step:
-        """Return the step of LPV units, seen and acting in the turned frame."""
+    def _gated(self, k: int, units: HiddenUnits) -> _Step:
+        """Return the step of LPV units, which act in the turned frame."""
         v_x, turn, pairs = self._equations.v_x, self._inputs.turn[k], self._shape.turned
         assert v_x is not None
         assert units.gates is not None
@@ -264,8 +263,8 @@ class _Sensitivities:
 
 
 _Step = tuple[torch.Tensor, list[tuple[torch.Tensor, torch.Tensor]]]
-"""Of one sample: what the units add to dx'/dx (B, n, n); and for W, and V, the gains (B, n, H) and
-the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
+"""For one sample: the hidden units' part of dx'/dx (B, n, n); and for W, and V, the gains (B, n,
+H) and the arguments (B, ...) whose products are dx'/dW and dx'/dV."""
 
 
 def _run(
@@ -276,8 +275,8 @@ def _run(
 ) -> None:
     """Run a chunk of segments with its sensitivities, and add its rows, block by block.
 
-    The weights of the cell, (n_weights,), or of one for each segment, (B, n_weights), are what
-    the rows of J are derivatives by.
+    The rows of J are derivatives by the weights of the cell, (n_weights,), or of one cell for each
+    segment, (B, n_weights).
     """
     theta = weights_of_cells
     if chunk.whitening is not None:
@@ -300,7 +299,7 @@ def _run(
         rows.filled += 1
         if rows.filled == BLOCK or k + 1 == samples:
             block = slice(k + 1 - rows.filled, k + 1)
-            found = outputs(cell, torch.stack(states), inputs.stretch(block))
+            found = outputs(cell, torch.stack(states), inputs.part(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
             rows.residuals[: rows.filled] = weights * (found - targets)
             add(*rows.take())

@@ -1,17 +1,18 @@
 """Penalties join a fit's sum of squares: on poles, on coefficients, and towards known weights.
 
-Far beyond the trained amplitude tanh units are saturated and the cell moves as x[k+1] = A x[k] +
+Far beyond the trained amplitude tanh units saturate and the cell moves as x[k+1] = A x[k] +
 bounded terms. With all poles of A inside the unit circle it stays bounded for every input
-(boundedness); inside a circle whose poles decay within the truncated part of the window, it
-forgets its state there too (fading memory). A penalty keeps the poles inside that circle.
+(boundedness). Inside a smaller circle, whose poles decay within the truncated part of the window,
+it also forgets its state there (fading memory). A penalty keeps the poles inside that circle.
 
-A few specimens, as those of measured records, determine the polynomials of the weights where they
-lie, but a cell has many directions in which its outputs hardly change: between the specimens it
-may be any other. A penalty draws all coefficients but the constant ones towards zero.
+A few specimens, as in measured records, determine the polynomials of the weights at these
+specimens only. A cell has many directions in which its outputs hardly change, so between the
+specimens it may be any other cell. A penalty draws all coefficients but the constant ones towards
+zero.
 
-Records are often short compared with the weights of a network that was learnt from a simulation.
-They determine a few of its weights for sure, and the noise would move all others. A prior holds
-the weights to those that were known.
+Records are often short for the number of weights of a network trained on a simulation. They
+determine a few of its weights well, and the noise would change all others. A prior keeps the
+weights near the known ones.
 """
 
 from __future__ import annotations
@@ -30,20 +31,22 @@ from slide_fmu.fitting.state_space.levenberg_marquardt import LeastSquares
 from slide_fmu.fitting.state_space.normal_equations import NormalEquations
 
 REMAINING = 0.03
-"""A pole on the circle leaves this part of an initial amplitude after the truncated samples."""
+"""Fraction of an initial amplitude that a pole on the circle leaves after the truncated
+samples."""
 ROOM = 0.5
-"""Where the system's slowest pole lies outside, the circle has this part of its distance to 1."""
+"""If the system's slowest pole lies outside, the circle gets this fraction of its distance to
+1."""
 LARGEST_RADIUS = 0.999
-"""The circle's radius is at most this, however long the window."""
+"""Largest radius of the circle, for windows of any length."""
 BEYOND = 0.1
-"""Physical parameters are looked at so far beyond their ranges, as a share of these."""
+"""Distance beyond the ranges of physical parameters that is checked, as a share of the ranges."""
 FEW = 8
-"""Parameters of at least so many different values for each term need no penalty."""
+"""With this number of different parameter values for each term, no penalty is needed."""
 CHANGE = 1e-2
-"""A coefficient of 1 counts as much as this RMS error of the outputs' scale."""
+"""A coefficient of 1 costs as much as this RMS error of the outputs' scale."""
 STRENGTHS = (1.0, 1e-1, 1e-2, 1e-4)
-"""Strengths of the prior, one after the other: a weight that changes by its own size counts as
-much as this squared error, in scaled units, summed over all samples."""
+"""Strengths of the prior, one after the other: a weight that changes by its own size costs as much
+as this squared error, in scaled units, summed over all samples."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +55,9 @@ class PolePenalty:
 
     Attributes:
         radius: radius of the circle.
-        weight: weight of the penalty: the number of residuals, so that a pole 0.01 outside counts
-            as an RMS error of 0.01 of the outputs' scale.
-        grid: of cells with physical parameters, values of the terms at points of their ranges,
+        weight: weight of the penalty: the number of residuals, so that a pole 0.01 outside costs
+            as much as an RMS error of 0.01 of the outputs' scale.
+        grid: for cells with physical parameters, values of the terms at points of their ranges,
             shape (G, terms), at each of which the penalty counts; else None.
     """
 
@@ -64,10 +67,10 @@ class PolePenalty:
 
     @staticmethod
     def of(window: Window, slowest: float, residuals: int) -> PolePenalty:
-        """Return the penalty for a window, whose truncated part sets the radius, and its weight.
+        """Return the penalty for a window, whose truncated part sets the radius.
 
         ``slowest`` is the largest absolute value of the system's own poles, 0 if they are not
-        known: a short window, which a recipe may allow, must not hurry them.
+        known: the penalty must not move them, even if a recipe allows a short window.
         """
         truncated = window.n_truncated
         decayed = math.exp(math.log(REMAINING) / truncated) if truncated else LARGEST_RADIUS
@@ -98,7 +101,7 @@ class PolePenalty:
         )
 
     def _of_grid(self, shape: CellShape, theta: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return what ``_of_cell`` does, of all points of the grid, by all coefficients."""
+        """Return the result of ``_of_cell`` for all points of the grid, by all coefficients."""
         assert self.grid is not None
         found = []
         for phi, weights in zip(self.grid, shape.weights(theta, self.grid), strict=True):
@@ -110,9 +113,9 @@ class PolePenalty:
     def _of_cell(
         self, shape: CellShape, weights: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return how far R poles are outside, (R,), and its derivatives by the weights of a cell.
+        """Return the excess of R poles over the circle, (R,), and its derivatives by the weights.
 
-        These have the shape (R, n_weights).
+        The derivatives have the shape (R, n_weights).
         """
         n = shape.n_states
         values, right = torch.linalg.eig(shape.split(weights).a)
@@ -131,7 +134,7 @@ class PolePenalty:
 def pole_grid(basis: ParameterBasis) -> torch.Tensor:
     """Return the terms at points of the parameters' ranges, and a little beyond, (G, terms).
 
-    A fit may have poles outside the circle just beyond the range, where nobody looks.
+    Otherwise a fit may have poles outside the circle just beyond the range.
     """
     return torch.from_numpy(basis.values(grid_of(basis.parameters, BEYOND)))
 
@@ -141,8 +144,8 @@ def pole_radii(
 ) -> torch.Tensor:
     """Return the absolute values of the eigenvalues of A at theta (P,), shape (n_states,).
 
-    Of cells with physical parameters, all at the points of a grid of terms, (G, terms):
-    (G, n_states).
+    For cells with physical parameters, poles at all points of a grid of terms, (G, terms), are
+    returned: (G, n_states).
     """
     poles: torch.Tensor = torch.linalg.eigvals(shape.split(shape.weights(theta, grid)).a)
     return poles.abs()
@@ -153,7 +156,7 @@ class Smoothness:
     """The penalty is weight * sum of the squares of all coefficients but the constant ones.
 
     Attributes:
-        weight: 0 where there are no parameters, or values of them enough.
+        weight: 0 if there are no parameters, or enough values of them.
     """
 
     weight: float
@@ -199,7 +202,7 @@ class Prior:
 
     @staticmethod
     def around(shape: CellShape, theta: torch.Tensor, strength: float) -> Prior:
-        """Return the prior around weights (P,); their sizes are those of them and their matrix.
+        """Return the prior around weights (P,); sizes are from the weights and their matrix.
 
         Coefficients of terms of physical parameters have the sizes of the constant ones.
         """

@@ -1,8 +1,8 @@
 """Large cells are fitted by gradient steps, preconditioned by a Gauss-Newton matrix.
 
-With many parameters the normal equations of every step cost too much, and hold for small steps
-only. Here the matrix comes from a part of the segments, is kept for a stretch of steps, and scales
-the gradients of large random batches: natural gradient descent (Amari, 1998) with momentum.
+With many parameters the normal equations of every step cost too much, and are valid for small
+steps only. Here the matrix comes from some of the segments, is kept for a round of steps, and
+scales the gradients of large random batches: natural gradient descent (Amari, 1998) with momentum.
 """
 
 from __future__ import annotations
@@ -20,39 +20,40 @@ from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.training import SEED_STRIDE
 
 MATRIX_ROWS = 40
-"""The segments that the matrix is made of have about this many residuals for each parameter."""
+"""Approximate number of residuals for each parameter in the segments that form the matrix."""
 KEPT = 0.5
-"""The matrix of the stretch before has this share in a new one."""
+"""Share of the previous round's matrix in a new one."""
 BATCH = 512
-"""One gradient is that of this many segments."""
-STRETCH = 80
-"""This many steps use the same matrix; after each stretch the validation decides how to go on."""
+"""Number of segments in one gradient."""
+STEPS = 80
+"""Number of steps with the same matrix, one round; the validation after it decides how to go
+on."""
 RATE, MOMENTUM = 0.08, 0.8
-"""A step is multiplied by this rate, and the running sum of the steps by this momentum."""
+"""Factor on a step, and factor on the running sum of the steps."""
 RECOVERY = 1.2
-"""A rate that was halved grows by this factor in every stretch without failure."""
+"""Growth of a halved rate in every round without failure."""
 DAMPING = 0.005
-"""This part of the diagonal is added to it, so that the matrix can be factorized."""
+"""Fraction of the diagonal that is added to it, so that the matrix can be factorized."""
 FLOOR = 0.1
-"""The same part of this share of the diagonal's mean is added: hidden units that act on nothing
+"""The same fraction of this share of the diagonal's mean is added: hidden units without effect
 have no curvature."""
 FAILED = 1.5
-"""A validation error of this many times the best one sends the fit back to the best weights."""
+"""A validation error of this multiple of the best one returns the fit to the best weights."""
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """A descent says where a fit stands between two stretches.
+    """A Descent is the state of a fit between two rounds.
 
     Attributes:
         theta: parameters, shape (P,).
         momentum: running sum of the steps, shape (P,).
         best: parameters of the best validation so far, shape (P,).
         best_error: their validation error.
-        matrix: Gauss-Newton matrix per residual, shape (P, P); None before the first stretch.
+        matrix: Gauss-Newton matrix per residual, shape (P, P); None before the first round.
         rate: factor on the steps, halved after a failure.
-        stretch: number of stretches done.
-        history: (stretch, training error, validation error) after every stretch.
+        round: number of rounds done.
+        history: (round, training error, validation error) after every round.
     """
 
     theta: torch.Tensor
@@ -61,21 +62,21 @@ class Descent:
     best_error: float
     matrix: torch.Tensor | None = None
     rate: float = RATE
-    stretch: int = 0
+    round: int = 0
     history: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def finished(self) -> bool:
-        """A descent is never finished early: it goes on for all its stretches."""
+        """False: a descent always does all its rounds."""
         return False
 
     @staticmethod
     def begin(theta: torch.Tensor, error: float) -> Descent:
-        """Return the state before the first stretch, with the validation error there."""
+        """Return the state before the first round, with the validation error there."""
         return Descent(theta, torch.zeros_like(theta), theta, error)
 
 
-def advance_stretch(
+def advance_round(
     state: Descent,
     shape: CellShape,
     segments: Segments,
@@ -83,13 +84,13 @@ def advance_stretch(
     radius: float,
     seed: int,
 ) -> Descent:
-    """Do one stretch: a new matrix, then ``STRETCH`` preconditioned steps.
+    """Do one round: a new matrix, then ``STEPS`` preconditioned steps.
 
-    A stretch that diverges, or ends far above the best validation error, is undone: the fit goes
-    on from the best weights at half the rate. Poles outside of the circle of ``radius`` are
-    penalised; the seed and the number of the stretch fix the batches.
+    A round that diverges, or ends far above the best validation error, is undone: the fit
+    continues from the best weights at half the rate. Poles outside the circle of ``radius``
+    are penalised; the seed and the number of the round determine the batches.
     """
-    generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.stretch) % 2**32)
+    generator = torch.Generator().manual_seed((seed * SEED_STRIDE + state.round) % 2**32)
     per_segment = segments.targets.numel() / segments.count
     count = math.ceil(MATRIX_ROWS * shape.n_parameters / per_segment)
     some = segments.chosen(_draw(segments, count, generator))
@@ -98,7 +99,7 @@ def advance_stretch(
         matrix = KEPT * state.matrix + (1 - KEPT) * matrix
     factor = _factor(matrix)
     theta, momentum, cost, batch = state.theta, state.momentum, math.nan, segments
-    for _ in range(STRETCH):
+    for _ in range(STEPS):
         if factor is None:
             break
         batch = segments.chosen(_draw(segments, BATCH, generator))
@@ -110,15 +111,15 @@ def advance_stretch(
         theta = theta + momentum
     diverged = not math.isfinite(cost)
     error = math.inf if diverged else validation(theta)
-    done = replace(state, stretch=state.stretch + 1)
+    done = replace(state, round=state.round + 1)
     if factor is not None:
         done = replace(done, matrix=matrix, rate=min(RATE, RECOVERY * state.rate))
-    if diverged or not error <= FAILED * state.best_error:  # also where it is not a number
+    if diverged or not error <= FAILED * state.best_error:  # true for NaN too
         return replace(
             done, theta=state.best, momentum=torch.zeros_like(theta), rate=0.5 * state.rate
         )
     counted = float(batch.weights.square().mean())  # each residual counts as its weight squared
-    row = (done.stretch, math.sqrt(cost / counted), error)
+    row = (done.round, math.sqrt(cost / counted), error)
     done = replace(done, theta=theta, momentum=momentum, history=(*state.history, row))
     if error < state.best_error:
         return replace(done, best=theta, best_error=error)
@@ -126,13 +127,13 @@ def advance_stretch(
 
 
 def _draw(segments: Segments, count: int, generator: torch.Generator) -> torch.Tensor:
-    """Draw the numbers of at most ``count`` segments, none twice."""
+    """Draw the numbers of at most ``count`` segments, without repetition."""
     order = torch.randperm(segments.count, generator=generator)[:count]
     return order.to(segments.features.device)
 
 
 def _factor(matrix: torch.Tensor) -> torch.Tensor | None:
-    """Return the Cholesky factor of the damped matrix; None where there is none."""
+    """Return the Cholesky factor of the damped matrix; None if it does not exist."""
     diagonal = matrix.diagonal()
     damping = DAMPING * (diagonal + FLOOR * diagonal.mean())
     factor, failure = torch.linalg.cholesky_ex(matrix + torch.diag(damping))
@@ -144,8 +145,8 @@ def _gradient(
 ) -> tuple[float, torch.Tensor]:
     """Return the mean square of the residuals with the penalty, and half its gradient.
 
-    Half the gradient is J'r per residual, which belongs to the matrix J'J. It is computed in
-    reverse mode: the cost does not grow with the number of parameters.
+    Half the gradient is J'r per residual, which matches the matrix J'J. It is computed in reverse
+    mode: the cost does not grow with the number of parameters.
     """
     variable = theta.clone().requires_grad_()
     outputs, _ = simulate(shape, variable, segments.features)

@@ -1,14 +1,14 @@
-"""A cell leaves over what it could still learn, what it cannot learn, and noise.
+"""The residual of a cell has three parts: learnable error, error that cannot be learnt, and noise.
 
-The residual is regressed on random units of the cell's states and features, as they are and as
-they pass through the cell's own poles: what hidden units would add to the outputs at first order.
-It is scored on segments that were left out (cross-validation), so that noise, and what lies before
-the window, do not count. Where residuals are weighted by the spectrum of noise, they and what
-predicts them are filtered alike.
+The residual is regressed on random hidden units of the cell's states and features, directly and
+filtered by the cell's poles: this is what hidden units would add to the outputs at first order. It
+is scored on segments that were left out (cross-validation), so that noise and effects from before
+the window do not count. If residuals are weighted by the spectrum of noise, they and the
+regressors are filtered alike.
 
-White noise in what was measured hides how accurate a network is: errors are compared without it.
-Two networks that are off by 0.34 % and 0.32 % of an output with a noise of 0.316 % are not nearly
-alike: without the noise they are off by 0.12 % and 0.05 %.
+White noise in measured outputs hides the accuracy of a network, so errors are compared without it.
+Two networks with errors of 0.34 % and 0.32 % of an output with a noise of 0.316 % differ widely:
+without the noise their errors are 0.12 % and 0.05 %.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.multi_start import Candidate
 from slide_fmu.fitting.state_space.segments import Segments
 
-UNITS = 32
-"""The regression has this many random units."""
+RANDOM_UNITS = 32
+"""Number of random hidden units in the regression."""
 STEEPNESS = (0.3, 10.0)
-"""Their arguments are random with deviations between these: friction needs steep units."""
+"""Smallest and largest deviation of their random arguments: friction needs steep units."""
 POLES = 6
-"""The units pass through at most this many poles, of those that decay most slowly."""
+"""Largest number of poles that filter the units: those that decay most slowly."""
 SEGMENTS = 64
-"""At most this many segments of each kind of data are taken."""
+"""Largest number of segments of each kind of data."""
 FOLDS = 3
-"""Every so manyth segment is left out in turn: other stretches of the same trajectories stay."""
+"""Number of folds: in turn, each is left out; other segments of the same trajectories stay."""
 RIDGES = (1e-3, 1e-2, 1e-1)
-"""The regression is regularised by these parts of the regressors' mean square; the best counts."""
+"""Regularisation of the regression, relative to the regressors' mean square; the best is taken."""
 PART = 0.5
-"""Noise below this part of an error does not matter, and is not told from the error for sure."""
+"""Noise below this fraction of an error is not significant, and cannot be reliably separated."""
 RESOLUTION = 0.1
-"""Without the noise an error is known down to this part of the noise."""
+"""Without the noise an error is known down to this fraction of the noise."""
 
 
 def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segments]) -> float:
@@ -47,7 +47,7 @@ def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segmen
 
     The parameters theta have the shape (P,). All data are regressed on and scored together.
     """
-    units = _Units(shape, theta, data[0])
+    units = _RandomUnits(shape, theta, data[0])
     regressions = [
         _regression(*(torch.cat(parts) for parts in zip(*groups, strict=True)))
         for groups in zip(*map(units.of, data), strict=True)
@@ -60,13 +60,13 @@ def learnable_share(shape: CellShape, theta: torch.Tensor, data: Sequence[Segmen
 def _regression(
     known: torch.Tensor, residuals: torch.Tensor, folds: torch.Tensor
 ) -> tuple[float, list[float]]:
-    """Return the squares of residuals, (N, p), and those that regressors, (N, R), leave over.
+    """Return the squares of residuals, (N, p), and of what regressors, (N, R), do not explain.
 
-    The latter are those of segments that were left out, for each of ``RIDGES``; the folds have
-    the shape (N,).
+    The latter are from segments that were left out, for each of ``RIDGES``; the folds have the
+    shape (N,).
     """
     size = known.square().mean(0).sqrt()
-    known = known / size.clamp_min(1e-12 * float(size.max()))  # what never moves has no size
+    known = known / size.clamp_min(1e-12 * float(size.max()))  # what never moves has the size 0
     before, after = float(residuals.square().sum()), [0.0] * len(RIDGES)
     whole = known.T @ known, known.T @ residuals
     for fold in range(FOLDS):
@@ -83,7 +83,7 @@ def _regression(
 def noise_in(candidate: Candidate, validation: Segments) -> float:
     """Return the RMS of the white noise in a network's validation error, in scaled units.
 
-    It is 0 where the error is mostly the network's own, or not finite.
+    It is 0 if the error is mostly the network's own, or not finite.
     """
     if not math.isfinite(candidate.error) or len(validation.targets) < SHORTEST_PIECE:
         return 0.0
@@ -99,7 +99,7 @@ def noise_in(candidate: Candidate, validation: Segments) -> float:
 
 
 def without_noise(error: float, noise: float) -> float:
-    """Return what is left of an error without a noise that has no part in the other rest."""
+    """Return an error without a noise that is independent of the remaining error."""
     return math.sqrt(max(error**2 - noise**2, (RESOLUTION * noise) ** 2))
 
 
@@ -107,16 +107,16 @@ _Regressed = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 """Regressors (N, R), residuals (N, p) and folds (N,)."""
 
 
-class _Units:
-    """Random units that see states and features of a cell, scaled by segments of it. Final."""
+class _RandomUnits:
+    """Random hidden units on states and features of a cell, scaled by its segments. Final."""
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, segments: Segments) -> None:
         self._shape, self._theta = shape, theta
-        # of cells with physical parameters, those of the mean cell
+        # for cells with physical parameters, the mean cell
         phi = None if segments.phi is None else segments.phi.mean(0, keepdim=True)
         mean = shape.weights(theta, phi).flatten()
         poles = torch.linalg.eigvals(shape.split(mean).a.double())
-        poles = poles**shape.substeps  # of whole samples
+        poles = poles**shape.substeps  # poles for whole samples
         upper = poles[poles.imag >= 0]  # one of each conjugate pair
         slowest = torch.argsort(upper.abs(), descending=True, stable=True)
         self._poles = [complex(pole) for pole in upper[slowest][:POLES] if abs(pole) < 1]
@@ -124,16 +124,16 @@ class _Units:
         self._size = seen.square().mean((0, 1)).sqrt().clamp_min(1e-12)
         generator = torch.Generator().manual_seed(0)
         count = seen.shape[2] + 1
-        weights = torch.randn(UNITS, count, generator=generator, dtype=torch.float64)
+        weights = torch.randn(RANDOM_UNITS, count, generator=generator, dtype=torch.float64)
         low, high = (math.log(value) for value in STEEPNESS)
-        spread = torch.rand(UNITS, 1, generator=generator, dtype=torch.float64)
+        spread = torch.rand(RANDOM_UNITS, 1, generator=generator, dtype=torch.float64)
         steep = (low + (high - low) * spread).exp() / math.sqrt(count)
         self._weights = (weights * steep).to(seen.device)
 
     def of(self, segments: Segments) -> list[_Regressed]:
-        """Return regressors and what they are regressed on, of scored samples.
+        """Return regressors and residuals of scored samples.
 
-        All outputs have the same regressors, unless noise has a spectrum of its own in each.
+        All outputs have the same regressors, unless each has its own noise spectrum.
         """
         chosen = _some(segments)
         seen, outputs = self._seen(chosen)
@@ -155,7 +155,7 @@ class _Units:
         ]
 
     def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return what hidden units may see, (N, B, m), late and not, and the outputs (N, B, p)."""
+        """Return inputs of hidden units, (N, B, m), delayed and not, and the outputs (N, B, p)."""
         outputs, states = simulate(self._shape, self._theta, segments.features, segments.phi)
         features = segments.features
         seen = torch.cat([_before(states), features, _before(features)], 2)
@@ -163,7 +163,7 @@ class _Units:
 
 
 def _folds(samples: int, segments: int) -> torch.Tensor:
-    """Return the folds of samples, shape (N, B): whole segments, or stretches of very few."""
+    """Return the folds of samples, shape (N, B): whole segments, or parts of very few segments."""
     if segments >= FOLDS:
         return (torch.arange(segments) % FOLDS).expand(samples, segments)
     return (FOLDS * torch.arange(samples) // samples)[:, None].expand(samples, segments)
@@ -175,12 +175,12 @@ def _some(segments: Segments) -> Segments:
 
 
 def _before(values: torch.Tensor) -> torch.Tensor:
-    """Return values (N, B, m) one sample late, with zeros at first."""
+    """Return values (N, B, m) delayed by one sample, with zeros at first."""
     return torch.cat([torch.zeros_like(values[:1]), values[:-1]])
 
 
 def _filtered(values: torch.Tensor, pole: complex) -> torch.Tensor:
-    """Pass values, (N, B, m), through a pole: its real part and, if complex, the imaginary."""
+    """Filter values, (N, B, m), by a pole: its real part and, if complex, the imaginary part."""
     real = pole.imag == 0
     factor = pole.real if real else pole
     state = torch.zeros_like(values[0], dtype=values.dtype if real else torch.complex128)

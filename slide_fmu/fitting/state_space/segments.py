@@ -1,7 +1,7 @@
-"""Trajectories are cut into segments: a burn-in from zero state, then samples that are scored.
+"""Trajectories are cut into segments: a burn-in from zero state, then scored samples.
 
-A recursive network is run from zero state on every segment. Short segments run side by side, and
-in the burn-in, as long as the truncated part of the window, the zero state is forgotten.
+A recursive network is run from zero state on every segment. Short segments run in parallel. The
+zero state is forgotten in the burn-in, which is as long as the truncated part of the window.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from slide_fmu.fitting.state_space.whitening import Whitening
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """A recursive network is fitted to segments; no sample is scored twice.
+    """A recursive network is fitted to Segments; no sample is scored twice.
 
-    The sample comes first in the shapes, so that one sample of all segments is one piece of
-    memory. Segments of one trajectory follow each other.
+    The samples are the first axis, so that one sample of all segments is contiguous in memory.
+    Segments of one trajectory follow each other.
 
     Attributes:
         features: features of the inputs, shape (burn_in + scored, B, n_features).
         targets: scaled outputs one step after the last features, shape (scored, B, n_outputs).
         weights: factors on the residuals of each segment, shape (B,).
-        phi: values of the terms that the physical parameters of each segment give, shape
-            (B, terms); None where there are no parameters.
-        whitening: weights the residuals by the spectrum of the outputs' noise; None where that is
-            not known, and all residuals count alike.
+        phi: values of the terms of the physical parameters, for each segment, shape (B, terms);
+            None without parameters.
+        whitening: weights the residuals by the spectrum of the outputs' noise; None if it is not
+            known, with equal weights for all residuals.
     """
 
     features: torch.Tensor
@@ -38,29 +38,29 @@ class Segments:
 
     @property
     def burn_in(self) -> int:
-        """The zero state is forgotten in this many first samples, which are not scored."""
+        """The number of first samples, not scored, in which the zero state is forgotten."""
         return len(self.features) - len(self.targets)
 
     @property
     def count(self) -> int:
-        """The number of segments is B."""
+        """The number B of segments."""
         return self.features.shape[1]
 
     @property
     def counted(self) -> float:
-        """The number of residuals, each counted as its weight squared, scales the cost."""
+        """The number of residuals, each counted as its weight squared; it scales the cost."""
         return self.targets.numel() * float(self.weights.square().mean())
 
     def whitened(self, residuals: torch.Tensor) -> torch.Tensor:
-        """Return residuals of the scored samples, (scored, B, n_outputs), as they count."""
+        """Return weighted residuals of the scored samples, (scored, B, n_outputs)."""
         return residuals if self.whitening is None else self.whitening.along(residuals)
 
     def every(self, stride: int) -> Segments:
-        """Return every ``stride``-th segment; they come from trajectories all over the data."""
+        """Return every ``stride``-th segment, so that all parts of the data are included."""
         return self.chosen(torch.arange(0, self.count, stride, device=self.weights.device))
 
     def chosen(self, numbers: torch.Tensor | slice) -> Segments:
-        """Return the segments of some numbers, shape (K,), or of a slice of them."""
+        """Return the segments with these numbers, shape (K,), or in a slice."""
         return Segments(
             self.features[:, numbers],
             self.targets[:, numbers],
@@ -70,7 +70,7 @@ class Segments:
         )
 
     def chunks(self, size: int) -> list[Segments]:
-        """Split the segments into pieces of at most ``size`` segments."""
+        """Split the segments into chunks of at most ``size`` segments."""
         return [self.chosen(slice(first, first + size)) for first in range(0, self.count, size)]
 
     def and_others(self, others: Segments, factor: float) -> Segments:
@@ -87,11 +87,11 @@ class Segments:
     def evened_out(self) -> Segments:
         """Return the segments with lower weights for those that move more than usual.
 
-        With the ratio r of a segment's mean square, about the mean of all segments, to the usual
-        one, its weight is sqrt(2 / (1 + r)): rare violent motions do not rule a fit.
+        r is the ratio of a segment's mean square, about the mean of all segments, to the usual
+        one. Its weight is sqrt(2 / (1 + r)): rare violent motions do not dominate a fit.
         """
         squares = (self.targets - self.targets.mean((0, 1))).square().mean((0, 2))
-        usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0: none moves
+        usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0 if nothing moves
         weights = (2 / (1 + squares / usual)).sqrt()
         return replace(self, weights=self.weights * weights)
 
@@ -106,9 +106,9 @@ def cut_segments(
     """Cut trajectories into segments of equal length that overlap by the burn-in, of weight 1.
 
     Features have the shape (n_trajectories, N, n_features), scaled outputs (n_trajectories, N + 1,
-    n_outputs): targets[:, k + 1] belongs to features[:, : k + 1]. Of the wanted number of scored
-    samples in a segment, the nearest that leaves few samples over is taken. The terms phi of
-    trajectories with physical parameters, (n_trajectories, terms), are those of their segments.
+    n_outputs): targets[:, k + 1] belongs to features[:, : k + 1]. The number of scored samples in
+    a segment is the one nearest to the wanted number that leaves few samples over. Segments take
+    the terms phi of their trajectories' physical parameters, (n_trajectories, terms).
 
     Raises:
         ValueError: trajectories are not longer than the burn-in.

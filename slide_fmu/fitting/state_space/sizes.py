@@ -1,11 +1,11 @@
 """A search finds sizes: more states or hidden units, while they pay and there is more to learn.
 
-It begins at the order that eigenvalues tell, if they are known. Else impulse responses show one,
-which is a guess: it falls to the fewest states with which a linear model does as well.
+It begins at the order given by eigenvalues, if they are known. Otherwise impulse responses give a
+first guess, which is lowered to the fewest states with which a linear model is as good.
 
-A step to a larger network counts as worthwhile when its validation error falls to ``WORTHWHILE``,
-at equal effort on equal data. Where no single step is, the search looks one step further, as long
-as the residual can still be predicted from the inputs: a few hidden units may gain little alone.
+A step to a larger network is worthwhile if its validation error falls to ``WORTHWHILE``, at equal
+effort on equal data. If no single step is, the search looks one step further, as long as the
+residual can still be predicted from the inputs: a few hidden units may gain little alone.
 """
 
 from __future__ import annotations
@@ -32,63 +32,63 @@ from slide_fmu.fitting.state_space.residual import (
 from slide_fmu.memory.decay_figures import finite
 
 SEARCH_STARTS = 3
-"""A size is judged by this many random starts, of which the best goes on."""
+"""Number of random starts that judge a size; the best one is run further."""
 MOST_ROUNDS = 3
-"""That one is run on in at most so many rounds."""
+"""Largest number of further rounds of this start."""
 WORTHWHILE = 0.8
-"""A larger network is chosen when its error is below this part of the smaller one's."""
+"""A larger network is chosen if its error is below this fraction of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
 """The search tries 0 hidden units, then the first number, then doubles it up to the second."""
 MORE_STATES = 8
-"""At most this many states are tried beyond the first guess."""
+"""Largest number of states tried beyond the first guess."""
 NEGLIGIBLE = 1e-3
-"""A linear network that is good suffices where less can be learnt, relative to the outputs'
-deviation. One that is not good does not: hidden units may predict what merely looks
-unpredictable."""
+"""A good linear network is enough if less than this can be learnt, relative to the outputs'
+deviation. A linear network that is not good is not enough: hidden units may predict what only
+seems unpredictable."""
 UNFINISHED, POOR = 3e-3, 1e-2
-"""Where more than the first could still be learnt, the search looks a step further; where it is
-more than the second in the end, the user is told."""
+"""If more than the first could still be learnt, the search looks one step further; if more than
+the second at the end, the user gets a remark."""
 
 AS_GOOD = 1.01
-"""A linear model of few states counts as good as one of more when its error is at most this many
-times the other's. Most of a linear model's error may be what hidden units will learn: a small rise
-of the whole is a large one of the rest."""
+"""A linear model of few states is as good as one of more if its error is at most this multiple.
+Most of a linear model's error may be what hidden units will learn: a small increase of the whole
+error is a large increase of the rest."""
 USED = 0.98
-"""Hidden units make use of more states where the error falls below this part, after all
-iterations: short runs do not show it. Linear models, most of whose error is due to what only
-hidden units learn, do not show such states."""
+"""Hidden units use additional states if the error falls below this fraction, after all iterations:
+short runs do not show it. Linear models do not show such states, since most of their error is
+learnt by hidden units only."""
 MORE_SHOWN = 2
-"""Impulse responses may hide so many states, as they may show too many."""
+"""Number of states that impulse responses may hide; they may also show too many."""
 GOOD = 5e-3
-"""A network whose error is below this, relative to the outputs' deviation, is not made larger: the
-fit on all data comes still, and mostly makes it about twice as accurate. The error is that of the
-validation or of the training: where only the first is larger, more data are wanted, not more
-parameters, and the search sees a part of the data."""
+"""A network with an error below this, relative to the outputs' deviation, is not enlarged: the fit
+on all data follows, and usually halves the error. Validation and training error are both checked:
+if only the validation error is larger, more data are needed, not more parameters, and the search
+uses a part of the data."""
 BESIDE_NOISE = 0.15
-"""Beside noise, a network is good whose own error is below this part of the noise: it raises the
-whole error by one per cent."""
+"""With noise, a network is good if its own error is below this fraction of the noise: it raises
+the whole error by one per cent."""
 ACCURATE = 1e-3
-"""It is also good below this, relative to the outputs' deviation, however small the noise is."""
+"""It is also good below this, relative to the outputs' deviation, for any noise."""
 FITTED = 0.3
-"""It is large enough if so much is left over of what it learnt from, beside the noise: a larger
-one would learn the noise. The fit on all data brings the rest."""
+"""A network is large enough if this fraction of the noise remains in its training error in
+addition to the noise: a larger one would learn the noise. The fit on all data reduces the rest."""
 
 Place = tuple[int, int]
 """A size, by its positions among the orders and among the numbers of hidden units."""
-STATES, UNITS = (1, 0), (0, 1)
+STATES, HIDDEN_UNITS = (1, 0), (0, 1)
 """A step to more states, and a step to more hidden units."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """The search has chosen a size.
+    """Chosen is the size that the search has chosen.
 
     Attributes:
         order: number of states that carry the response.
         n_units: number of hidden units.
-        judged: the network of this size as far as the search has run it; None without a search.
+        judged: the network of this size after its runs in the search; None without a search.
         larger: a network of more states that is worth the same effort, since the order is a guess
-            from linear models; None where it is known.
+            from linear models; None if the order is known.
         tried: all sizes that were judged, in their order.
     """
 
@@ -100,17 +100,17 @@ class Chosen:
 
 
 def choose_sizes(multi_start: MultiStart) -> Chosen:
-    """Return order and number of hidden units as the recipe says, or as a search finds them."""
+    """Return order and number of hidden units from the recipe, or from a search."""
     order, n_units = multi_start.network.order, multi_start.network.hidden
     if order != "auto" and n_units != "auto":
         return Chosen(order, n_units)
     search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(n_units))
     place = (0, 0)
     if n_units != "auto" or not multi_start.eigenvalues_known:
-        # where the order is known, linear models of more states only imitate what units will learn
+        # if the order is known, more states of a linear model only imitate hidden units
         place = search.climb(place, [STATES])
     if n_units == "auto":
-        place = search.climb(place, [STATES, UNITS])
+        place = search.climb(place, [STATES, HIDDEN_UNITS])
     larger = None
     if order == "auto" and not multi_start.eigenvalues_known:
         larger = search.with_more_states(place)
@@ -130,7 +130,7 @@ def orders_to_try(multi_start: MultiStart) -> list[int]:
 
 
 def _fewest_states(multi_start: MultiStart, shown: int) -> int:
-    """Return the lowest order whose linear model is as good as one of more states than are shown.
+    """Return the lowest order whose linear model is as good as one of more states than shown.
 
     Low orders are tried first: they cost least, and their fits converge best.
     """
@@ -173,10 +173,10 @@ class _Search:
         return place
 
     def with_more_states(self, place: Place) -> Candidate | None:
-        """Return the network of more states than at a place, for hidden units to make use of.
+        """Return the network of more states than at a place, for hidden units to use.
 
-        There is none for a linear network, whose states the guess of the order has counted, and
-        none where a network leaves hardly more than noise.
+        There is none for a linear network, whose states were counted by the guess of the order,
+        and none if a network leaves hardly more than noise.
         """
         linear = self._units[place[1]] == 0
         if linear or _leaves_noise_alone(self._candidate(place), self._noise, self._samples):
@@ -185,13 +185,13 @@ class _Search:
         return None if found is None else self._candidate(found)
 
     def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
-        """Return the size at a place, with all that were tried."""
+        """Return the size at a place, with all sizes that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
         order, n_units = self._orders[place[0]], self._units[place[1]]
         return Chosen(order, n_units, self._judged[place], larger, tried)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
-        """Return the places one step beyond, as far as the search goes."""
+        """Return the places one step beyond, within the limits of the search."""
         beyond = [(place[0] + states, place[1] + more) for states, more in steps]
         return [(i, j) for i, j in beyond if i < len(self._orders) and j < len(self._units)]
 
@@ -202,33 +202,33 @@ class _Search:
         return self._error(larger) < WORTHWHILE * self._error(smaller)
 
     def _candidate(self, place: Place) -> Candidate:
-        """Return the network of a size, which is judged if it was not yet."""
+        """Return the network of a size; it is judged first if necessary."""
         if place not in self._judged:
             order, n_units = self._orders[place[0]], self._units[place[1]]
             found = judge(self._multi_start, order, n_units)
             noise = noise_in(found, self._data.validation)
-            if noise:  # the lowest level is the nearest to white noise
+            if noise:  # the lowest level is nearest to white noise
                 self._noise = min(noise, self._noise or noise)
             self._judged[place] = found
         return self._judged[place]
 
     def _error(self, place: Place) -> float:
-        """Return the validation error of a size, without the noise that was found so far."""
+        """Return the validation error of a size, without the noise found so far."""
         return without_noise(self._candidate(place).error, self._noise)
 
     def _is_good(self, place: Place) -> bool:
-        """Tell whether the network has hidden units, and is accurate enough for the search."""
+        """Return whether the network has hidden units, and is accurate enough for the search."""
         if self._units[place[1]] == 0:
             return False
         return _good(self._candidate(place), self._noise, self._samples)
 
     def _linear_suffices(self, place: Place) -> bool:
-        """Tell whether the network is linear and good, and its residual cannot be predicted."""
+        """Return whether the network is linear and good, and its residual cannot be predicted."""
         good = self._units[place[1]] == 0 and self._error(place) < GOOD
         return good and self._learnable_at(place) < NEGLIGIBLE
 
     def _learnable_at(self, place: Place) -> float:
-        """Return how much of a size's error can be predicted; without end if it is unstable."""
+        """Return the predictable part of a size's error; infinite if it is unstable."""
         if place not in self._learnable:
             stable = math.isfinite(self._error(place))
             found = still_learnable(self._data, self._judged[place]) if stable else math.inf
@@ -247,20 +247,20 @@ class _Search:
 
 
 def _good(candidate: Candidate, noise: float, samples: int) -> bool:
-    """Tell whether a network, which learnt from samples, is accurate enough to stay so small."""
+    """Return whether a network, fitted to ``samples`` samples, need not be larger."""
     if not noise:
         return min(candidate.error, candidate.training_error) < GOOD
     own = without_noise(candidate.error, noise)
-    # an error far below the noise says that the training has no such noise
+    # if an error is far below the noise, the training has no such noise
     known = candidate.training_error < min(GOOD, PART * noise)
     accurate = own < max(ACCURATE, min(GOOD, BESIDE_NOISE * noise))
     return known or accurate or _leaves_noise_alone(candidate, noise, samples)
 
 
 def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> bool:
-    """Tell whether a network leaves hardly more than noise of the samples that it learnt from.
+    """Return whether a network leaves hardly more than the noise of its training samples.
 
-    Its parameters have learnt some of the noise, which the training error lacks.
+    Its parameters have learnt some of the noise, so the training error lacks it.
     """
     free = samples - candidate.shape.n_parameters
     if not noise or free <= 0:
@@ -272,7 +272,8 @@ def _leaves_noise_alone(candidate: Candidate, noise: float, samples: int) -> boo
 def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     """Return a network of a size after a few short runs, of which the best was longer.
 
-    It runs on while that pays as a larger network would have to pay: iterations are cheaper.
+    It is run further while that pays as much as a larger network would have to: iterations are
+    cheaper.
     """
     training, linear_ones = multi_start.training, 2 * LINEAR_ITERATIONS
     if n_units == 0:
@@ -291,20 +292,20 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
 
 
 def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
-    """Tell whether a network is good, by the noise that it shows itself."""
+    """Return whether a network is good, by the noise that it shows itself."""
     noise = noise_in(candidate, multi_start.data.validation)
     return _good(candidate, noise, multi_start.data.part.targets.numel())
 
 
 def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
-    """A round pays that helps as much as more hidden units would have to, and is not enough."""
+    """Return whether a round helped as much as more hidden units must, and more is needed."""
     noise = noise_in(before, multi_start.data.validation)
     error, former = (without_noise(one.error, noise) for one in (after, before))
     return error < WORTHWHILE * former and not _is_accurate(multi_start, after)
 
 
 def still_learnable(data: FitData, candidate: Candidate) -> float:
-    """Return how much of a network's validation error can be predicted from the inputs."""
+    """Return the part of a network's validation error that can be predicted from the inputs."""
     both = data.part, data.validation
     share = learnable_share(candidate.shape, candidate.state.best, both)
     return candidate.error * math.sqrt(share)

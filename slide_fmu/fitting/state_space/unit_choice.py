@@ -1,8 +1,8 @@
-"""The kind of hidden units is chosen by what networks do beyond what they have learnt.
+"""The kind of hidden units is chosen by the errors of networks beyond their training range.
 
-Plain validation cannot tell: within the range tanh units are as good as any. So the stretches with
-the largest amplitudes are held out, small networks are learnt from the rest, and ranked by their
-errors within and beyond together. The kind that wins is then learnt from all data.
+Plain validation cannot decide: within the range tanh units are as good as any. So the segments
+with the largest amplitudes are held out. Small networks are fitted to the rest, and ranked by
+their errors within and beyond together. The best kind is then fitted to all data.
 """
 
 from __future__ import annotations
@@ -26,37 +26,38 @@ from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.recipe.learning import StateSpaceRecipe
 
 HELD_OUT = 0.25
-"""This part of the segments, those with the largest amplitudes, are held out."""
+"""Fraction of the segments that is held out: those with the largest amplitudes."""
 FEWEST_HELD_OUT = 2
-"""With fewer of them nothing can be told, and tanh units are taken."""
+"""With fewer of them no decision is possible, and tanh units are taken."""
 TRIAL_UNITS = 8
-"""Trials have so many hidden units where a search is to find their number."""
+"""Number of hidden units in trials, if a search will find their number."""
 TRIAL_STARTS = 2
-"""A trial has so many random starts, the best of which goes on."""
+"""Number of random starts of a trial; the best one is run further."""
 FEWER = (1, 2, 4)
-"""Where a search is to find their number, fewer cubes are tried too: each more follows the noise
-of what was measured, and cubes carry that far beyond the range."""
+"""Smaller numbers of cubes, tried if a search will find the number: every cube follows the noise
+of measurements, and cubes amplify that far beyond the range."""
 TURN, MOST_TIMES = 0.05, 8
-"""A few cubes act so often in a sample that no pole of the linear model turns or decays by more
-than the first, in rad, in a sub-step; up to so many times. Sub-steps need no more weights. A map
-that is no motion has none, so that one step is tried too."""
+"""The first is the largest turn or decay of a pole of the linear model in a sub-step, in rad;
+sub-steps are made this short for a few cubes. The second is the largest number of sub-steps.
+Sub-steps need no more weights. A discrete map that is not a motion has none, so one step is tried
+too."""
 AS_GOOD = 1.02
-"""Fewer hidden units do as well if the product of both errors is at most this factor on the least.
-"""
+"""Fewer hidden units are as good if the product of both errors is at most this multiple of the
+least."""
 CLEARLY = 0.8
-"""Other units are taken where the product of both errors is below this part of that of tanh."""
+"""Other units are taken if the product of both errors is below this fraction of that of tanh."""
 FAR, GROWTH = 10.0, 10.0
-"""At so many times the amplitudes held out, outputs grow at most so many times as fast: as in the
-test of stability that decides on export."""
+"""At the first multiple of the held-out amplitudes, outputs may grow by at most the second factor
+faster: as in the test of stability that decides on export."""
 
 
 def choose_units(
     data: FitData, progress: Progress
 ) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...]]:
-    """Return the recipe with tanh, mixed or cubic units instead of ``auto``, and what was tried.
+    """Return the recipe with tanh, mixed or cubic units instead of ``auto``, and the trials.
 
-    Cubes come without padding: beyond the range, states that cubes add to each other go astray. A
-    network that diverges, or grows too fast far beyond, has an infinite error there, and is not
+    Cubes have no padding: beyond the range, states that cubes add to each other diverge. A network
+    that diverges, or grows too fast far beyond, has an infinite error there, and is not
     chosen.
     """
     kinds = (
@@ -80,13 +81,13 @@ def choose_units(
 
 
 def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits) -> StateSpaceRecipe:
-    """Return the recipe with the fewest cubes that do as well as many; as it is if none do.
+    """Return the recipe with the fewest cubes that are as good as many; unchanged if none are.
 
     Many cubes that act once in a sample can do what a few do that act several times in it.
     """
     several = sorted({substeps_for(trials.linear), 1}, reverse=True)
     for number, substeps in itertools.product(FEWER, several):
-        # a single cube is the same of both kinds, but for its bound
+        # a single cube is the same in both kinds, except for its bound
         kind = MIXED_UNITS if number == 1 else recipe.units
         few = {"hidden": number, "units": kind, "substeps": substeps}
         fewer = recipe.model_copy(update=few)
@@ -96,9 +97,9 @@ def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits) ->
 
 
 def substeps_for(linear: Candidate) -> int:
-    """Return the number of sub-steps that are short beside the fastest pole of a linear model.
+    """Return the number of sub-steps that are short for the fastest pole of a linear model.
 
-    It is 1 where a pole has no real part above 0: such a model cannot be divided.
+    It is 1 if a pole has no positive real part: such a model cannot be divided.
     """
     poles = torch.linalg.eigvals(linear.shape.cells(linear.state.best)[0].a.double())
     if float(poles.real.min()) <= 0:
@@ -107,23 +108,23 @@ def substeps_for(linear: Candidate) -> int:
 
 
 class _Trials:
-    """Trials learn small networks from the smaller amplitudes, and keep what they found. Final."""
+    """_Trials fit small networks to the smaller amplitudes, and keep the results. Final."""
 
     def __init__(self, small: FitData, large: Segments, progress: Progress) -> None:
         self.done: list[TriedUnits] = []
-        self._linear: Candidate | None = None  # the same of all kinds
+        self._linear: Candidate | None = None  # the same for all kinds
         self._small, self._large, self._progress = small, large, progress
 
     @property
     def linear(self) -> Candidate:
-        """The linear model that all trials start from; there is one after the first trial."""
+        """The linear model that all trials start from; it exists after the first trial."""
         assert self._linear is not None
         return self._linear
 
     def of(self, recipe: StateSpaceRecipe) -> TriedUnits:
-        """Learn a network of a recipe's kind and number of hidden units, and test it beyond.
+        """Fit a network of a recipe's kind and number of hidden units, and test it beyond.
 
-        Every trial has a checkpoint of its own.
+        Every trial has its own checkpoint.
         """
         number = TRIAL_UNITS if recipe.hidden == "auto" else int(recipe.hidden)
         problem, training = self._small.problem, self._small.training
@@ -164,7 +165,7 @@ def _divided(data: FitData) -> tuple[FitData, Segments]:
 
 
 def _peaks(segments: Segments, reference: Segments) -> torch.Tensor:
-    """Return how far the outputs of each segment go from the reference's mean, shape (B,)."""
+    """Return the largest distance of each segment's outputs from the reference's mean, (B,)."""
     peaks: torch.Tensor = (segments.targets - reference.targets.mean((0, 1))).abs().amax((0, 2))
     return peaks
 
@@ -181,10 +182,10 @@ def _error(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
 
 
 def _is_bounded(shape: CellShape, theta: torch.Tensor, segments: Segments) -> bool:
-    """Tell whether outputs stay within bounds far beyond the amplitudes of segments."""
+    """Return whether outputs stay bounded far beyond the amplitudes of segments."""
     near, far = (
         simulate(shape, theta, factor * segments.features, segments.phi)[0]
         for factor in (1.0, FAR)
     )
     limit = GROWTH * FAR * float((near - near.mean((0, 1))).abs().max())
-    return float((far - near.mean((0, 1))).abs().max()) <= limit  # false for what is no number
+    return float((far - near.mean((0, 1))).abs().max()) <= limit  # false for NaN

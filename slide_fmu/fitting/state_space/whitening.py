@@ -1,10 +1,9 @@
-"""Residuals are weighted by the noise of what was measured, where its spectrum is known.
+"""Residuals are weighted by the noise of measured outputs, if its spectrum is known.
 
-Where the noise of an output is n[k] = sum of a_j n[k-j] + e[k] with a white e of deviation s, the
-residuals r count as (r[k] - sum of a_j r[k-j]) / s: frequencies and outputs with little noise
-count more than those with much. These are the residuals of the greatest likelihood (Ljung, "System
-Identification", 1999, section 7.4). The first residuals of a segment, which have fewer before
-them, go through shorter predictors.
+If the noise of an output is n[k] = sum of a_j n[k-j] + e[k] with a white e of deviation s, the
+residuals r count as (r[k] - sum of a_j r[k-j]) / s: frequencies and outputs with little noise have
+larger weights. This is the maximum likelihood estimate (Ljung, "System Identification", 1999,
+section 7.4). The first residuals of a segment, with fewer before them, use shorter predictors.
 """
 
 from __future__ import annotations
@@ -18,27 +17,27 @@ from slide_fmu.core.autoregression import Autoregression, fit_autoregression
 from slide_fmu.core.signals import FloatArray
 
 OWN_ERROR = 1e-3
-"""A network's own errors, beside the noise, are about this part of an output's deviation: so much
-white noise is added, and outputs with hardly any noise do not rule a fit."""
+"""Assumed error of a network in addition to the noise, relative to an output's deviation: white
+noise of this size is added, so that outputs with hardly any noise do not dominate a fit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Whitening:
-    """A whitening filters residuals along the samples of each segment.
+    """A Whitening filters residuals along the samples of each segment.
 
     Attributes:
         taps: factors, shape (q + 1, q + 1, n_outputs): taps[m, j] multiplies the residual j
-            samples before, where m residuals of the segment, or at least q, lie before.
+            samples before, if m residuals of the segment precede, or at least q.
     """
 
     taps: torch.Tensor
 
     @staticmethod
     def of_noise(noise: Sequence[FloatArray]) -> Whitening:
-        """Return the whitening for stretches of noise in scaled units, (N, n_outputs) each.
+        """Return the whitening for pieces of noise in scaled units, (N, n_outputs) each.
 
         Raises:
-            ValueError: the stretches have no samples.
+            ValueError: the pieces have no samples.
         """
         outputs = range(noise[0].shape[1])
         models = [fit_autoregression([part[:, k] for part in noise], OWN_ERROR) for k in outputs]
@@ -57,7 +56,7 @@ class Whitening:
         """Return the whitening times the factor that keeps the mean square of targets.
 
         The targets, (samples, B, n_outputs), are taken about their mean. So an error relative to
-        the outputs' deviation stays one, of what counts of both.
+        the outputs' deviation remains a relative error, with both filtered.
         """
         centred = targets - targets.mean((0, 1))
         size = centred.square().mean() / self.along(centred).square().mean()
@@ -70,10 +69,10 @@ class Whitening:
     def streamed(
         self, take: Callable[[torch.Tensor, torch.Tensor], None]
     ) -> Callable[[torch.Tensor, torch.Tensor], None]:
-        """Return what filters rows of J and residuals, block by block, and lets them be taken.
+        """Return a function that filters rows of J and residuals, block by block.
 
         Rows have the shape (samples, B, n_outputs, P), residuals (samples, B, n_outputs); the
-        blocks are those of the same segments, in the order of time.
+        blocks belong to the same segments, in the order of time.
         """
         of_rows, of_residuals = Filter(self), Filter(self)
 
@@ -84,7 +83,7 @@ class Whitening:
 
 
 class Filter:
-    """A filter takes values of segments block by block, and knows those that it needs. Final."""
+    """A Filter takes values of segments block by block, and stores those that it needs. Final."""
 
     def __init__(self, whitening: Whitening) -> None:
         self._taps = whitening.taps
@@ -108,7 +107,7 @@ class Filter:
 
 
 def _taps(model: Autoregression, order: int) -> torch.Tensor:
-    """Return the taps of one output for predictors of its own order at most, (q + 1, q + 1)."""
+    """Return the taps of one output for predictors up to its own order, (q + 1, q + 1)."""
     taps = torch.zeros(order + 1, order + 1, dtype=torch.float64)
     for known in range(order + 1):
         own = min(known, model.order)

@@ -1,1 +1,1 @@
-"""Files that every FMU carries: the licences of its libraries, and an icon."""
+"""Every FMU carries these files: the licences of its libraries, and an icon."""

@@ -1,4 +1,4 @@
-"""Draw the icon of FMUs: ``python -m slide_fmu.fmu.attachments.draw_icon`` writes it anew.
+"""Draw the icon of FMUs; ``python -m slide_fmu.fmu.attachments.draw_icon`` writes it again.
 
 It shows a response that dies out within a window, and the window.
 """
@@ -19,10 +19,10 @@ PIXELS = 100
 
 
 def draw_icon(path: Path) -> None:
-    """Write the icon to a file, without a version of matplotlib in it.
+    """Write the icon to a file, without the version of matplotlib.
 
-    It does not depend on the settings of matplotlib. Lines are not moved to whole pixels: where
-    one lies on the border of two, rounding would decide between them, anew on each machine.
+    It does not depend on the settings of matplotlib. Lines are not snapped to pixels: for a line
+    on the border of two pixels, rounding would differ between machines.
     """
     with style.context("default"):
         figure = Figure(figsize=(1, 1), dpi=PIXELS)

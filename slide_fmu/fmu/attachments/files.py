@@ -1,4 +1,4 @@
-"""Read the files that every FMU of slide-fmu carries beside model and libraries."""
+"""Read the files that every FMU of slide-fmu carries in addition to model and libraries."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 
 FOLDER = Path(__file__).parent
 LICENSES = "documentation/licenses"
-"""Both standards want this folder, with ``license.txt`` as its first page."""
+"""Folder that both standards prescribe, with ``license.txt`` as its first page."""
 
 ICON: dict[FmiVersion, str] = {2: "model.png", 3: "terminalsAndIcons/icon.png"}
 

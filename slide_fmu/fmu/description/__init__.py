@@ -1,1 +1,1 @@
-"""Model descriptions of FMI 2.0 and FMI 3.0: what an FMU says about its variables."""
+"""Model descriptions of FMI 2.0 and FMI 3.0 list the variables of an FMU."""

@@ -1,4 +1,4 @@
-"""The ``sources/buildDescription.xml`` of a source FMU of FMI 3.0 (section 2.5.1 of FMI 3.0.2)."""
+"""A source FMU of FMI 3.0 has a ``sources/buildDescription.xml`` (FMI 3.0.2, section 2.5.1)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ MACROS = {
     "SLIDE_SAVED_STATES": ("1", "how many states of instances may be saved at a time; may be 0"),
     "SLIDE_STEPS_PER_SAMPLE": (
         "32",
-        "how many communication steps are told apart in a sample step: 32, 16, 8, 4 or 2",
+        "how many communication steps are distinguished in a sample step: 32, 16, 8, 4 or 2",
     ),
 }
-"""What may be defined when scalar sources are compiled: its value where nothing is said, and what
-it is."""
+"""Macros that users may define when they compile scalar sources: default value and meaning."""
 
 
 def build_description(name: str, files: Sequence[str], scalar: bool) -> bytes:
@@ -24,8 +23,8 @@ def build_description(name: str, files: Sequence[str], scalar: bool) -> bytes:
 
     Args:
         name: the model identifier.
-        files: what is to be compiled, in the folder ``sources``.
-        scalar: whether the sources are scalar ones, whose memory is chosen when they are compiled.
+        files: the files to compile, in the folder ``sources``.
+        scalar: whether the sources are scalar, so that their memory is chosen at compile time.
     """
     root = ElementTree.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=name)

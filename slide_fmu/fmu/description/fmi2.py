@@ -1,8 +1,8 @@
-"""The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU.
+"""The modelDescription.xml (FMI 2.0.4) of a surrogate's FMU is written here.
 
-Its variables are those of ``variables.py``. At a communication point no output depends on the
-inputs set at it: the dependencies under ``Outputs`` are empty, and importers find no algebraic
-loops. Directional derivatives are those of the step before (``runtime/derivative/derivative.h``).
+Its variables are in ``variables.py``. At a communication point no output depends on the inputs set
+at it: the dependencies under ``Outputs`` are empty, and importers find no algebraic loops.
+Directional derivatives belong to the step before (``runtime/derivative/derivative.h``).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from slide_fmu.fmu.description.surrogate_variables import (
 from slide_fmu.surrogate.surrogate import Surrogate
 
 TOOL = "slide-fmu"
-"""What wrote the FMU, as importers see it."""
+"""Name of the generation tool in the model description."""
 
 CAPABILITIES = {
     "needsExecutionTool": "false",
@@ -44,11 +44,11 @@ LOG_CATEGORIES = {
 }
 
 INITIAL = {"output": "calculated", "local": "calculated", "parameter": "exact"}
-"""How the start values of variables are found, by causality."""
+"""FMI's attribute ``initial`` of variables, by causality."""
 
 
 def guid_of(payload: bytes) -> str:
-    """Derive the identity of a surrogate file from its bytes, as ``runtime/bytes/payload.c``."""
+    """Derive the identity of a surrogate file from its bytes, like ``runtime/bytes/payload.c``."""
     stored_crc = int.from_bytes(payload[-4:], "little")
     return f"slide-{stored_crc:08x}-{zlib.adler32(payload):08x}-{len(payload):x}"
 
@@ -57,9 +57,9 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
     """Write the XML document of a surrogate's FMU; the same arguments give the same bytes.
 
     Args:
-        surrogate: what the FMU carries.
+        surrogate: the surrogate of the FMU.
         guid: identity of the surrogate file.
-        sources: files of the ``sources`` folder to compile; empty if there is none.
+        sources: files of the ``sources`` folder to compile; empty if the FMU has no such folder.
 
     Raises:
         ValueError: two variables would have the same name.
@@ -81,7 +81,7 @@ def model_description(surrogate: Surrogate, guid: str, sources: Sequence[str] = 
 
 
 def root_element(surrogate: Surrogate, version: str, **identity: str) -> ElementTree.Element:
-    """Begin the document of a version of the standard; the identity has another name in each."""
+    """Start the document of a version of the standard; each names the identity differently."""
     attributes = {
         "fmiVersion": version,
         "modelName": surrogate.name,
@@ -98,7 +98,7 @@ def root_element(surrogate: Surrogate, version: str, **identity: str) -> Element
 def add_context(
     root: ElementTree.Element, variables: Sequence[Variable], surrogate: Surrogate
 ) -> None:
-    """Add units, log categories and the default experiment, which are alike in both standards."""
+    """Add units, log categories and the default experiment, which both standards share."""
     root.append(unit_definitions({variable.unit for variable in variables if variable.unit}))
     categories = ElementTree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
@@ -108,7 +108,7 @@ def add_context(
 
 
 def unit_definitions(names: Iterable[str]) -> ElementTree.Element:
-    """Declare units, which are alike in both standards; those that are not SI by name alone."""
+    """Declare units, which both standards share; units that are not SI by name only."""
     definitions = ElementTree.Element("UnitDefinitions")
     for name in sorted(names):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
@@ -118,7 +118,7 @@ def unit_definitions(names: Iterable[str]) -> ElementTree.Element:
 
 
 def common_attributes(variable: Variable) -> dict[str, str]:
-    """Give what every variable has, alike in both standards."""
+    """Return the attributes of every variable, the same in both standards."""
     kind = variable.kind
     attributes = {
         "name": variable.name,
@@ -133,7 +133,7 @@ def common_attributes(variable: Variable) -> dict[str, str]:
 
 
 def given_attributes(variable: Variable) -> dict[str, str]:
-    """Give unit, bounds and start value, those that a variable has."""
+    """Return unit, bounds and start value, as far as a variable has them."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
     unit = {} if variable.unit is None else {"unit": variable.unit}
     return unit | {key: repr(float(value)) for key, value in limits.items() if value is not None}
@@ -154,7 +154,7 @@ def _add_variables(root: ElementTree.Element, variables: Sequence[Variable]) -> 
 
 
 def _add_structure(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
-    """Indices begin at 1."""
+    """Write the model structure; indices begin at 1."""
     structure = ElementTree.SubElement(root, "ModelStructure")
     outputs = ElementTree.SubElement(structure, "Outputs")
     unknowns = ElementTree.SubElement(structure, "InitialUnknowns")

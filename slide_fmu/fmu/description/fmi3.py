@@ -1,7 +1,7 @@
-"""The modelDescription.xml (FMI 3.0.2) of a surrogate's FMU.
+"""The modelDescription.xml (FMI 3.0.2) of a surrogate's FMU is written here.
 
-Its variables are those of ``variables.py``: those of the FMI 2.0 FMU with the same value
-references, the independent variable, which FMI 3.0 asks for, and arrays.
+Its variables are in ``variables.py``: the variables of the FMI 2.0 FMU with the same value
+references, the independent variable, which FMI 3.0 requires, and arrays.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _add_variables(root: ElementTree.Element, variables: Sequence[Variable]) -> 
 
 
 def _add_structure(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
-    """As in FMI 2.0, but by value references in place of indices, which begin at 1."""
+    """Write the model structure as in FMI 2.0, with value references in place of indices."""
     structure = ElementTree.SubElement(root, "ModelStructure")
     dependencies = {
         str(variables[position].reference): " ".join(str(variables[i].reference) for i in known)

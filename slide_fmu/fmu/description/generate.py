@@ -1,7 +1,7 @@
-"""Write what is made from the table of variables: a C header and a page of the documentation.
+"""Write the files generated from the table of variables: a C header and a page of the docs.
 
-``python -m slide_fmu.fmu.description.generate`` after a change of ``variables.py``; a test holds
-both files against the table.
+Run ``python -m slide_fmu.fmu.description.generate`` after a change of ``variables.py``; a test
+compares both files with the table.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SIZE = {
 
 
 def header() -> str:
-    """Write the C header: one macro of all kinds, which ``runtime/calls/variables.c`` expands."""
+    """Write the C header: a macro with all kinds, which ``runtime/calls/variables.c`` expands."""
     rows = [
         f"    KIND({kind.key}, {kind.number}, {kind.causality.upper()}, {kind.type.upper()}, "
         f"{kind.per.upper()}, {kind.when.upper()}, {kind.size.upper()}, {kind.fmi})"
@@ -105,7 +105,7 @@ def _row(kind: Kind) -> str:
 
 
 def main() -> None:
-    """Write both files, and say so."""
+    """Write both files, and print their names."""
     PAGE.parent.mkdir(exist_ok=True)
     for path, text in ((HEADER, header()), (PAGE, page())):
         path.write_text(text, encoding="utf-8")

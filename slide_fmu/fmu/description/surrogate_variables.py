@@ -1,4 +1,4 @@
-"""The variables of one surrogate's FMU: the table of kinds, filled in."""
+"""The variables of one surrogate's FMU are made from the table of kinds."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of an FMU.
+    """A Variable is one variable of an FMU.
 
     Attributes:
-        kind: its row in the table, which has type, causality and variability.
+        kind: its row in the table, with type, causality and variability.
         reference: its value reference.
         unit: None for a Boolean.
-        low, high, start: None where none is given.
+        low, high, start: None if not given.
         size: number of values of an array; None for a scalar.
     """
 
@@ -54,7 +54,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
     """List all variables of a surrogate's FMU, in the order of the table.
 
     Args:
-        surrogate: what the FMU carries.
+        surrogate: the surrogate of the FMU.
         fmi: version of the standard; FMI 3.0 has more variables.
 
     Raises:
@@ -95,10 +95,10 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
 def require_free_names(
     inputs: Sequence[Signal], outputs: Sequence[Signal], parameters: Sequence[Signal]
 ) -> None:
-    """Refuse signals and parameters that no FMU, of either standard, can have side by side.
+    """Refuse signals and parameters whose variables would have equal names, in either standard.
 
     Raises:
-        ValueError: two variables would have one name; the message has the remedy.
+        ValueError: two variables would have the same name; the message has the remedy.
     """
     none: tuple[Signal | None, ...] = (None,)
     owners = {"one": none, "input": inputs, "output": outputs, "parameter": parameters}
@@ -116,11 +116,11 @@ def require_free_names(
 
 
 def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
-    """Give, by the variable for the filled part of its inputs, each memory length in samples.
+    """Return each memory length in samples, by the variable for the filled part of its inputs.
 
-    Those behind the outputs are what the network needs; those behind the error estimates are what
-    the estimator needs at all its positions, or else what the companion and the means of the
-    estimates need; those behind the error bounds are what the companion and their means need.
+    Outputs need the memory of the network. Error estimates need the memory of the estimator over
+    all its positions; without an estimator, of the companion and of the means of the estimates.
+    Error bounds need the memory of the companion and of its means.
     """
     samples = {WINDOW_FILLED: surrogate.network.memory_length}
     if surrogate.estimator is not None:
@@ -133,17 +133,20 @@ def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
 
 
 def block_size(surrogate: Surrogate) -> int:
-    """Samples of the outputs that the network knows at a time: it gives them at once, or, with a
-    state space, they are those of its output window."""
+    """Return the number of output samples that the network knows at a time.
+
+    A feed-forward network gives them at once; with a state-space network they are the output
+    window.
+    """
     return surrogate.network.block_length(len(surrogate.outputs))
 
 
 def initial_dependencies(variables: Sequence[Variable]) -> Iterator[tuple[int, list[int]]]:
-    """Give each output and what it depends on in initialization mode, by positions.
+    """Yield each output and its dependencies in initialization mode, by positions.
 
-    Outputs follow from past inputs alone, but before the first step from the start inputs, or from
-    the initial ones. The filled parts do not follow from inputs: only whether those before the
-    start are known counts.
+    Outputs follow from past inputs only; before the first step from the start inputs, or from the
+    initial ones. The filled parts do not depend on inputs, only on whether the inputs before the
+    start are known.
     """
     known = {
         "nothing": [],
@@ -189,7 +192,7 @@ def _variable(
 def _description(
     surrogate: Surrogate, fmi: FmiVersion, kind: Kind, signal: Signal | None, size: int | None
 ) -> str:
-    """Give what the table says; of inputs and outputs, what their signals say, if they do."""
+    """Return the description from the table; for inputs and outputs that of the signal, if any."""
     if signal is not None and kind.name == "{signal}" and signal.description:
         return signal.description
     estimated = surrogate.estimates_errors

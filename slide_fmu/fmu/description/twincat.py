@@ -1,9 +1,8 @@
-"""The ``CustomFMU.xml`` of scalar sources: how TwinCAT's TE1420 Target for FMI builds them.
+"""The ``CustomFMU.xml`` of scalar sources tells TwinCAT's TE1420 Target for FMI how to build them.
 
-The file has the elements of the template that Beckhoff publishes for further tools (Infosys,
-TE1420, "Integration of additional tools"): the tool's name as ``modelDescription.xml`` has it,
-folders of headers, macros, files that are left out, and replacements in files, of which the
-sources need none.
+The file has the elements of Beckhoff's template for additional tools (Infosys, TE1420,
+"Integration of additional tools"): the tool's name as in ``modelDescription.xml``, folders of
+headers, macros, excluded files, and replacements in files, which these sources do not need.
 """
 
 from __future__ import annotations

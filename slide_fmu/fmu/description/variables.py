@@ -1,12 +1,12 @@
-"""The table of all kinds of variables that an FMU of slide-fmu can have.
+"""This table has all kinds of variables that an FMU of slide-fmu can have.
 
 Model descriptions of FMI 2.0 and FMI 3.0, the dispatch of the C runtime (by the generated header
-``runtime/calls/variable_kinds.h``) and ``docs/variables.md`` are all made from this table.
-``python -m slide_fmu.fmu.description.generate`` writes the generated files anew after a change.
+``runtime/calls/variable_kinds.h``) and ``docs/variables.md`` are all made from this table. After a
+change, ``python -m slide_fmu.fmu.description.generate`` writes the generated files.
 
 A value reference is the number of its kind times ``REFERENCES_PER_KIND`` plus an index within the
-kind. So it is the same in both standards, and it does not move when a kind is added or a surrogate
-has another number of inputs. The number of a kind is never given to another one.
+kind. So it is the same in both standards, and stays the same when a kind is added or a surrogate
+has another number of inputs. The number of a kind is never used again.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 REFERENCES_PER_KIND = 1_000_000
-"""A power of ten, so that people can read kind and index off a value reference; 2147 kinds fit
-into 31 bits, which importers that read references as signed numbers know."""
+"""It is a power of ten, so that people can read kind and index in a value reference. 2147 kinds
+fit into 31 bits, for importers that read references as signed numbers."""
 
 WINDOW_FILLED = "window_filled"
 ESTIMATE_FILLED = "error_estimate_filled"
@@ -57,32 +57,31 @@ NOT_NEGATIVE: Bounds = (0.0, None, None)
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of variable, whose instances differ only in the signal that they belong to.
+    """A Kind is one kind of variable; its instances differ only in the signal they belong to.
 
     Attributes:
-        number: decides the value references; never changes, never used again.
+        number: determines the value references; never changes, never used again.
         key: name of the kind in C, without its prefix ``SLIDE_``.
-        name: of the variable; ``{signal}`` stands for the name of the signal it belongs to.
-        text: description for users; ``{signal}``, ``{positions}`` (samples that an error estimate
-            is about) and ``{size}`` (samples of an array) are filled in.
+        name: name of the variable; ``{signal}`` stands for the name of its signal.
+        text: description for users, with placeholders ``{signal}``, ``{positions}`` (samples of an
+            error estimate) and ``{size}`` (samples of an array).
         causality, variability: as in both standards.
-        per: whether there is one variable, one for each input, one for each output, or one for
-            each physical parameter.
-        when: what the surrogate must have: an error estimate, a state-space network, a network
-            that knows several samples of the outputs at a time, inputs with a first-order hold,
-            physical parameters, or an error bound.
-        size: one value; as many as the network knows samples of the outputs; or as many samples of
-            the inputs as any result depends on.
+        per: whether there is one variable, or one for each input, output, or physical parameter.
+        when: condition on the surrogate: an error estimate, a state-space network, a network that
+            knows several output samples at a time, inputs with a first-order hold, physical
+            parameters, or an error bound.
+        size: number of values: one; the output samples that the network knows at a time; or the
+            input samples that any result depends on.
         fmi: the first version of the standard in which the variable exists.
         type: Real (Float64 in FMI 3.0) or Boolean.
-        unit: None for that of the signal.
-        bounds: lower and upper bound and start value; each is a number, that of the signal or
-            the surrogate, or None where none is given. Outputs have none, since nothing keeps
-            predictions within the range that a recipe intends.
+        unit: None for the unit of the signal.
+        bounds: lower bound, upper bound and start value. Each is a number, is taken from the
+            signal or the surrogate, or is None. Outputs have no bounds, since predictions may
+            leave the range that a recipe intends.
         high_fmi_3: another upper bound in FMI 3.0.
-        initially: what the variable depends on in initialization mode, where it is an output: no
-            variable, whether the prehistory is known, or all inputs and parameters. At a
-            communication point, no output depends on the inputs that are set there.
+        initially: dependencies of an output in initialization mode: no variable, whether the
+            prehistory is known, or all inputs and parameters. At a communication point, no output
+            depends on the inputs that are set there.
         text_fmi_3: one more sentence of the description.
     """
 
@@ -104,7 +103,7 @@ class Kind:
     text_fmi_3: str = ""
 
     def reference(self, index: int = 0) -> int:
-        """Give the value reference of the variable with an index among those of its kind.
+        """Return the value reference of the variable with an index within its kind.
 
         Raises:
             ValueError: the index does not fit.
@@ -117,7 +116,7 @@ class Kind:
         return self.number * REFERENCES_PER_KIND + index
 
     def name_for(self, signal: str) -> str:
-        """Give the name of the variable that belongs to a signal."""
+        """Return the name of the variable that belongs to a signal."""
         return self.name.replace("{signal}", signal)
 
 
@@ -366,6 +365,6 @@ KINDS: tuple[Kind, ...] = (
         initially="everything",
     ),
 )
-"""All kinds by rising numbers; in this order variables stand in a model description."""
+"""All kinds in rising order of their numbers, which is their order in a model description."""
 
 BY_KEY = {kind.key: kind for kind in KINDS}

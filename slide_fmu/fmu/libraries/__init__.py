@@ -1,1 +1,1 @@
-"""The compiled libraries: how the C runtime is compiled, and where it lies in an FMU."""
+"""The C runtime is compiled into libraries, which lie in folders of an FMU."""

@@ -1,8 +1,8 @@
 """Compile the C runtime for all platforms with the compiler of the PyPI package ``ziglang``.
 
-``python -m slide_fmu.fmu.libraries.build`` by hand; ``--record`` writes the hashes of its
-libraries down, after a change of the runtime. ``hatch_build.py`` calls it when a wheel is built.
-Nothing but the standard library is imported, so that it runs before the package is installed.
+Run ``python -m slide_fmu.fmu.libraries.build`` by hand; after a change of the runtime,
+``--record`` writes the hashes of its libraries. ``hatch_build.py`` calls it when a wheel is built.
+It imports only the standard library, so that it runs before the package is installed.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ TARGETS = {
     "aarch64-darwin/slide.dylib": "aarch64-macos.11.0",
     "aarch64-linux/slide.so": "aarch64-linux-gnu.2.17",
 }
-"""Library, as below ``binaries``, and the target it is compiled for. Folders have the names that
-FMI 3.0 gives to platforms."""
+"""Libraries below ``binaries``, with the target of each. Folders have the platform names of FMI
+3.0."""
 
 PAGE_LIBRARY = "wasm32-wasi/slide.wasm"
 """The runtime as WebAssembly, for pages (``slide_fmu/apps/page``); no FMU holds it."""
@@ -40,18 +40,18 @@ PYTHON_LIBRARIES = {
 """The same libraries with the functions for Python; no FMU holds them."""
 
 LIBRARIES = {**TARGETS, **PYTHON_LIBRARIES, PAGE_LIBRARY: "wasm32-wasi"}
-"""All that is compiled, and the target of each."""
+"""All libraries, with the target of each."""
 
 HASHES = Path(__file__).parent / "hashes.sha256"
-"""SHA-256 of every library as the pinned compiler makes it, in the format of sha256sum."""
+"""SHA-256 of every library from the pinned compiler, in the format of sha256sum."""
 
 BASELINE = {"x86_64": "x86_64_v2", "aarch64": "baseline", "wasm32": "generic+simd128"}
-"""Processor that the code is compiled for, by architecture. Browsers have the vectors of
+"""Processor that the code is compiled for, by architecture. Browsers have had the vectors of
 WebAssembly since 2023."""
 
 AVX2 = "x86_64_v2+avx2+fma-slow_unaligned_mem_32"
-"""x86-64-v3 as far as kernels use it. Processors of v2 read 32 bytes at once slowly where they are
-not aligned: no reason to split such reads on others."""
+"""The parts of x86-64-v3 that kernels use. Processors of v2 read 32 unaligned bytes at once
+slowly; the code must not split such reads on others for that."""
 
 KERNELS = {
     "x86_64": {
@@ -62,7 +62,7 @@ KERNELS = {
     "aarch64": {"slide_kernel_baseline": BASELINE["aarch64"]},
     "wasm32": {"slide_kernel_baseline": BASELINE["wasm32"]},
 }
-"""Kernel table and the instruction set it is compiled for, by architecture."""
+"""Kernel tables with the instruction set of each, by architecture."""
 
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wmissing-prototypes", "-Werror"]
 CODE = [
@@ -76,8 +76,8 @@ CODE = [
 ]
 FAST = "-O3"
 SMALL = "-Os"
-"""How code is optimised in ``HOT_FOLDERS``, which take most of a step, and elsewhere, where speed
-only makes FMUs larger."""
+"""Optimisation outside ``HOT_FOLDERS``, where speed would only make FMUs larger. ``HOT_FOLDERS``
+take most of the time of a step."""
 
 LINK = ["-s", "-lm"]
 LINK_OF = {
@@ -95,8 +95,8 @@ PER_KERNEL = {
     "record_forward.c": (FAST, FAST),
     "record_signals.c": (FAST, SMALL),
 }
-"""Files that are compiled once for each instruction set, and how: usually, and for the slowest of
-several. Every other file is compiled once."""
+"""Files that are compiled once for each instruction set, with their options: the usual ones, and
+those for the slowest of several. Every other file is compiled once."""
 
 HOT_FOLDERS = ("features", "kernel")
 """Folders whose files are compiled for speed."""
@@ -105,23 +105,23 @@ LIBRARY_FOLDERS = (
     *("bytes", "kernel", "features", "network", "window", "derivative"),
     *("calls", "fmi2", "fmi3", "records", "native"),
 )
-"""Folders of the runtime whose files make the library, from the bottom up."""
+"""Folders of the runtime whose files form the library, from the bottom up."""
 
 PYTHON_FOLDERS = ("records", "native")
-"""Those of them that only the libraries for Python hold."""
+"""Folders that only the libraries for Python have."""
 
 PAGE_FOLDERS = (
     *(name for name in LIBRARY_FOLDERS if name not in ("fmi2", "fmi3", *PYTHON_FOLDERS)),
     "wasm",
 )
-"""Those whose files make the library of pages; ``wasm`` replaces some of the others' files."""
+"""Folders whose files form the library of pages; ``wasm`` replaces some files of the others."""
 
 SOURCE_FOLDERS = {
     fmi: tuple(name for name in LIBRARY_FOLDERS if name not in (other, *PYTHON_FOLDERS))
     for fmi, other in ((2, "fmi3"), (3, "fmi2"))
 }
-"""Those whose files a source FMU needs, by the major version of the standard; the folders
-``source`` and ``scalar`` replace some of them."""
+"""Folders that a source FMU needs, by the major version of the standard; the folders ``source``
+and ``scalar`` replace some of their files."""
 
 STANDARD_HEADERS = {
     2: ("fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"),
@@ -135,7 +135,7 @@ class BuildError(RuntimeError):
 
 
 def digest() -> str:
-    """SHA-256 over all that decides what the libraries are: sources, headers and this file."""
+    """Return the SHA-256 of all that determines the libraries: sources, headers, this file."""
     total = hashlib.sha256()
     files = runtime_files(folders=(*LIBRARY_FOLDERS, "wasm"))
     for path in [*files, *standard_headers(2), *standard_headers(3), Path(__file__)]:
@@ -144,7 +144,7 @@ def digest() -> str:
 
 
 def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) -> list[Path]:
-    """Files of some folders of the runtime, in the order of their names, which are unique.
+    """Return the files of some folders of the runtime, sorted by name; names are unique.
 
     Args:
         suffix: ``.c`` or ``.h``; both if empty.
@@ -157,13 +157,17 @@ def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) 
 
 
 def include_flags() -> list[str]:
-    """Give what tells a compiler where the headers of the runtime and of the standards lie."""
+    """Return the compiler options for the headers of the runtime and of the standards."""
     own = [f"-I{RUNTIME / folder}" for folder in LIBRARY_FOLDERS]
-    return [*own, "-isystem", str(standard_headers(2)[0].parent)]  # no warnings about those
+    return [
+        *own,
+        "-isystem",
+        str(standard_headers(2)[0].parent),
+    ]  # system headers give no warnings
 
 
 def standard_headers(fmi: int) -> list[Path]:
-    """Find the headers of FMI 2.0 or FMI 3.0, which the package fmpy holds; it is not imported.
+    """Return the headers of FMI 2.0 or FMI 3.0 in the package fmpy, without importing it.
 
     Raises:
         BuildError: the package or one of them is missing.
@@ -181,9 +185,9 @@ def standard_headers(fmi: int) -> list[Path]:
 
 
 def build_all(force: bool = False) -> list[Path]:
-    """Compile all libraries, unless those of the present sources are there.
+    """Compile all libraries, unless they were built from the present sources.
 
-    Afterwards the folder holds them and nothing else: a wheel takes it as it is.
+    Afterwards the folder holds only these libraries: a wheel takes it as it is.
 
     Args:
         force: compile in any case.
@@ -192,7 +196,7 @@ def build_all(force: bool = False) -> list[Path]:
         Paths of the libraries.
 
     Raises:
-        BuildError: with what the compiler said.
+        BuildError: the message has the output of the compiler.
     """
     libraries = [BINARIES / name for name in LIBRARIES]
     stamp = BINARIES / STAMP
@@ -207,8 +211,10 @@ def build_all(force: bool = False) -> list[Path]:
 
 
 def _remove_others(kept: set[Path]) -> None:
-    """Remove what earlier versions or builds that were broken off left among the libraries."""
-    for path in sorted(BINARIES.rglob("*"), reverse=True):  # what is in a folder before it
+    """Remove files of earlier versions, and of interrupted builds, from the libraries."""
+    for path in sorted(
+        BINARIES.rglob("*"), reverse=True
+    ):  # the content of a folder before the folder
         if path.is_dir() and not path.is_symlink():
             if not any(path in file.parents for file in kept):
                 path.rmdir()
@@ -220,10 +226,10 @@ def compile_objects(target: str) -> dict[Path, str]:
     """Compile the sources for a target, the kernels once for each instruction set.
 
     Returns:
-        The objects, and the folder of the source of each.
+        The objects, with the folder of each one's source.
 
     Raises:
-        BuildError: with what the compiler said.
+        BuildError: the message has the output of the compiler.
     """
     folder = BUILD / target
     folder.mkdir(parents=True, exist_ok=True)
@@ -255,7 +261,7 @@ def compile_objects(target: str) -> dict[Path, str]:
 
 
 def compiled_sources(target: str) -> list[Path]:
-    """List the files that make the library of a target; files of ``wasm`` replace others."""
+    """List the files that form the library of a target; files of ``wasm`` replace others."""
     folders = PAGE_FOLDERS if "wasi" in target else LIBRARY_FOLDERS
     replaced = {path.name for path in (RUNTIME / "wasm").glob("*.c")} if "wasi" in target else ()
     return [
@@ -269,7 +275,7 @@ def build_target(target: str) -> None:
     """Compile all libraries of a target.
 
     Raises:
-        BuildError: with what the compiler said.
+        BuildError: the message has the output of the compiler.
     """
     objects = compile_objects(target)
     for name in (name for name, of in LIBRARIES.items() if of == target):
@@ -287,11 +293,11 @@ def _link(name: str, target: str, objects: list[Path]) -> None:
     final.parent.mkdir(parents=True, exist_ok=True)
     staged = folder / f"{final.name}.{os.getpid()}"
     staged.write_bytes(_without_time(library.read_bytes()))
-    staged.replace(final)  # never write into a library that some process has loaded
+    staged.replace(final)  # a process may have loaded the old library
 
 
 def _without_time(library: bytes) -> bytes:
-    """Zero the time of linking in the header of a Windows library: same sources, same bytes."""
+    """Zero the time of linking in a Windows library's header: same sources, same bytes."""
     if library[:2] != b"MZ":
         return library
     at = int.from_bytes(library[0x3C:0x40], "little") + 8
@@ -299,7 +305,7 @@ def _without_time(library: bytes) -> bytes:
 
 
 def hashes() -> str:
-    """SHA-256 of the libraries that are there, one line for each."""
+    """Return the SHA-256 of the existing libraries, one line each."""
     lines = [
         f"{hashlib.sha256((BINARIES / name).read_bytes()).hexdigest()}  {name}\n"
         for name in LIBRARIES
@@ -311,7 +317,7 @@ def run_compiler(arguments: list[str]) -> None:
     """Run the compiler of ``ziglang`` in the folder of the sources.
 
     Raises:
-        BuildError: with what it said.
+        BuildError: the message has the output of the compiler.
     """
     cache = str(BUILD / "cache")
     environment = {**os.environ, "ZIG_LOCAL_CACHE_DIR": cache, "ZIG_GLOBAL_CACHE_DIR": cache}
@@ -327,7 +333,7 @@ def run_compiler(arguments: list[str]) -> None:
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(
         description="Compile the C runtime for all platforms, where its sources have changed."
     )

@@ -1,6 +1,7 @@
-"""Build hook of the wheel: compile the runtime and take its libraries into the wheel.
+"""The build hook of the wheel compiles the runtime and adds its libraries to the wheel.
 
-Named in pyproject.toml, section ``tool.hatch.build.targets.wheel.hooks.custom``, as ``path``.
+It is named in pyproject.toml, section ``tool.hatch.build.targets.wheel.hooks.custom``, as
+``path``.
 """
 
 from __future__ import annotations
@@ -13,10 +14,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class RuntimeBuildHook(BuildHookInterface[Any]):
-    """Runs for standard and editable wheels alike. Final."""
+    """The hook runs for standard and editable wheels alike. Final."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile; ``artifacts`` brings files into the wheel that git ignores."""
+        """Compile; ``artifacts`` adds files to the wheel that git ignores."""
         build = Path(self.root, "slide_fmu", "fmu", "libraries", "build.py")
         runpy.run_path(str(build))["build_all"]()
         build_data["artifacts"].append("/slide_fmu/fmu/binaries/**")

@@ -1,8 +1,8 @@
-"""Where the compiled libraries lie in an FMU: the names of platforms in FMI 2.0 and FMI 3.0.
+"""FMI 2.0 and FMI 3.0 name platforms differently; here are the library folders of both.
 
 FMI 2.0 has one folder for macOS, whose library is a universal Mach-O file: libraries of several
-architectures in one. Its layout is that of Apple's ``<mach-o/fat.h>``: a big-endian header that
-names, for each architecture, the part of the file that holds its library.
+architectures in one. Apple's ``<mach-o/fat.h>`` defines its layout: a big-endian header with the
+position of each architecture's library in the file.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ PLATFORMS: Mapping[FmiVersion, Mapping[str, tuple[str, ...]]] = {
     },
     3: {target.split("/")[0]: (target,) for target in TARGETS},
 }
-"""By standard: folder below ``binaries`` of an FMU, and the compiled libraries that it holds as
-one file. FMI 2.0 (section 2.3) has no folder for Linux on aarch64; folders of FMI 3.0 (platform
-tuples) are of one architecture."""
+"""By standard: folder below ``binaries`` of an FMU, and the compiled libraries in its one file.
+FMI 2.0 (section 2.3) has no folder for Linux on aarch64; a folder of FMI 3.0 (platform tuple) has
+one architecture."""
 
 FAT_MAGIC = 0xCAFEBABE
 MACH_O_64 = b"\xcf\xfa\xed\xfe"
@@ -39,7 +39,7 @@ ALIGNMENT = 14
 
 
 def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:
-    """Name the libraries in an FMU with a model identifier, and the compiled ones in each."""
+    """Return the libraries of an FMU with a model identifier, with the compiled ones in each."""
     return {
         f"binaries/{platform}/{name}.{sources[0].rpartition('.')[2]}": sources
         for platform, sources in PLATFORMS[fmi].items()
@@ -80,7 +80,7 @@ def universal_library(libraries: Sequence[bytes]) -> bytes:
         libraries: 64-bit Mach-O files.
 
     Raises:
-        ValueError: one of them is no such file, or two are of the same architecture.
+        ValueError: one is not such a file, or two have the same architecture.
     """
     page = 1 << ALIGNMENT
     header = struct.pack(">II", FAT_MAGIC, len(libraries))
@@ -95,7 +95,7 @@ def universal_library(libraries: Sequence[bytes]) -> bytes:
 
 
 def _architecture(library: bytes) -> tuple[int, int]:
-    """Type and subtype of the processor, from the header of a Mach-O file."""
+    """Return type and subtype of the processor, from the header of a Mach-O file."""
     if library[:4] != MACH_O_64:
         raise ValueError(f"a file that begins with {library[:4]!r}; expected a 64-bit Mach-O file")
     processor, subtype = struct.unpack_from("<II", library, 4)

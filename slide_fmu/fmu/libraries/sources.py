@@ -1,11 +1,11 @@
-"""The ``sources`` folder of an FMU (FMI 2.0.4, section 2.3): the runtime with the weights in it.
+"""The ``sources`` folder of an FMU (FMI 2.0.4, section 2.3) has the runtime with the weights.
 
-The runtime's own files, each with one line before it, ``#include "own_names.h"``. One is replaced
-by that in ``runtime/source``: the surrogate file is an array of bytes in the program. There is one
-kernel, for the processor that it is compiled for (``SLIDE_ONE_KERNEL``). Scalar sources, for
-controllers, use no extension of C99 (``SLIDE_SCALAR``) and no memory from the heap: the file in
-``runtime/scalar`` replaces a further one. The headers of the FMI project lie beside them, under
-its own licence, which stands in them.
+Each file of the runtime begins with one more line, ``#include "own_names.h"``. A file of
+``runtime/source`` replaces another: it has the surrogate file as an array of bytes. There is one
+kernel, for the processor of the compiler (``SLIDE_ONE_KERNEL``). Scalar sources, for controllers,
+use no extension of C99 (``SLIDE_SCALAR``) and no heap memory: the file in ``runtime/scalar``
+replaces another one. The headers of the FMI project are in the same folder, with their own licence
+in them.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.native_library import memory_sizes
 
 Sources = bool | Literal["scalar"]
-"""Whether an FMU has C sources: none, those with vector types, or scalar ones."""
+"""Whether an FMU has C sources: none, sources with vector types, or scalar ones."""
 
 STEPS_PER_SAMPLE = (32, 16, 8, 4, 2)
-"""What the macro ``SLIDE_STEPS_PER_SAMPLE`` may be; the first is that of the libraries."""
+"""Allowed values of the macro ``SLIDE_STEPS_PER_SAMPLE``; the libraries use the first."""
 
 FOLDER = "sources"
 NAMES = "own_names.h"
@@ -44,8 +44,8 @@ _PREFIX = f"""#if defined(FMI2_FUNCTION_PREFIX)
 #else
 {_NO_PREFIX}#endif
 """
-"""How ``fmi2Functions.h`` forms the names of functions in fmpy, and in the standard. The header of
-FMI 3.0 is as the standard has it."""
+"""Rule for function names in ``fmi2Functions.h`` of fmpy, and in the standard. The header of FMI
+3.0 in fmpy follows the standard."""
 
 _INTERNAL = re.compile(r"\b(slide_\w+)(?=[(;,])")
 
@@ -53,19 +53,18 @@ _INTERNAL = re.compile(r"\b(slide_\w+)(?=[(;,])")
 def source_members(
     name: str, payload: bytes, fmi: FmiVersion = 2, scalar: bool = False
 ) -> dict[str, bytes]:
-    """Write the files of the folder, by their names in the FMU.
+    """Return the contents of the files of the folder, by their names in the FMU.
 
     Args:
-        name: the model identifier; begins the names of the program's internal functions, so that
-            several source FMUs may be linked into one program.
+        name: the model identifier; the program's internal functions start with it, so that several
+            source FMUs can be linked into one program.
         payload: the surrogate file.
         fmi: version of the standard.
-        scalar: whether they are in scalar C99, without dynamic memory.
+        scalar: whether to write scalar C99, without dynamic memory.
 
     Raises:
-        BuildError: the headers of the standard are missing, or others than are known.
-        NativeError: the memory of scalar sources cannot be measured: there is no compiled
-            library.
+        BuildError: the headers of the standard are missing or unknown.
+        NativeError: the memory of scalar sources cannot be measured without a compiled library.
     """
     replaced = [RUNTIME / "source", *([RUNTIME / "scalar"] if scalar else [])]
     files = [*runtime_files(folders=SOURCE_FOLDERS[fmi])]
@@ -92,15 +91,15 @@ def source_members(
 
 
 def compiled_files(fmi: FmiVersion = 2) -> list[str]:
-    """Name the files to compile, for the descriptions of FMUs."""
+    """Return the names of the files to compile, for the descriptions of FMUs."""
     return [path.name for path in runtime_files(".c", SOURCE_FOLDERS[fmi])]
 
 
 def _with_prefix(functions: str) -> str:
-    """Let ``fmi2Functions.h`` of fmpy begin names with ``FMI2_FUNCTION_PREFIX``.
+    """Make ``fmi2Functions.h`` of fmpy prefix names with ``FMI2_FUNCTION_PREFIX``.
 
     Raises:
-        BuildError: it forms names in another way than is known.
+        BuildError: the header forms names in an unknown way.
     """
     if _NO_PREFIX not in functions:
         raise BuildError(f"{_FUNCTIONS} of fmpy has no {_NO_PREFIX!r}: pip install fmpy==0.3.32")
@@ -108,15 +107,15 @@ def _with_prefix(functions: str) -> str:
 
 
 def _scalar_macros(payload: bytes, fmi: FmiVersion) -> str:
-    """Sizes of the static arrays of ``runtime/scalar/memory.c``, by what may be chosen.
+    """Return the sizes of the static arrays of ``runtime/scalar/memory.c``, as macros.
 
     Raises:
-        NativeError: there is no compiled library that measures them.
+        NativeError: there is no compiled library to measure them.
     """
     usual = STEPS_PER_SAMPLE[0]
     lines = [
         "#define SLIDE_SCALAR",
-        "/* Communication steps that are told apart in a sample step; and bytes of an instance",
+        "/* Communication steps that are distinguished in a sample step; and bytes of an instance",
         " * and of a saved state on any processor: those with 32-bit pointers need less. */",
         "#if !defined(SLIDE_STEPS_PER_SAMPLE)",
         f"#define SLIDE_STEPS_PER_SAMPLE {usual}",
@@ -135,7 +134,7 @@ def _scalar_macros(payload: bytes, fmi: FmiVersion) -> str:
 
 
 def _own_names(name: str, headers: str, fmi: FmiVersion) -> str:
-    """The header that gives all internal functions names of their own."""
+    """Return the header that gives all internal functions their own names."""
     internal = sorted(set(_INTERNAL.findall(headers)))
     lines = [
         f"/* Names of {name}'s own. FMI functions have those of the standard, as in a shared",
@@ -148,7 +147,7 @@ def _own_names(name: str, headers: str, fmi: FmiVersion) -> str:
 
 
 def _as_array(payload: bytes) -> str:
-    """The surrogate file as C array."""
+    """Return the surrogate file as a C array."""
 
     starts = range(0, len(payload), BYTES_IN_A_LINE)
     rows = (",".join(map(str, payload[first : first + BYTES_IN_A_LINE])) for first in starts)

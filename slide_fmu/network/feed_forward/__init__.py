@@ -1,1 +1,1 @@
-"""The feed-forward family: its network, its byte layout, its gradient."""
+"""The feed-forward family has its network, its byte layout and its gradient here."""

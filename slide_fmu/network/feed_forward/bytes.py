@@ -1,4 +1,5 @@
-"""The bytes of a feed-forward network; the contract is in ``slide_fmu/network/bytes.py``.
+"""These are the bytes of a feed-forward network; the contract is in
+``slide_fmu/network/bytes.py``.
 
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/feed_forward.c``.
 """
@@ -31,10 +32,10 @@ def encode_feed_forward(network: FeedForward) -> bytes:
 
 
 def decode_feed_forward(section: Reader, n_inputs: int) -> FeedForward:
-    """Read what follows the kind of a network.
+    """Read the bytes that follow the kind of a network.
 
     Raises:
-        ValueError: the bytes are no such network on so many inputs.
+        ValueError: the bytes are not such a network with ``n_inputs`` inputs.
     """
     features = decode_features(section, n_inputs)
     n_samples, n_layers = section.u32(), section.u32()

@@ -1,4 +1,5 @@
-"""How the values of feed-forward networks move with their features: reverse mode, in float64."""
+"""Derivatives of feed-forward networks by their features are computed in reverse mode, in
+float64."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 def pull_back_layers(network: FeedForward, features: FloatArray, n_out: int) -> PullBack:
     """Prepare the reverse mode of ``FeedForward.block`` after its features; see ``Family``.
 
-    One evaluation gives a block of samples, or there is one at each of the last n_out positions.
+    One evaluation gives a block of samples, or there is one evaluation for each of n_out
+    positions.
     """
     n_samples, (batch, _, n_features) = network.n_samples, features.shape
     positions = features.shape[1] - n_samples + 1
@@ -39,7 +41,7 @@ def pull_back_layers(network: FeedForward, features: FloatArray, n_out: int) -> 
 
 
 def _layer_slopes(layers: tuple[Layer, ...], flat: FloatArray) -> list[FloatArray]:
-    """Slopes of the activations of every layer, shape (rows, n_out of the layer) each."""
+    """Return the slopes of the activations by layer, shape (rows, n_out of the layer) each."""
     hidden, slopes = flat, []
     for layer in layers:
         activation = ACTIVATIONS[layer.activation]

@@ -1,4 +1,4 @@
-"""The feed-forward family of networks: layers on a window of features."""
+"""Feed-forward networks are layers on a window of features."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ class FeedForward(Network):
     """Feed-forward network on the flattened features (time first, then feature). Final.
 
     Args:
-        layers: at least one; the output of each fits the next.
+        layers: at least one; each layer's output fits the next.
         n_samples: length of the input sequence.
-        features: what it sees of the inputs at each sample.
-        skip: optional linear path from the flattened features to the output,
-            shape (n_values, n_seen * n_features).
-        ages: of the n_seen samples that it looks at, 0 the newest, falling from n_samples - 1;
-            empty: all n_samples.
+        features: the features formed at each sample.
+        skip: optional linear path from the flattened features to the output, shape (n_values,
+            n_seen * n_features).
+        ages: ages of the n_seen samples that it uses; 0 is the newest, and they fall from
+            n_samples - 1. If empty, all n_samples are used.
 
     Raises:
         ValueError: sizes do not fit, or a weight is not finite.
@@ -120,26 +120,26 @@ class FeedForward(Network):
         flat = windows.reshape(-1, self.n_samples, self.features.n_signals)
         return self.evaluate_features(flat).reshape(len(sequences), n_out, -1)
 
-    def stream(self, records: NDArray[Any]) -> Float32Array:
-        return self.stream_features(self.features.along(records))
+    def stream(self, sequences: NDArray[Any]) -> Float32Array:
+        return self.stream_features(self.features.along(sequences))
 
     def stream_features(self, features: Float32Array) -> Float32Array:
-        """Evaluate features of long records at every sample: (B, N, q) to (B, N, n_values).
+        """Evaluate features of long sequences at every sample: (B, N, q) to (B, N, n_values).
 
-        While the first input is held, so are its features.
+        Before a sequence its features count as constant, equal to the first.
         """
         padded = np.pad(features, ((0, 0), (self.n_samples - 1, 0), (0, 0)), mode="edge")
         return np.stack([self._slide_over(row) for row in padded])
 
     def _slide_over(self, padded: Float32Array) -> Float32Array:
-        """Values at the end of every window of features: (N + n_samples - 1, q) to (N, p)."""
+        """Return values at the end of every window: (N + n_samples - 1, q) to (N, p)."""
         count, columns = len(padded) - self.n_samples + 1, np.arange(self.n_samples)
         starts = np.arange(count)[:, None]
         cut = (padded[starts[some] + columns] for some in batches(count, BATCH))
         return np.concatenate([self.evaluate_features(windows) for windows in cut])
 
     def require_window(self, window: Window, n_outputs: int) -> None:
-        """Reject sizes with which an evaluation gives neither one sample nor a block."""
+        """Reject sizes for which one evaluation gives neither one sample nor a block."""
         one = (window.memory_length, n_outputs)
         block = (window.n_in, window.n_out * n_outputs)
         if (self.n_samples, self.n_values) not in (one, block):
@@ -149,12 +149,12 @@ class FeedForward(Network):
             )
 
     def block_length(self, n_outputs: int) -> int:
-        """Give the samples of one evaluation."""
+        """Return the number of samples of one evaluation."""
         return self.n_values // n_outputs
 
     @property
     def measures_truncation(self) -> bool:
-        """It is false: the memory is the window."""
+        """False: the memory is the window."""
         return False
 
     @property

@@ -1,1 +1,1 @@
-"""The state-space family: the cell and its equations, its network, byte layout and gradient."""
+"""The state-space family has its cell, equations, network, byte layout and gradient here."""

@@ -1,4 +1,4 @@
-"""The bytes of a state-space network; the contract is in ``slide_fmu/network/bytes.py``.
+"""These are the bytes of a state-space network; the contract is in ``slide_fmu/network/bytes.py``.
 
 The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_reading.c``.
 """
@@ -27,14 +27,14 @@ from slide_fmu.network.state_space.cell import (
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 
-UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
-"""Units of cells; their order is their number."""
+HIDDEN_UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
+"""Kinds of hidden units; their order is their number in files."""
 
 SUBSTEP = 256
-"""Every sub-step beyond the first adds this to the number of the units."""
+"""Added to the number of the hidden units' kind for each sub-step after the first."""
 
 MOST_DEGREE = 16
-"""Largest degree of a parameter in a file: a bound against damaged ones."""
+"""Largest degree of a parameter in a file; protects against damaged files."""
 
 
 def encode_state_space(network: StateSpace) -> bytes:
@@ -50,39 +50,39 @@ def encode_state_space(network: StateSpace) -> bytes:
 
 
 def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
-    """Read what follows the kind of a network.
+    """Read the bytes that follow the kind of a network.
 
     Raises:
-        ValueError: the bytes are no state-space network on so many inputs.
+        ValueError: the bytes are not a state-space network with ``n_inputs`` inputs.
     """
     features = decode_features(section, n_inputs)
     n_samples, n_out, n, units, values = (section.u32() for _ in range(5))
     kind, turned = section.u32(), section.u32()
     number, substeps = kind % SUBSTEP, kind // SUBSTEP + 1
-    if number >= len(UNITS) or UNITS[number] not in CELL_ACTIVATIONS:
-        expected = [UNITS.index(name) for name in CELL_ACTIVATIONS]
+    if number >= len(HIDDEN_UNITS) or HIDDEN_UNITS[number] not in CELL_ACTIVATIONS:
+        expected = [HIDDEN_UNITS.index(name) for name in CELL_ACTIVATIONS]
         raise ValueError(f"units {number} of a cell; expected one of {expected}")
     if substeps > MOST_SUBSTEPS:
         raise ValueError(f"{substeps} sub-steps of a cell; expected 1 to {MOST_SUBSTEPS}")
     roles = Roles(*(section.indices() for _ in fields(Roles)))
-    shapes = cell_shapes(roles, UNITS[number], n, units, values * (1 + len(roles.readout)))
+    shapes = cell_shapes(roles, HIDDEN_UNITS[number], n, units, values * (1 + len(roles.readout)))
     arrays = {name: section.f32(*shape) for name, shape in shapes.items()}
-    cell = Cell(**arrays, activation=UNITS[number], substeps=substeps)
+    cell = Cell(**arrays, activation=HIDDEN_UNITS[number], substeps=substeps)
     return StateSpace(cell, n_samples, n_out, features, roles, turned)
 
 
 def _kind_of(cell: Cell) -> int:
-    """Return the number that says the units of a cell, and its sub-steps."""
-    return UNITS.index(cell.activation) + SUBSTEP * (cell.substeps - 1)
+    """Return the number that encodes the kind of the hidden units and the number of sub-steps."""
+    return HIDDEN_UNITS.index(cell.activation) + SUBSTEP * (cell.substeps - 1)
 
 
 def _written(network: StateSpace) -> Cell:
-    """Return the cell that is written with the network: of a polynomial its constant term."""
+    """Return the cell whose weights are written: for a polynomial, its constant term."""
     return network.cell if network.polynomial is None else network.polynomial.terms[0]
 
 
 def encode_terms(polynomial: CellPolynomial) -> bytes:
-    """Write the terms of a polynomial but the constant one, which the network's bytes have."""
+    """Write all terms of a polynomial except the constant one, which the network's bytes hold."""
     degrees = polynomial.basis.degrees[1:]
     head = struct.pack("<I", len(degrees)) + np.array(degrees, "<u4").tobytes()
     cells = polynomial.terms[1:]
@@ -93,10 +93,10 @@ def encode_terms(polynomial: CellPolynomial) -> bytes:
 def decode_terms(
     section: Reader, network: StateSpace, parameters: tuple[Parameter, ...]
 ) -> StateSpace:
-    """Read what ``encode_terms`` wrote; the network is the constant term, and gets the others.
+    """Read the bytes of ``encode_terms``; the network is the constant term, and gets the others.
 
     Raises:
-        ValueError: the bytes are no terms of these parameters.
+        ValueError: the bytes are not terms of these parameters.
     """
     count = section.u32()
     if not 1 <= count < MOST_TERMS:

@@ -1,4 +1,4 @@
-"""The cell of a state-space network as data: its matrices, and what each feature is for in it.
+"""The cell of a state-space network is data: its matrices, and the role of each feature.
 
 The equations are in ``equations.py``.
 """
@@ -14,30 +14,30 @@ import numpy as np
 from slide_fmu.network.activations import Array
 
 GATED = "gated"
-"""The units that are linear in the states; their gates are those of ``tanh``."""
+"""Hidden units that are linear in the states; their gates are tanh."""
 
 MIXED_UNITS = "mixed"
-"""Units of which every second one, from the first on, is a clipped cube, and the others ``tanh``:
-tanh alone saturates just beyond what was learnt, where a spring that hardens goes on as a cube."""
+"""Hidden units that alternate: clipped cube (first, third, ...) and ``tanh``. Beyond the training
+data tanh saturates, while the cube continues like a hardening spring."""
 
 MOST_SUBSTEPS = 16
-"""A cell has at most so many sub-steps: a bound against damaged files."""
+"""Largest number of sub-steps of a cell; protects against damaged files."""
 
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED, MIXED_UNITS)
-"""Activations that a cell may have: odd, and both exact and fast in the C runtime."""
+"""Activations of a cell: odd functions, exact and fast in the C runtime."""
 
 
 @dataclass(frozen=True)
 class Roles:
-    """This says which signals a state-space network uses, and for what: indices of its features.
+    """Roles say which features a state-space network uses for what, as indices of its features.
 
     Attributes:
         drive: f, the state input, which moves the states.
-        static: w, the feedthrough, which the values follow at once.
-        gated: g, which gated (LPV) units multiply beside the states.
+        static: w, the feedthrough, which acts on the values directly.
+        gated: g, which gated (LPV) units multiply together with the states.
         schedule: s, the scheduling variables, which open and close gated units.
-        readout: r, factors of the values beside the constant one.
-        turn: cosine and sine of the angle of the frame in which gated units act; or none.
+        readout: r, factors of the values in addition to the constant one.
+        turn: cosine and sine of the angle of the frame in which gated units act; or empty.
     """
 
     drive: tuple[int, ...]
@@ -48,29 +48,29 @@ class Roles:
     turn: tuple[int, ...] = ()
 
     def highest(self) -> int:
-        """The highest index used; -1 if there is none."""
+        """The highest index used; -1 if no index is used."""
         return max((i for field in fields(self) for i in getattr(self, field.name)), default=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A Cell has n states, q drives, H units, m static features, R factors, p values.
+    """A Cell has n states, q state inputs, H hidden units, m static features, R factors, p values.
 
-    They are arrays of numpy, in a network float32, or tensors of torch, while it is fitted.
+    Its matrices are numpy arrays, float32 in a network, or torch tensors during a fit.
 
     Attributes:
         a: A, shape (n, n).
         b: B, shape (n, q).
         e: E, shape (n, H).
-        w: W, shape (H, n + q + 1), its columns in the order [x, f, 1]; of gated units
-            (H, n_schedule + 1), [s, 1]. A fit without constant terms leaves the last one out.
+        w: W, shape (H, n + q + 1), its columns in the order [x, f, 1]; with gated units (H,
+            n_schedule + 1), [s, 1]. A fit without constant terms omits the last column.
         c: C, shape (p R, n), the R rows of a value together.
         d: D, shape (p R, m).
         d0: shape (p R,).
-        activation: one of ``CELL_ACTIVATIONS``; without units (H = 0) the cell is linear.
+        activation: one of ``CELL_ACTIVATIONS``; without hidden units (H = 0) the cell is linear.
         v: V of gated units, shape (H, n + n_gated), [x, g]; else None.
-        substeps: in every sample the states take so many steps, under the same features. A spring
-            that hardens is a cube in a short step, and no longer one in a long step.
+        substeps: number of steps of the states in each sample, with the same features. A hardening
+            spring is a cube in a short step, but not in a long one.
     """
 
     a: Array
@@ -86,11 +86,11 @@ class Cell:
 
     @property
     def gated(self) -> bool:
-        """It is true when the units are gated: the cell is linear parameter-varying (LPV)."""
+        """Whether the hidden units are gated: the cell is linear parameter-varying (LPV)."""
         return self.activation == GATED
 
     def arrays(self) -> dict[str, Array]:
-        """Give the matrices by name, in the order of their bytes."""
+        """Return the matrices by name, in the order of their bytes."""
         names = ("a", "b", "e", "w", *(["v"] if self.v is not None else []), "c", "d", "d0")
         return {name: getattr(self, name) for name in names}
 
@@ -100,17 +100,17 @@ class Cell:
 
 
 def in_double(cell: Cell) -> Cell:
-    """Give the cell with its weights in double precision."""
+    """Return the cell with its weights in double precision."""
     return cell.with_arrays({n: array.astype(np.float64) for n, array in cell.arrays().items()})
 
 
 def cell_shapes(
     roles: Roles, activation: str, n: int, units: int, rows: int, bias: bool = True
 ) -> dict[str, tuple[int, ...]]:
-    """Give the shapes of a cell's matrices by name, in the order of their bytes.
+    """Return the shapes of a cell's matrices by name, in the order of their bytes.
 
-    Gated units have a V. C has p R rows. Without ``bias`` there are no constant terms: neither the
-    last column of W nor d0.
+    Only gated units have a V. C has p R rows. Without ``bias`` there are no constant terms: the
+    last column of W and d0 are absent.
     """
     gated = activation == GATED
     seen = len(roles.schedule) if gated else n + len(roles.drive)
@@ -127,11 +127,11 @@ def cell_shapes(
 
 
 def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
-    """Reject a cell of wrong shapes or weights, or roles that ``n_signals`` features do not have.
+    """Reject a cell of wrong shapes or weights, or roles beyond the ``n_signals`` features.
 
     Raises:
-        ValueError: with the numbers found and expected: a shape is another one, a weight not
-            float32 or not finite, the activation unknown, or a feature of a role not there.
+        ValueError: a shape is wrong, a weight not float32 or not finite, the activation unknown,
+            or a feature of a role does not exist. The message has the values found and expected.
     """
     _check_kind(cell)
     if roles.highest() >= n_signals:
@@ -161,7 +161,7 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
     if not cell.gated and (roles.gated or roles.schedule or turned):
         raise ValueError(
             "state-space network: gated, scheduling or turned features of a cell "
-            f"with {cell.activation} units; expected them for gated units alone"
+            f"with {cell.activation} units; expected them for gated units only"
         )
 
 
@@ -169,7 +169,7 @@ def _check_kind(cell: Cell) -> None:
     """Reject an unknown activation, a wrong number of sub-steps, and a V that does not fit.
 
     Raises:
-        ValueError: with what was found and expected.
+        ValueError: the message has the values found and expected.
     """
     if cell.activation not in CELL_ACTIVATIONS:
         raise ValueError(
@@ -180,5 +180,5 @@ def _check_kind(cell: Cell) -> None:
     if (cell.v is not None) != cell.gated:
         raise ValueError(
             f"cell: activation {cell.activation!r} and v {'is' if cell.gated else 'not'} "
-            "missing; expected v for gated units alone"
+            "missing; expected v for gated units only"
         )

@@ -1,7 +1,7 @@
-"""How the values of state-space networks move with their features: reverse mode, in float64.
+"""Derivatives of state-space networks by their features are computed in reverse mode, in float64.
 
-Backpropagation through time along one run of the cell from x = 0 (Werbos, 1990). The run itself,
-its units and their slopes are those of ``equations.py``.
+The method is backpropagation through time along one run of the cell from x = 0 (Werbos, 1990).
+``equations.py`` gives the run, its hidden units and their slopes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> Pu
 
 
 class _CellTape:
-    """One run of a cell from x = 0 over windows, and its way back. Final."""
+    """A _CellTape is one run of a cell from x = 0 over windows, with its reverse mode. Final."""
 
     def __init__(self, network: StateSpace, features: FloatArray, n_out: int) -> None:
         self._roles, self._n_out = network.roles, n_out
@@ -33,7 +33,7 @@ class _CellTape:
         self._states = np.concatenate([first[None], self._equations.path(first)])
 
     def pull_back(self, weights: FloatArray) -> FloatArray:
-        """Weights (B, n_out, n_outputs) to the gradient of the features, (B, n_in, n_features)."""
+        """Map weights (B, n_out, n_outputs) to the features' gradient, (B, n_in, n_features)."""
         batch, count, n_features = self._shape
         gradient, of_x = np.zeros((count, batch, n_features)), np.zeros(self._states.shape[1:])
         first, substeps = count - self._n_out, self._cell.substeps
@@ -45,7 +45,7 @@ class _CellTape:
         return np.moveaxis(gradient, 0, 1)
 
     def _add(self, gradient: FloatArray, role: str, values: FloatArray) -> None:
-        """Add to the gradient of the features of a role; some may serve twice."""
+        """Add to the gradient of the features of a role; a feature may have several roles."""
         for place, feature in enumerate(getattr(self._roles, role)):
             gradient[:, feature] += values[:, place]
 
@@ -60,20 +60,20 @@ class _CellTape:
         return np.asarray(of_rows @ of.c)
 
     def _after(self, k: int) -> FloatArray:
-        """States after an input, (B, n)."""
+        """Return the states after an input, (B, n)."""
         return np.asarray(self._states[(k + 1) * self._cell.substeps])
 
     def _pull_back_step(
         self, k: int, place: int, of_next: FloatArray, gradient: FloatArray
     ) -> FloatArray:
-        """From the state after a step under an input to that before it, at a place of the path."""
+        """Pull back over one step of input k, which starts at index ``place`` of the path."""
         cell, equations = self._cell, self._equations
         self._add(gradient, "drive", of_next @ cell.b)
         if cell.gated:
             return np.asarray(
                 of_next @ cell.a + self._pull_back_gated(k, place, of_next, gradient)
             )
-        units = equations.units_with_slopes(k, self._states[place])
+        units = equations.hidden_units_with_slopes(k, self._states[place])
         of_arguments = of_next @ cell.e * units.slope
         self._add(gradient, "drive", of_arguments @ equations.w_f)
         return np.asarray(of_next @ cell.a + of_arguments @ equations.w_x)
@@ -82,7 +82,7 @@ class _CellTape:
         self, k: int, place: int, of_next: FloatArray, gradient: FloatArray
     ) -> FloatArray:
         equations, x, turn = self._equations, self._states[place], self._inputs.turn[k]
-        units, pairs, e = equations.units_with_slopes(k, x), equations.turned, self._cell.e
+        units, pairs, e = equations.hidden_units_with_slopes(k, x), equations.turned, self._cell.e
         of_units = turned(of_next, turn, pairs, np, back=True) @ e
         of_products = of_units * units.gates
         of_seen = of_products @ equations.v_x
@@ -96,7 +96,7 @@ class _CellTape:
 
 
 def _of_turn(weights: FloatArray, vectors: FloatArray, pairs: int) -> FloatArray:
-    """Gradient of weights (B, n) times turned vectors, with respect to cosine and sine, (B, 2)."""
+    """Return the gradient of weights (B, n) times turned vectors by cosine and sine, (B, 2)."""
     a, b, x, y = (
         part[:, first : 2 * pairs : 2] for part in (weights, vectors) for first in (0, 1)
     )

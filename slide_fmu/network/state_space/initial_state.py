@@ -1,8 +1,8 @@
-"""The state with which a record begins, found from its first outputs.
+"""The initial state of a record is estimated from its first outputs.
 
-A record that begins in mid-motion has a past that nobody has measured. A run of the network from
-zero state is wrong until it has forgotten that; from the state that explains the first outputs
-best it is right from the start.
+A record that begins in mid-motion has a past that was not measured. A run of the network from zero
+state is wrong until it has forgotten that past. From the state that explains the first outputs
+best, it is right from the start.
 """
 
 from __future__ import annotations
@@ -19,23 +19,24 @@ from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.network import StateSpace
 
 CHANGE = 1e-6
-"""Derivatives by the state are differences over this change, in units of the states."""
+"""Step of the differences that approximate derivatives by the state, in units of the states."""
 MOST_EVALUATIONS = 50
-"""The search ends after so many runs: it is nearly linear, and takes a few."""
+"""Largest number of runs; the problem is nearly linear, so a few are enough."""
 FAR = 1e6
-"""Errors beyond this, in scaled units, are those of a network that diverges."""
+"""Larger errors, in scaled units, mean that the network diverges."""
 UNSEEN = 1e-3
-"""A state of size 1 counts as an error of this size: what no output shows stays near zero."""
+"""A state of size 1 counts as an error of this size: states that no output shows stay near
+zero."""
 
 
 def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[Any]) -> FloatArray:
     """Find the state before the first sample, (n,), from the first outputs by least squares.
 
-    Features have the shape (K, n_features); values, (K, n_values), are what the outputs were after
-    them, in scaled units, NaN where they are not known. K is small: some tens of samples.
+    Features have the shape (K, n_features); values, (K, n_values), are the scaled outputs after
+    them, NaN where unknown. K is small, some tens of samples.
 
     Raises:
-        ValueError: no output is known, or the shapes do not fit.
+        ValueError: no output is known, or the shapes do not match.
     """
     known = np.isfinite(values)
     if values.shape != (len(features), network.n_values) or not known.any():
@@ -47,11 +48,11 @@ def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[A
     row = np.asarray(features, dtype=np.float64)[:, None]
 
     def residuals(states: FloatArray) -> FloatArray:
-        """Return what several states, (B, n), leave over, (B, known + n)."""
+        """Return the residuals of several states, (B, n), shape (B, known + n)."""
         inputs = ByRole.of(network.roles, np.repeat(row, len(states), axis=1))
         after = Equations(cell, inputs, network.turned, np).run(states)
         error = np.moveaxis(outputs(cell, after, inputs), 1, 0) - values
-        # from a strange state a network may diverge: that is a step which is not taken
+        # the network may diverge from a far state: such a step is rejected
         seen = np.nan_to_num(error[:, known], nan=FAR, posinf=FAR, neginf=-FAR)
         return np.concatenate([np.clip(seen, -FAR, FAR), UNSEEN * states], axis=1)
 

@@ -1,13 +1,13 @@
-"""State-space networks: one small cell, run along the inputs, evaluated in two ways.
+"""State-space networks run one small cell along the inputs; there are two ways to evaluate them.
 
 - Window: n_samples cells from x = 0; the values are a pure function of the window.
-- Ping-pong: two states, restarted in turn, one cell each per sample. Memory is strictly finite
-  and a step still costs two cells, whatever the window: the way of the FMU.
+- Ping-pong: two states, restarted alternately, one cell each per sample. The memory is strictly
+finite, and a step costs two cells for any window: the FMU evaluates this way.
 
-They differ by what the cell has not forgotten. The ping-pong measures that between its restarts:
-the truncation error, see ``StateSpace.ping_pong``. (With changes among the features, windows of
-long records also differ in their first samples: alone, a window counts its first input as held
-before it; within a record, the inputs before it are known.)
+They differ by what the cell has not yet forgotten. The ping-pong measures this between its
+restarts: the truncation error, see ``StateSpace.ping_pong``. (With changes among the features,
+windows of long sequences also differ in their first samples: a single window counts as constant
+before its first input; within a sequence, the inputs before it are known.)
 """
 
 from __future__ import annotations
@@ -28,22 +28,23 @@ from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 
 CHUNK = 1 << 16
-"""Samples evaluated at once: bounds the memory of a long prediction."""
+"""Number of samples evaluated at once; it limits the memory of a long prediction."""
 
 
 class StateSpace(Network, Parametric):
-    """A cell along a sequence of scaled inputs. Final.
+    """A StateSpace is a cell along a sequence of scaled inputs. Final.
 
     Inputs before a sequence count as equal to its first.
 
     Args:
-        cell: the weights; or polynomials of parameters for them, then the cell is that at the
-            parameters' start values.
-        n_samples: inputs that a state sees before it counts: n_in of the window.
+        cell: the weights, or their polynomials of parameters. For polynomials, ``cell`` is the
+            cell at the parameters' start values.
+        n_samples: number of inputs that a state takes before it is used: n_in of the window.
         n_out: samples over which the ping-pong fades to its younger state: n_out of the window.
-        features: what it sees of the inputs.
-        roles: what the features are for; all are drive and static part if not given.
-        turned: pairs of states, the first ones, that gated units see in the turned frame.
+        features: the features formed from the inputs.
+        roles: the role of each feature; by default all are drive and static.
+        turned: number of pairs of states, from the first, that gated units see in the turned
+            frame.
 
     Raises:
         ValueError: sizes do not fit.
@@ -81,7 +82,7 @@ class StateSpace(Network, Parametric):
         self.n_values = len(cell.c) // (1 + len(self.roles.readout))
 
     def require_window(self, window: Window, n_outputs: int) -> None:
-        """Reject sizes other than those of the window and of the outputs."""
+        """Reject sizes that differ from the window and the outputs."""
         found = (self.n_samples, self.n_out, self.n_values)
         expected = (window.n_in, window.n_out, n_outputs)
         if found != expected:
@@ -91,12 +92,12 @@ class StateSpace(Network, Parametric):
             )
 
     def block_length(self, n_outputs: int) -> int:
-        """Give the samples of the output window, along which the cell runs."""
+        """Return the number of samples of the output window, along which the cell runs."""
         return self.n_out
 
     @property
     def measures_truncation(self) -> bool:
-        """It is true: by what the younger state of the ping-pong changes."""
+        """True: the truncation error is the change by the younger state of the ping-pong."""
         return True
 
     @property
@@ -118,7 +119,7 @@ class StateSpace(Network, Parametric):
         return self._with(self.polynomial.at(values))
 
     def starting_at(self, values: FloatArray) -> StateSpace:
-        """Give the network whose parameters start at values, (n_parameters,), in their units."""
+        """Return the network with other start values of its parameters, (n_parameters,)."""
         return self if self.polynomial is None else self._with(self.polynomial.starting_at(values))
 
     def _with(self, cell: Cell | CellPolynomial) -> StateSpace:
@@ -128,9 +129,9 @@ class StateSpace(Network, Parametric):
         return self.block(sequences, 1)[:, 0]
 
     def block(self, sequences: NDArray[Any], n_out: int) -> Float32Array:
-        """Give the last values of one run over each window; see ``Network.block``.
+        """Return the last values of one run over each window; see ``Network.block``.
 
-        The oldest of them has seen n_samples - n_out + 1 inputs.
+        The oldest value depends on n_samples - n_out + 1 inputs.
         """
         checked_batch("sequences", sequences, (self.n_samples, self.n_channels))
         parts = [
@@ -139,33 +140,35 @@ class StateSpace(Network, Parametric):
         ]
         return np.concatenate(parts)
 
-    def stream(self, records: NDArray[Any]) -> Float32Array:
-        return self.ping_pong(records)[0]
+    def stream(self, sequences: NDArray[Any]) -> Float32Array:
+        return self.ping_pong(sequences)[0]
 
-    def ping_pong(self, records: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
-        """Evaluate long records at every sample, by two states that are restarted in turn.
+    def ping_pong(self, sequences: NDArray[Any]) -> tuple[Float32Array, Float32Array]:
+        """Evaluate long sequences at every sample, by two states that are restarted alternately.
 
-        The older state has seen between n_samples and 2 n_samples inputs. When the younger has
-        seen n_samples, it becomes the older and a new one starts from x = 0. Until then the
-        values fade from the older to the younger over the last n_out samples: no jump. What the
-        younger changes in the values is what its shorter memory costs: the truncation error is
-        the largest of that between two hand-overs, kept until the next one. The first input
-        counts as held for ever before: the first sample is a hand-over after 2 n_samples of it.
-
-        Records as for ``stream`` give values and truncation errors, (B, N, n_values) each.
+        The older state has run over n_samples to 2 n_samples inputs. When the younger one has run
+        over n_samples, it becomes the older one and a new state starts from x = 0. Until then the
+        values fade from the older to the younger state over the last n_out samples, without a
+        jump. The change of the values by the younger state is the effect of its shorter memory.
+        The truncation error is the largest such change between two hand-overs, kept until the next
+        one. The first input counts as constant before the start, so the first sample is a
+        hand-over after 2 n_samples of it. Sequences as for ``stream`` give values and truncation
+        errors, (B, N, n_values) each.
         """
-        some = self._together(records)
-        values, errors, _ = _joined(self._segments(self.features.along(records[k])) for k in some)
+        some = self._together(sequences)
+        values, errors, _ = _joined(
+            self._segments(self.features.along(sequences[k])) for k in some
+        )
         return values, errors
 
     def ping_pong_states(
         self, features: Float32Array, newest: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array]:
-        """Evaluate the features of long records by ``ping_pong``: values, and the older state's x.
+        """Evaluate features of long sequences by ``ping_pong``: values, and x of the older state.
 
-        Features (B, N, q) as of ``features.along`` give values (B, N, n_values) and x after every
-        sample, (B, N, n). With ``newest``, likewise, each result is that of the time when its
-        sample was the newest one, with these features, and those before it were as they are.
+        Features (B, N, q) as from ``features.along`` give values (B, N, n_values) and x after
+        every sample, (B, N, n). If ``newest`` is given, (B, N, q), each result is computed with
+        ``newest`` at its own sample, and with ``features`` at the samples before.
         """
         some = self._together(features)
         values, _, states = _joined(
@@ -173,18 +176,18 @@ class StateSpace(Network, Parametric):
         )
         return values, states
 
-    def _together(self, records: NDArray[Any]) -> list[slice]:
-        """Give those of long records that are evaluated at once: few enough for the memory."""
-        return batches(len(records), CHUNK // (records.shape[1] + 2 * self.n_samples))
+    def _together(self, sequences: NDArray[Any]) -> list[slice]:
+        """Return slices of long sequences that are evaluated at once, to limit the memory."""
+        return batches(len(sequences), CHUNK // (sequences.shape[1] + 2 * self.n_samples))
 
     def _segments(
         self, along: Float32Array, newest: Float32Array | None = None
     ) -> tuple[Float32Array, Float32Array, Float32Array]:
         """Run all segments of n_samples between hand-overs at once, each from x = 0.
 
-        Features (B, N, q) give values and truncation errors, (B, N, n_values) each, and the older
-        state's x, (B, N, n). While the first input is held, so are its features. The newest
-        features are as of ``ping_pong_states``.
+        Features (B, N, q) give values and truncation errors, (B, N, n_values) each, and x of the
+        older state, (B, N, n). Before the start the features count as constant. ``newest`` is as
+        for ``ping_pong_states``.
         """
         n, (count, length, _) = self.n_samples, along.shape
         segments = 2 + -(-(length - 1) // n)
@@ -211,12 +214,12 @@ class StateSpace(Network, Parametric):
         values = older + faded
         errors = np.repeat(np.abs(faded).max(axis=2), n, axis=1)
         shown = slice(n - 1, n - 1 + length)
-        kept = errors[:, :length]  # of the hand-over at or before each sample
+        kept = errors[:, :length]  # the truncation error of the last hand-over at each sample
         values = values.reshape(count, -1, self.n_values)[:, shown]
         return values, kept, after.reshape(count, -1, after.shape[-1])[:, shown]
 
     def fade(self) -> Float32Array:
-        """Give the weight of the younger state at its ages 1 to n_samples, shape (n_samples,)."""
+        """Return the weight of the younger state at its ages 1 to n_samples, (n_samples,)."""
         ages = np.arange(1, self.n_samples + 1) - (self.n_samples - self.n_out)
         return np.asarray(np.maximum(ages, 0) / self.n_out, dtype=np.float32)
 
@@ -225,8 +228,8 @@ class StateSpace(Network, Parametric):
     ) -> tuple[Float32Array, Float32Array]:
         """Run the cell along sequences of features, shape (B, N, q), from states x, shape (B, n).
 
-        The states are zero if not given. The results are the values after each sample, shape
-        (B, N, n_values), and x after the last one.
+        The states are zero if not given. The results are the values after each sample, shape (B,
+        N, n_values), and x after the last sample.
         """
         x = np.zeros((len(features), len(self.cell.a)), np.float32) if states is None else states
         values, after = self._path(features, x)
@@ -235,7 +238,7 @@ class StateSpace(Network, Parametric):
     def _path(
         self, features: Float32Array, states: Float32Array
     ) -> tuple[Float32Array, Float32Array]:
-        """Values and x after every sample, (B, N, n_values) and (B, N, n)."""
+        """Return values and x after every sample, (B, N, n_values) and (B, N, n)."""
         inputs = ByRole.of(self.roles, np.moveaxis(features, 1, 0))
         after = Equations(self.cell, inputs, self.turned, np).run(states)
         values = outputs(self.cell, after, inputs)
@@ -244,9 +247,9 @@ class StateSpace(Network, Parametric):
     def _newest(
         self, features: Float32Array, begun: Float32Array, path: Float32Array
     ) -> tuple[Float32Array, Float32Array]:
-        """Give values and x after each sample as it was the newest, from those before it.
+        """Return values and x after each sample, with the newest features at that sample only.
 
-        Of sequences (B, N, q) that began at states (B, n) and passed the path (B, N, n).
+        The sequences (B, N, q) began at states (B, n); ``path``, (B, N, n), has their states.
         """
         before = np.concatenate([begun[:, None], path[:, :-1]], axis=1)
         rows = features.reshape(-1, 1, features.shape[2])
@@ -258,6 +261,6 @@ class StateSpace(Network, Parametric):
 def _joined(
     parts: Iterable[tuple[Float32Array, Float32Array, Float32Array]],
 ) -> tuple[Float32Array, Float32Array, Float32Array]:
-    """Join arrays of some records with those of the others."""
+    """Join arrays of several groups of sequences."""
     first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
     return first, second, third

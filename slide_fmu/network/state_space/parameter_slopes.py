@@ -1,8 +1,8 @@
-"""How the values of a state-space network move with its physical parameters, in float64.
+"""Derivatives of a state-space network by its physical parameters are computed in float64.
 
-A parameter is given an imaginary part too small to change a real number, and the cell is run in
-complex numbers: the imaginary part of a value is its derivative, without the rounding of a
-difference (complex step; Squire and Trapp, 1998). So the equations are those of ``equations.py``.
+A parameter gets an imaginary part too small to change a real number, and the cell is run in
+    complex numbers: the imaginary part of a value is its derivative, without the rounding of a
+    difference (complex step; Squire and Trapp, 1998). So ``equations.py`` serves here too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.network import StateSpace
 
 STEP = 1e-30
-"""The imaginary part, relative to the parameter's range: its square is nothing beside 1."""
+"""The imaginary part, relative to the parameter's range; its square vanishes next to 1."""
 
 
 def parameter_slopes(
@@ -23,9 +23,9 @@ def parameter_slopes(
     """Compute the derivatives of ``StateSpace.block`` by the parameters.
 
     Args:
-        network: one with parameters.
-        features: those of input windows, shape (B, n_in, n_features).
-        values: of the parameters, in their units, shape (n_parameters,).
+        network: a network with parameters.
+        features: features of input windows, shape (B, n_in, n_features).
+        values: values of the parameters, in their units, shape (n_parameters,).
         n_out: samples of the output window.
 
     Returns:
@@ -43,6 +43,6 @@ def parameter_slopes(
         first = np.zeros((len(features), len(cell.a)), np.complex128)
         states = Equations(cell, inputs, network.turned, np).run(first)
         newest = slice(len(states) - n_out, None)
-        found = outputs(cell, states[newest], inputs.stretch(newest))
+        found = outputs(cell, states[newest], inputs.part(newest))
         slopes.append(np.moveaxis(found.imag, 0, 1) / step)
     return np.stack(slopes, axis=-1)

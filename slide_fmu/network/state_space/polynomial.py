@@ -1,7 +1,7 @@
-"""A cell whose weights are polynomials of physical parameters.
+"""The weights of a cell can be polynomials of physical parameters.
 
-The parameters are constant along a record, or change now and then: the weights are formed once for
-their values, and then the cell is a plain one (``cell.py``), at the same cost per step. The C
+The parameters are constant along a run, or change now and then. The weights are formed once for
+their values; then the cell is a plain one (``cell.py``), at the same cost per step. The C
 runtime forms them too (``slide_fmu/fmu/runtime/network/polynomial.c``).
 """
 
@@ -27,7 +27,7 @@ class CellPolynomial:
         terms: Theta_k, one cell of coefficients for each, of equal shapes, float32.
 
     Raises:
-        ValueError: there is not one cell for each term, or they are of different shapes.
+        ValueError: the number of cells is not the number of terms, or their shapes differ.
     """
 
     basis: ParameterBasis
@@ -58,7 +58,7 @@ class CellPolynomial:
         return self.terms[0].with_arrays(parts)
 
     def starting_at(self, parameters: FloatArray) -> CellPolynomial:
-        """Return the same polynomials of parameters with other starts, (n_parameters,)."""
+        """Return the same polynomials, of parameters with other start values, (n_parameters,)."""
         started = tuple(
             replace(parameter, start=float(value))
             for parameter, value in zip(self.basis.parameters, parameters, strict=True)
@@ -70,7 +70,7 @@ class CellPolynomial:
         return self.terms[0].with_arrays(self.formed(parameters))
 
     def formed(self, parameters: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """Return the weights by name, summed in double precision, term by term."""
+        """Return the weights by name; the terms are summed one by one in double precision."""
         phi = self.basis.values(parameters)
         coefficients = [cell.arrays() for cell in self.terms]
         return {

@@ -85,7 +85,7 @@ def test_records_of_other_channels_are_refused() -> None:
 def test_records_whose_type_has_no_fractions_or_that_are_no_tensor_are_refused(
     records: object, kind: str
 ) -> None:
-    with pytest.raises(TypeError, match=f"records are of type {kind}; expected a tensor of"):
+    with pytest.raises(TypeError, match=f"sequences are of type {kind}; expected a tensor of"):
         slide.torch_module(duffing())(records)
 
 

@@ -167,7 +167,7 @@ def test_parameters_of_one_effect_are_said_to_be_alike() -> None:
     surrogate = with_terms(surrogate_with(2), 0, 2, 2, None, None, None)
     found = calibrate(surrogate, *measured(surrogate, TRUE, noise=0.01))
     assert found.correlation[0][1] == pytest.approx(-1, abs=1e-3)
-    assert any("mass and damping can hardly be told apart" in text for text in found.remarks)
+    assert any("mass and damping can hardly be distinguished" in text for text in found.remarks)
 
 
 def test_parameter_that_changes_nothing_is_said_to_be_undetermined() -> None:

@@ -110,7 +110,7 @@ def test_record_that_is_too_short_to_count_is_remarked(
     paths = write(tmp_path / "a.csv", columns), write(tmp_path / "tiny.csv", tiny)
     found, _ = calibrate_fmu(fmu, Measured(paths), {}, 0)
     [remark] = [r for r in found.remarks if "left out" in r]
-    assert "1 of 2 records or stretches of them, with 9 samples" in remark
+    assert "1 of 2 records or parts of them, with 9 samples" in remark
     alone, _ = calibrate_fmu(fmu, Measured(paths[:1]), {}, 0)
     assert not any("left out" in r for r in alone.remarks)
 

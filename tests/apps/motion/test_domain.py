@@ -48,7 +48,7 @@ def with_domain(problem: Problem, slower: float = 1.4) -> Problem:
     network = surrogate.network
     assert isinstance(network, StateSpace)
     response, _, known = baselines(replace(problem, slower=slower))
-    scaled = surrogate.input_scaling.apply(response.record(known[0].motion))[None]
+    scaled = surrogate.input_scaling.apply(response.inputs(known[0].motion))[None]
     bound = random_bound(network, 0)
     _, watched, _ = bound.statistics(scaled, network.stream(scaled).astype(np.float64))
     limits = 1.02 * watched[0].max(axis=0) + 1e-9

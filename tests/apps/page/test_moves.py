@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.apps.motion.page_moves import moves_of, solved_moves
-from slide_fmu.apps.motion.records import MotionError
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.solve import Solved, solve
 from slide_fmu.apps.motion.task import MoveTask
 from slide_fmu.apps.page.facts import facts_of

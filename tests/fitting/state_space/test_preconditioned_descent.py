@@ -22,7 +22,7 @@ from slide_fmu.fitting.state_space.preconditioned_descent import (
     RATE,
     RECOVERY,
     Descent,
-    advance_stretch,
+    advance_round,
 )
 from slide_fmu.fitting.state_space.segments import Segments
 from tests.fitting.state_space.cells import (
@@ -43,7 +43,7 @@ TRAINING, VALIDATION = taught_segments(SHAPE, 1, 40), taught_segments(SHAPE, 2, 
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A few steps on parts of the segments, with the damping that so few residuals need."""
-    monkeypatch.setattr(module, "STRETCH", 10)
+    monkeypatch.setattr(module, "STEPS", 10)
     monkeypatch.setattr(module, "BATCH", 24)
     monkeypatch.setattr(module, "MATRIX_ROWS", 11)  # for SHAPE in 24 segments
     monkeypatch.setattr(module, "DAMPING", 0.5)
@@ -59,7 +59,7 @@ def start(distance: float = 0.03) -> Descent:
     return Descent.begin(theta, validation(theta))
 
 
-def stretches(
+def rounds(
     state: Descent,
     count: int,
     seed: int = 0,
@@ -68,12 +68,12 @@ def stretches(
 ) -> list[Descent]:
     states = [state]
     for _ in range(count):
-        states.append(advance_stretch(states[-1], SHAPE, training, error, CIRCLE, seed))
+        states.append(advance_round(states[-1], SHAPE, training, error, CIRCLE, seed))
     return states
 
 
 def test_descent_learns() -> None:
-    states = stretches(start(), 6)
+    states = rounds(start(), 6)
     errors = [state.best_error for state in states]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < 0.1 * errors[0]
@@ -81,7 +81,7 @@ def test_descent_learns() -> None:
     assert validation(last.best) == last.best_error
     assert [row[0] for row in last.history] == [1, 2, 3, 4, 5, 6]
     assert min(row[2] for row in last.history) == last.best_error
-    assert last.stretch == 6
+    assert last.round == 6
 
 
 @pytest.mark.parametrize("shape", [READ, TURNED])
@@ -94,7 +94,7 @@ def test_gated_cells_learn_too(shape: CellShape) -> None:
     theta = random_theta(shape, 99) + 0.03 * random(shape.n_parameters)
     state = begin = Descent.begin(theta, error(theta))
     for _ in range(6):
-        state = advance_stretch(state, shape, training, error, CIRCLE, 0)
+        state = advance_round(state, shape, training, error, CIRCLE, 0)
     assert state.best_error < 0.1 * begin.best_error
 
 
@@ -135,13 +135,13 @@ def test_matrix_has_rows_for_every_parameter(
     """34 parameters and 16 residuals in a segment; of few segments, all."""
     assert (SHAPE.n_parameters, TRAINING.targets[:, 0].numel()) == (34, 16)
     monkeypatch.setattr(module, "MATRIX_ROWS", rows)
-    stretches(start(), 1)
+    rounds(start(), 1)
     assert heard.segments == [segments]
     assert heard.batches == [24] * 10
 
 
 def test_matrix_is_a_moving_average(heard: Heard) -> None:
-    states = stretches(start(), 3)
+    states = rounds(start(), 3)
     assert states[0].matrix is None
     expected = heard.matrices[0]
     for state, new in zip(states[1:], [None, *heard.matrices[1:]], strict=True):
@@ -157,8 +157,8 @@ def test_matrix_is_a_moving_average(heard: Heard) -> None:
 def test_steps_follow_the_averaged_matrix() -> None:
     """A huge matrix before leaves steps next to none."""
     begin = start()
-    free = stretches(begin, 1)[-1]
-    held = stretches(replace(begin, matrix=1e12 * torch.eye(SHAPE.n_parameters).double()), 1)[-1]
+    free = rounds(begin, 1)[-1]
+    held = rounds(replace(begin, matrix=1e12 * torch.eye(SHAPE.n_parameters).double()), 1)[-1]
     assert float((held.theta - begin.theta).norm()) < 1e-6 * float(
         (free.theta - begin.theta).norm()
     )
@@ -167,26 +167,26 @@ def test_steps_follow_the_averaged_matrix() -> None:
 @pytest.mark.parametrize(("rate", "after"), [(0.5, 0.5 * RECOVERY), (0.9, 1.0), (1.0, 1.0)])
 def test_learning_rate_recovers_up_to_the_first_one(rate: float, after: float) -> None:
     """Relative to the first one, which it never exceeds."""
-    found = stretches(replace(start(), rate=rate * RATE), 1)[-1]
+    found = rounds(replace(start(), rate=rate * RATE), 1)[-1]
     assert len(found.history) == 1
     assert found.rate == pytest.approx(after * RATE)
     assert RECOVERY > 1
 
 
 def test_stretch_depends_on_state_and_seed_alone() -> None:
-    state = stretches(start(), 1)[-1]
+    state = rounds(start(), 1)[-1]
     torch.manual_seed(1)
-    one = stretches(state, 1, seed=3)[-1]
+    one = rounds(state, 1, seed=3)[-1]
     torch.manual_seed(2)
-    again, other = stretches(state, 1, seed=3)[-1], stretches(state, 1, seed=4)[-1]
+    again, other = rounds(state, 1, seed=3)[-1], rounds(state, 1, seed=4)[-1]
     assert torch.equal(one.theta, again.theta)
     assert torch.equal(one.momentum, again.momentum)
     assert one.history == again.history
     assert not torch.equal(one.theta, other.theta)
-    later = stretches(replace(state, stretch=7), 1, seed=3)[-1]
-    assert not torch.equal(one.theta, later.theta)  # every stretch draws anew
-    # and none of them what a stretch of a neighbouring seed draws
-    neighbour = stretches(replace(state, stretch=state.stretch + 1), 1, seed=2)[-1]
+    later = rounds(replace(state, round=7), 1, seed=3)[-1]
+    assert not torch.equal(one.theta, later.theta)  # every round draws anew
+    # and none of them what a round of a neighbouring seed draws
+    neighbour = rounds(replace(state, round=state.round + 1), 1, seed=2)[-1]
     assert not torch.equal(one.theta, neighbour.theta)
 
 
@@ -196,7 +196,7 @@ def test_segments_of_low_weight_teach_little() -> None:
     wrong = replace(wrong, targets=-wrong.targets)
     begin = start()
     errors = [
-        stretches(begin, 6, training=TRAINING.and_others(wrong, weight))[-1].best_error
+        rounds(begin, 6, training=TRAINING.and_others(wrong, weight))[-1].best_error
         for weight in (1e-3, 1.0)
     ]
     assert errors[0] < 0.1 * begin.best_error
@@ -206,22 +206,22 @@ def test_segments_of_low_weight_teach_little() -> None:
 def test_training_error_does_not_depend_on_a_weight_that_all_segments_have() -> None:
     noisy = taught_segments(SHAPE, 1, 40, noise=0.1)
     light = replace(noisy, weights=0.1 * noisy.weights)
-    one, other = (stretches(start(), 1, training=data)[-1].history[0] for data in (noisy, light))
+    one, other = (rounds(start(), 1, training=data)[-1].history[0] for data in (noisy, light))
     assert other[1] == pytest.approx(one[1])
 
 
 @pytest.mark.parametrize("worse", [math.nan, math.inf, 1e3])
 def test_failed_stretch_goes_back_to_the_best_at_half_the_rate(worse: float) -> None:
-    before = stretches(start(), 2)[-1]
-    after = stretches(before, 1, error=lambda theta: worse)[-1]
+    before = rounds(start(), 2)[-1]
+    after = rounds(before, 1, error=lambda theta: worse)[-1]
     assert torch.equal(after.theta, before.best)
     assert torch.equal(after.best, before.best)
     assert after.best_error == before.best_error
     assert not after.momentum.any()
     assert after.rate == 0.5 * before.rate == 0.5 * RATE
     assert after.history == before.history
-    assert after.stretch == 3
-    again = stretches(after, 1)[-1]
+    assert after.round == 3
+    again = rounds(after, 1)[-1]
     assert again.rate == pytest.approx(RECOVERY * after.rate)
 
 
@@ -229,7 +229,7 @@ def test_failed_stretch_goes_back_to_the_best_at_half_the_rate(worse: float) -> 
 def test_start_that_does_not_validate_yet_is_no_licence_to_diverge(rate: float) -> None:
     """Finite steps go on, as those that pull poles inside; others go back to the start."""
     begin = replace(start(), rate=rate, best_error=math.inf)
-    after = stretches(begin, 1, error=lambda theta: math.inf)[-1]
+    after = rounds(begin, 1, error=lambda theta: math.inf)[-1]
     assert bool(after.theta.isfinite().all())
     if rate == RATE:
         assert not torch.equal(after.theta, begin.theta)
@@ -246,7 +246,7 @@ def test_start_without_finite_matrix_is_a_failure() -> None:
     """Its segments overflow, whatever the validation says."""
     theta = random_theta(SHAPE)
     theta[: SHAPE.n_dynamic] *= 1e200
-    after = stretches(Descent.begin(theta, 1.0), 1)[-1]
+    after = rounds(Descent.begin(theta, 1.0), 1)[-1]
     assert torch.equal(after.theta, theta)
     assert after.rate == 0.5 * RATE
     assert after.history == ()
@@ -254,18 +254,18 @@ def test_start_without_finite_matrix_is_a_failure() -> None:
 
 
 def test_matrix_that_is_not_finite_does_not_spoil_the_one_before() -> None:
-    before = stretches(start(), 1)[-1]
+    before = rounds(start(), 1)[-1]
     theta = before.theta.clone()
     theta[: SHAPE.n_dynamic] *= 1e200
-    after = stretches(replace(before, theta=theta), 1)[-1]
+    after = rounds(replace(before, theta=theta), 1)[-1]
     assert after.matrix is before.matrix
     assert torch.equal(after.theta, before.best)
-    assert len(stretches(after, 1)[-1].history) == 2
+    assert len(rounds(after, 1)[-1].history) == 2
 
 
 def test_a_little_worse_is_gone_on_from() -> None:
-    before = stretches(start(), 2)[-1]
-    after = stretches(before, 1, error=lambda theta: 1.2 * before.best_error)[-1]
+    before = rounds(start(), 2)[-1]
+    after = rounds(before, 1, error=lambda theta: 1.2 * before.best_error)[-1]
     assert not torch.equal(after.theta, before.theta)
     assert torch.equal(after.best, before.best)
     assert after.best_error == before.best_error
@@ -280,7 +280,7 @@ def test_units_that_act_on_nothing_yet_make_no_trouble() -> None:
     def error(theta: torch.Tensor) -> float:
         return 5.0 if bool(theta.isfinite().all()) else math.inf
 
-    wide = advance_stretch(Descent.begin(theta, 10.0), new, TRAINING, error, CIRCLE, 0)
+    wide = advance_round(Descent.begin(theta, 10.0), new, TRAINING, error, CIRCLE, 0)
     assert len(wide.history) == 1
     before, after = (new.split(t).e[: old.n_states, old.n_units :] for t in (theta, wide.best))
     assert not before.any()

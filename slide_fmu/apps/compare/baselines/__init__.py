@@ -1,4 +1,4 @@
-"""Baselines: other models that learn from the same trajectories, for ``slide-fmu compare``.
+"""Baselines are other models trained on the same trajectories, for ``slide-fmu compare``.
 
-All of them simulate freely: they are given inputs, and outputs at the start of a record alone.
+All of them simulate freely: they get inputs, and outputs only at the start of a trajectory.
 """

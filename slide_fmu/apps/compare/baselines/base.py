@@ -1,4 +1,4 @@
-"""A baseline is a trained model of another kind; what it costs to train one is a budget."""
+"""A baseline is a trained model of another kind; the cost of its training is a budget."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from slide_fmu.network.base import Network
 
 
 class Baseline(abc.ABC):
-    """A Baseline answers inputs in free simulation, in scaled units. Interface.
+    """A Baseline predicts outputs in free simulation, in scaled units. Interface.
 
     Attributes:
         parameters: number of parameters.
-        start_length: number of outputs that a simulation is given, the first of a record; from
-            then on it knows inputs alone.
+        start_length: number of first outputs that a simulation gets; after them it gets inputs
+            only.
     """
 
     parameters: int
@@ -27,27 +27,27 @@ class Baseline(abc.ABC):
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
-        """Simulate a record: inputs (N, n_inputs) to outputs at samples 1 .. N, (N, n_outputs).
+        """Simulate a sequence: inputs (N, n_inputs) to outputs at samples 1 .. N, (N, n_outputs).
 
         The outputs at samples 0 .. start_length - 1 are given, (start_length, n_outputs). Outputs
-        of a model that diverges may be infinite, or no numbers.
+        of a model that diverges may be infinite or NaN.
         """
 
 
 class Stepped(Baseline):
-    """A Stepped is a baseline that no FMU holds: its library takes its steps. Interface."""
+    """A Stepped is a baseline that cannot be an FMU: its library takes its steps. Interface."""
 
     @abc.abstractmethod
     def step_along(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
-        """Give what ``simulate`` gives, one sample after the other as a co-simulation does."""
+        """Return the values of ``simulate``, sample by sample as a co-simulation does."""
 
 
 class Frozen(Baseline):
-    """A Frozen is one of our networks as a baseline; it needs no outputs to start from. Final.
+    """A Frozen is one of our networks as a baseline; it needs no first outputs. Final.
 
     Attributes:
-        network: scaled inputs to scaled outputs.
-        window: the window that the network fits.
+        network: maps scaled inputs to scaled outputs.
+        window: the window of the network.
     """
 
     def __init__(self, network: Network, window: Window, n_outputs: int) -> None:
@@ -60,25 +60,25 @@ class Frozen(Baseline):
 
 
 class Budget:
-    """A budget is CPU time of this process, on all its cores, from now on. Final."""
+    """A Budget is CPU time of this process, on all its cores, from now on. Final."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds, self._begin = seconds, time.process_time()
 
     @property
     def spent(self) -> float:
-        """The CPU time in s that was spent so far."""
+        """The CPU time in s spent so far."""
         return time.process_time() - self._begin
 
     @property
     def left(self) -> float:
-        """The CPU time in s that is left; it is negative where the budget was exceeded."""
+        """The CPU time in s that is left; negative if the budget was exceeded."""
         return self.seconds - self.spent
 
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """This says what a baseline's fit gives.
+    """A Learnt is the result of fitting a baseline.
 
     Attributes:
         baseline: the trained model.

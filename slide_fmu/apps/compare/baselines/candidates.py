@@ -1,4 +1,4 @@
-"""All baselines, each registered in one row."""
+"""All baselines are registered here, in one row each."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from slide_fmu.core.progress import Progress
 
 @dataclass(frozen=True)
 class Candidate:
-    """A candidate is a kind of baseline.
+    """A Candidate is a kind of baseline.
 
     Attributes:
-        title: its name for people.
+        title: its name for users.
         linear: whether its models are linear.
-        fit: gives the trained model for a lesson, a budget and a progress. It raises a
-            TrainingError where it diverges.
+        fit: returns the trained model for a lesson, a budget and a progress; raises a
+            TrainingError if it diverges.
     """
 
     title: str

@@ -1,19 +1,19 @@
-"""Free simulation of trajectories, and whether it stays bounded."""
+"""Trajectories are simulated freely, and checked for divergence."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slide_fmu.apps.compare.baselines.base import Baseline
-from slide_fmu.apps.compare.baselines.lesson import Record
+from slide_fmu.apps.compare.baselines.lesson import Motions
 from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 
 DIVERGED = 10.0
-"""A simulation has diverged where an output leaves the middle of the true ones by so many times
-their largest deviation from it, or is no number."""
+"""A simulation has diverged if an output's distance from the middle of the true ones exceeds this
+multiple of their largest distance, or is NaN."""
 ROUNDING = 1e-9
-"""Smaller errors, in scaled units, count as this: of exact models the smallest one is taken."""
+"""Smallest error, in scaled units: among exact models the smallest one is taken."""
 
 
 def free_run(baseline: Baseline, inputs: FloatArray, start: FloatArray) -> FloatArray:
@@ -23,21 +23,21 @@ def free_run(baseline: Baseline, inputs: FloatArray, start: FloatArray) -> Float
 
 
 def diverged(values: FloatArray, truth: FloatArray) -> bool:
-    """Say whether simulated outputs, (n, n_outputs), have left the true ones, (m, n_outputs)."""
+    """Return whether simulated outputs, (n, n_outputs), diverge from true ones, (m, n_outputs)."""
     middle = truth.mean(axis=0)
     reach = DIVERGED * np.abs(truth - middle).max(axis=0)
     return not bool(np.all(np.isfinite(values) & (np.abs(values - middle) <= reach)))
 
 
-def judged(baseline: Baseline, record: Record, first: int) -> tuple[int, float]:
-    """Return how many trajectories diverge, and the RMS error of the others; for a choice.
+def judged(baseline: Baseline, motions: Motions, first: int) -> tuple[int, float]:
+    """Return the number of diverging trajectories, and the RMS error of the others.
 
-    Errors are in scaled units, over samples from ``first`` on and all outputs; infinite where all
+    Errors are in scaled units, over samples from ``first`` on and all outputs; infinite if all
     trajectories diverge.
     """
-    all_true = record[1].reshape(-1, record[1].shape[2])
+    all_true = motions[1].reshape(-1, motions[1].shape[2])
     lost, errors = 0, []
-    for inputs, outputs in zip(*record, strict=True):
+    for inputs, outputs in zip(*motions, strict=True):
         values = free_run(baseline, inputs, outputs[: baseline.start_length])[first - 1 :]
         if diverged(values, all_true):
             lost += 1

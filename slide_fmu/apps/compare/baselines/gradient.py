@@ -1,4 +1,4 @@
-"""GRU and the paper's feed-forward network: trained by Adam, for as long as the budget lasts."""
+"""GRU and the paper's feed-forward network are trained with Adam within the budget."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from slide_fmu.fitting.windows import WindowData
 from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
 
 MOST_STEPS = 20_000
-"""A training has so many optimizer steps, unless the budget ends it before."""
+"""Largest number of optimizer steps in a training; the budget may end it before."""
 PROBE = 9
-"""The time of a step is measured on so many of them."""
+"""Number of steps over which the time of a step is measured."""
 VALIDATIONS, SHARE = 20, 0.2
-"""A training has so many validations, unless they took more than this part of the budget."""
+"""Number of validations of a training, and the largest share of the budget for them."""
 FEED_FORWARD = FeedForwardRecipe(family="feed_forward", hidden=(100, 100), activation="relu")
 """The paper's network of the Duffing oscillator: two layers of 100 ReLU units."""
 GRU_UNITS = 32
-"""A GRU has so many states."""
+"""Number of states of a GRU."""
 BATCHES = {"feed_forward": 256, "gru": 64}
 RATES = {"feed_forward": 1e-3, "gru": 5e-3}
 """Windows per step, and highest learning rate, of both trainings."""
 
 Fit = Callable[[TrainingRecipe, Path, Progress], Baseline]
-"""Trains a network by a table of the training, with a place for its checkpoint."""
+"""Trains a network by the recipe's table, with a path for its checkpoint."""
 
 
 def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
@@ -77,7 +77,7 @@ def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
 
 
 class GruModule(torch.nn.Module):
-    """A GRU module maps windows of features to the outputs at the end of each window. Final."""
+    """A GruModule maps windows of features to the outputs at the end of each window. Final."""
 
     def __init__(self, lesson: Lesson) -> None:
         super().__init__()
@@ -94,7 +94,7 @@ class GruModule(torch.nn.Module):
 
 
 class Gru(Stepped):
-    """A Gru runs along a record; before it the first input is held for one window. Final."""
+    """A Gru runs along a sequence; the first input is held for one window before. Final."""
 
     def __init__(self, module: GruModule, lesson: Lesson) -> None:
         self._module, self._features = module, lesson.features
@@ -134,7 +134,7 @@ def _tensors(lesson: Lesson, which: str) -> tuple[torch.Tensor, torch.Tensor]:
 def _within(
     budget: Budget, kind: str, fit: Fit, seed: int, progress: Progress, words: str
 ) -> Learnt:
-    """Train for as many steps as the budget allows: the schedule of rates ends with it."""
+    """Train for the number of steps that the budget allows; the schedule of rates ends with it."""
 
     def recipe(steps: int, validations: int) -> TrainingRecipe:
         values = {
@@ -157,7 +157,7 @@ def _within(
 
     with TemporaryDirectory() as name:
         folder = Path(name)
-        seconds(1, folder)  # the first one loads libraries
+        seconds(1, folder)  # the first step loads libraries
         once = seconds(1, folder)
         step = max((seconds(PROBE, folder) - once) / (PROBE - 1), 1e-6)
         steps, validations = _affordable(budget.left, step, max(once - step, 1e-6))
@@ -166,7 +166,7 @@ def _within(
 
 
 def _affordable(left: float, step: float, validation: float) -> tuple[int, int]:
-    """Return numbers of steps and of validations that take no longer than what is left, in s."""
+    """Return numbers of steps and validations that take at most the time left, in s."""
     validations = min(VALIDATIONS, max(1, int(SHARE * left / validation)))
     steps = int((left - validations * validation) / step)
     return min(MOST_STEPS, max(1, steps)), validations

@@ -1,4 +1,4 @@
-"""FIR: the outputs are a weighted sum of the newest inputs, by ridge regression."""
+"""In a FIR model the outputs are a weighted sum of the newest inputs, by ridge regression."""
 
 from __future__ import annotations
 
@@ -15,10 +15,9 @@ from slide_fmu.core.window import Window
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 
 SHARES = (8, 4, 2, 1)
-"""The longest response has one tap for each input that the window lets an output depend on; those
-that are tried are these parts of it."""
+"""Divisors of the longest response, which has one tap for each input that the window allows."""
 RIDGES = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
-"""The regression is regularised by one of these parts of the mean power of the inputs."""
+"""Regularisation of the regression, relative to the mean power of the inputs; one is chosen."""
 
 
 def fit_fir(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
@@ -31,7 +30,7 @@ def fit_fir(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
 
 
 def _normal_equations(lesson: Lesson, taps: int) -> tuple[FloatArray, FloatArray]:
-    """Return A'A and A'b of rows of ``taps`` inputs, the oldest first, and a constant.
+    """Return A'A and A'b for rows of ``taps`` inputs, the oldest first, and a constant.
 
     Shapes: (taps * n_inputs + 1, the same) and (taps * n_inputs + 1, n_outputs).
     """
@@ -39,8 +38,8 @@ def _normal_equations(lesson: Lesson, taps: int) -> tuple[FloatArray, FloatArray
     inputs = lesson.features.along(lesson.training[0]).astype(np.float64)
     width = taps * inputs.shape[2] + 1
     matrix, right = np.zeros((width, width)), np.zeros((width, outputs.shape[2]))
-    for record, target in zip(inputs, outputs, strict=True):
-        views = np.lib.stride_tricks.sliding_window_view(record, taps, axis=0)
+    for sequence, target in zip(inputs, outputs, strict=True):
+        views = np.lib.stride_tricks.sliding_window_view(sequence, taps, axis=0)
         rows = np.ones((len(views), width))
         rows[:, :-1] = views.swapaxes(1, 2).reshape(len(views), -1)
         matrix += rows.T @ rows
@@ -51,7 +50,7 @@ def _normal_equations(lesson: Lesson, taps: int) -> tuple[FloatArray, FloatArray
 def _variants(
     lesson: Lesson, matrix: FloatArray, right: FloatArray, taps: int
 ) -> list[tuple[str, Baseline]]:
-    """Fit a number of taps with every ridge: the newest inputs stand in the last columns."""
+    """Fit a number of taps with every ridge: the newest inputs are in the last columns."""
     n_outputs, window = right.shape[1], Window(lesson.window.step, taps, 1)
     newest = slice(len(matrix) - 1 - taps * lesson.n_inputs, None)
     part, target = matrix[newest, newest], right[newest]

@@ -1,4 +1,4 @@
-"""A lesson is what all baselines learn from: a surrogate's trajectories, as it scales them."""
+"""A lesson has the training data of all baselines: a surrogate's trajectories, scaled."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SEEN = ("inputs",)
-"""Baselines see the inputs as they are: what else a network sees is part of its design."""
+"""Baselines get the inputs unchanged: other features are part of a network's design."""
 
-Record = tuple[FloatArray, FloatArray]
+Motions = tuple[FloatArray, FloatArray]
 """Inputs and outputs of trajectories, (B, N, n_inputs) and (B, N + 1, n_outputs)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lesson:
-    """A lesson is what all baselines learn from, in scaled units.
+    """A Lesson has the training data of all baselines, in scaled units.
 
     Attributes:
-        window: the surrogate's window; its lengths bound how far back a baseline looks.
+        window: the surrogate's window; its lengths limit how far back a baseline looks.
         features: the inputs as features, for networks of our families.
-        training: trajectories to learn from.
-        validation: trajectories by which structures and weights are chosen.
-        seed: seed of what is random.
+        training: training trajectories.
+        validation: trajectories that select structures and weights.
+        seed: seed of random numbers.
     """
 
     window: Window
     features: FeatureMap
-    training: Record
-    validation: Record
+    training: Motions
+    validation: Motions
     seed: int
 
     @property
@@ -49,16 +49,16 @@ class Lesson:
 
 
 def lesson_of(surrogate: Surrogate, training: Split, validation: Split, seed: int) -> Lesson:
-    """Return the lesson of the trajectories that a surrogate has learnt from.
+    """Return the lesson of the trajectories that a surrogate was trained on.
 
     Raises:
         ValueError: an input never moves in the training data.
     """
     scaling = surrogate.input_scaling
     offered = Offered(surrogate.inputs, scaling, surrogate.window.step, None)
-    records = [
+    parts = [
         (scaling.apply(split.inputs), surrogate.output_scaling.apply(split.outputs))
         for split in (training, validation)
     ]
-    features = choose_features(SEEN, offered, records[0][0])
-    return Lesson(surrogate.window, features, records[0], records[1], seed)
+    features = choose_features(SEEN, offered, parts[0][0])
+    return Lesson(surrogate.window, features, parts[0], parts[1], seed)

@@ -1,4 +1,5 @@
-"""The linear state-space model is our state-space family without units, of several orders."""
+"""The linear state-space model is our state-space family without hidden units, of several
+orders."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 ORDERS = (1, 2, 4, 6, 8, 12, 16, 24)
 """Numbers of states that are tried."""
 ITERATIONS = 10
-"""A linear model, fitted to part of the data before, is refined in so many iterations on all."""
+"""Number of iterations that refine a linear model on all data; before, it has some of them."""
 
 
 def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
@@ -33,7 +34,7 @@ def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -
 
 
 def _most(lesson: Lesson) -> int:
-    """Return the highest order that impulse responses as short as they may be still show."""
+    """Return the highest order that the shortest allowed impulse responses can show."""
     from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
 
     smaller = min(lesson.n_inputs, lesson.n_outputs)

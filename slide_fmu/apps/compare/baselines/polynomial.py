@@ -1,8 +1,8 @@
-"""ARX and NARX: a polynomial of past outputs and inputs, chosen and simulated by sysidentpy.
+"""ARX and NARX models are polynomials of past outputs and inputs, from sysidentpy.
 
 Terms are chosen by forward regression with orthogonal least squares (FROLS), which looks one step
-ahead, and judged in free simulation. sysidentpy knows models of one output: each output has one,
-of its own past and that of all inputs.
+ahead, and judged in free simulation. sysidentpy has models with one output: each output has its
+own model, of its own past and the past of all inputs.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 
 ARX_LAGS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
-"""Numbers of past samples that ARX models are tried with."""
+"""Numbers of past samples tried for ARX models."""
 NARX_SHAPES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 2), (4, 3), (6, 2), (6, 3))
-"""Pairs of lags and degrees that NARX models are tried with."""
+"""Pairs of lags and degrees tried for NARX models."""
 NARX_TERMS = (4, 8, 16, 32, 64)
-"""Numbers of terms that are tried of each shape: FROLS ranks them once."""
+"""Numbers of terms tried for each shape: FROLS ranks them once."""
 MOST_TERMS = 600
-"""A shape with more terms to choose from is left out: choosing would take hours."""
+"""A shape with more terms is left out, since the choice would take hours."""
 MOST_VALUES = 8_000_000
-"""Terms are chosen on rows in equal distances, so many values of all terms at most."""
+"""Largest number of values of all terms to choose from, in rows at equal distances."""
 
 
 class MissingPackageError(RuntimeError):
@@ -39,10 +39,10 @@ class MissingPackageError(RuntimeError):
 
 
 def require_sysidentpy() -> None:
-    """Refuse to go on without sysidentpy.
+    """Raise an error if sysidentpy is missing.
 
     Raises:
-        MissingPackageError: it is not installed; the message says how it is.
+        MissingPackageError: it is not installed; the message has the remedy.
     """
     try:
         import sysidentpy  # noqa: F401
@@ -61,9 +61,9 @@ class Polynomial(Stepped):
         self.parameters = sum(len(model.theta) for model in models)
 
     def simulate(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
-        # sysidentpy pairs y[k] with x[k - 1]: one more input, which no output sees, ends a record
+        # sysidentpy pairs y[k] with x[k - 1]: one more input is added, which no output uses
         x = np.concatenate([inputs, inputs[-1:]])
-        start = np.concatenate([start, start[-1:]])  # it asks for more than it uses
+        start = np.concatenate([start, start[-1:]])  # it requires one more than it uses
         columns = [
             model.predict(X=x, y=start[:, i : i + 1]) for i, model in enumerate(self._models)
         ]
@@ -93,7 +93,7 @@ def _fit(
         if lags < longest and count_terms(lags, degree, n_inputs) <= MOST_TERMS
     ]
     possible.sort(key=lambda shape: count_terms(shape[0], shape[1], n_inputs))
-    # the smallest shape is tried however many inputs there are
+    # the smallest shape is tried with any number of inputs
     fitting = [partial(_variants, lesson, *shape) for shape in possible or shapes[:1]]
     return search(fitting, lesson, budget, progress)
 
@@ -104,7 +104,7 @@ def count_terms(lags: int, degree: int, n_inputs: int) -> int:
 
 
 def _variants(lesson: Lesson, lags: int, degree: int) -> list[tuple[str, Baseline]]:
-    """Fit a shape with several numbers of terms; one of degree 1 with all."""
+    """Fit a shape with several numbers of terms; a shape of degree 1 with all terms."""
     n_outputs = lesson.n_outputs
     total = count_terms(lags, degree, lesson.n_inputs)
     counts = [total] if degree == 1 else [n for n in NARX_TERMS if n <= total]
@@ -121,7 +121,7 @@ def _variants(lesson: Lesson, lags: int, degree: int) -> list[tuple[str, Baselin
 
 @dataclass(frozen=True, eq=False)
 class _Choice:
-    """A choice is one shape of one output's model; its terms are numbered as sysidentpy does."""
+    """A _Choice is one shape of one output's model; terms are numbered as in sysidentpy."""
 
     lesson: Lesson
     output: int
@@ -152,7 +152,7 @@ class _Choice:
         if count == len(every):
             return every
         rows, target = self._rows(every)
-        # FROLS leaves out as many first targets as there are lags
+        # FROLS leaves out one of the first targets for each lag
         padded = np.concatenate([np.zeros((self.lags, 1)), target])
         _, order, _ = model.run_mss_algorithm(rows, padded, count)
         return np.asarray(order[:count], dtype=np.intp)
@@ -168,7 +168,7 @@ class _Choice:
     def _rows(self, chosen: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
         """Return some terms, (n, n_terms), and their targets, (n, 1), in rows at equal distances.
 
-        A fit by sysidentpy takes one record: joined trajectories would have rows across joints.
+        A fit by sysidentpy takes one sequence: joined trajectories would have rows across joints.
         """
         from sysidentpy.utils.information_matrix import build_lagged_matrix
 
@@ -176,8 +176,8 @@ class _Choice:
         each = outputs.shape[1] - self.lags
         stride = math.ceil(len(outputs) * each * len(chosen) / MOST_VALUES)
         parts, targets = [], []
-        for record, output in zip(inputs, outputs[:, :, self.output, None], strict=True):
-            x = np.concatenate([record, record[-1:]])
+        for sequence, output in zip(inputs, outputs[:, :, self.output, None], strict=True):
+            x = np.concatenate([sequence, sequence[-1:]])
             shape = model.xlag, model.ylag, model.model_type
             lagged = build_lagged_matrix(x, output, *shape)
             order = (self.lags, model.ylag, model.xlag, model.model_type)

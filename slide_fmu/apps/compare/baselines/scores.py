@@ -18,7 +18,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class ModelErrors:
-    """These are a model's numbers of parameters and of diverged motions, and its errors."""
+    """ModelErrors are a model's errors, and its numbers of parameters and diverged motions."""
 
     parameters: int
     diverged: int
@@ -27,20 +27,20 @@ class ModelErrors:
 
 @dataclass(frozen=True, eq=False)
 class UnseenTest:
-    """An unseen test is what all models are measured on.
+    """An UnseenTest measures all models.
 
     Attributes:
         surrogate: the recipe's own network, with scalings, signals and window.
-        motions: unseen trajectories; those of one length or of several.
+        motions: unseen trajectories, of one length or of several.
     """
 
     surrogate: Surrogate
     motions: Sequence[UnseenMotion]
 
     def errors(self, baseline: Baseline) -> ModelErrors:
-        """Return the errors of a model on every output, all motions together.
+        """Return the errors of a model on every output, over all motions.
 
-        The RMSE of a model that has diverged on a motion says nothing.
+        If a model has diverged on a motion, its RMSE is meaningless.
         """
         runs = [self._run(baseline, motion) for motion in self.motions]
         truth = np.concatenate([motion.outputs for motion in self.motions])

@@ -1,4 +1,4 @@
-"""The search for the structure of a baseline ends with its budget, or where more does not pay."""
+"""The search for the structure of a baseline ends with its budget, or when more does not pay."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.core.progress import Progress, part_of
 
 PATIENCE = 3
-"""A search ends when so many structures in turn, larger and larger ones, have brought nothing."""
+"""Number of successive, ever larger structures without improvement that end a search."""
 GROWS = 2.0
-"""The next structure may take so many times as long as the last one."""
+"""Expected ratio of the times of a structure and the one before."""
 PAYS = 0.99
-"""A structure pays when its error is below this part of the best one before."""
+"""A structure pays if its error is below this fraction of the best one before."""
 
 Structure = Callable[[], Iterable[tuple[str, Baseline]]]
-"""Fits the variants of one structure, each with its size in words."""
+"""Fits the variants of one structure, each with a description of its size."""
 
 
 def search(
     structures: Sequence[Structure], lesson: Lesson, budget: Budget, progress: Progress
 ) -> Learnt:
-    """Fit structures, the smallest first, and return what is best in validation.
+    """Fit structures, the smallest first, and return the best in validation.
 
-    Validation is a free simulation, so that a model that diverges there is taken only where all
-    do. The first structure is fitted whatever the budget says. None begins that would exceed it,
-    by what the last one took.
+    Validation is a free simulation: a model that diverges there is taken only if all do. The first
+    structure is fitted with any budget. Later ones begin only if they would not exceed it, by
+    the time of the last one.
     """
     progress = part_of(progress, at_most=True)
     best, found, vain = (math.inf, math.inf), None, 0

@@ -1,4 +1,4 @@
-"""Whole records of a surrogate, many at once: the response to a rest, then to a motion."""
+"""A surrogate predicts whole motions, many at once, each after a rest."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 class MotionError(ValueError):
-    """A motion cannot be had: a limit, a goal, a tolerance, or the surrogate is in the way."""
+    """A motion is impossible because of a limit, a goal, a tolerance, or the surrogate."""
 
 
-class Records:
-    """Records answer motions of one length in the C runtime. Final.
+class Predictor:
+    """A Predictor predicts motions of one length in the C runtime. Final.
 
-    Before a motion the system rests at its first coordinates, for as long as the window is.
+    Before a motion the system rests at its first coordinates, for the length of the window.
 
     Args:
-        surrogate: of a family whose response to a whole record has no window: a state space.
+        surrogate: of the state-space family, whose response to a whole sequence has no window.
         count: samples of a motion.
 
     Attributes:
-        coordinates: what moves.
+        coordinates: the moving coordinates.
         lead: samples of rest before a motion, in its inputs.
         count: as above.
 
@@ -38,17 +38,17 @@ class Records:
         if not isinstance(network, StateSpace):
             raise MotionError(
                 f"surrogate {surrogate.name!r} has a network of type {type(network).__name__}; "
-                "expected one of the family 'state_space', which answers whole records"
+                "expected one of the family 'state_space', which predicts whole sequences"
             )
         self.coordinates: tuple[Coordinate, ...] = coordinates_of(surrogate.inputs)
         self.lead, self.count = surrogate.window.n_in, count
         self._native = NativeSurrogate(surrogate)
 
     def inputs(self, motions: FloatArray, first: FloatArray | None = None) -> FloatArray:
-        """Give the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
+        """Return the inputs of motions (..., count, n_coordinates), with ``lead`` samples before.
 
-        These rest at ``first``, (n_coordinates,), or at the motion's own first coordinates. The
-        result is (..., lead + count, n_inputs).
+        In these the coordinates rest at ``first``, (n_coordinates,), or at the motion's own first
+        coordinates. The result is (..., lead + count, n_inputs).
         """
         resting = motions[..., :1, :] if first is None else first
         shape = (*motions.shape[:-2], self.lead, motions.shape[-1])
@@ -56,9 +56,9 @@ class Records:
         return inputs_of(self.coordinates, np.concatenate([before, motions], axis=-2))
 
     def outputs(self, motions: FloatArray, first: FloatArray | None = None) -> FloatArray:
-        """Give the outputs after every step of motions (B, count, n_coordinates).
+        """Return the outputs after every step of motions (B, count, n_coordinates).
 
         ``first`` is as for ``inputs``; the result is (B, count, n_outputs), in the outputs' units.
         """
-        # before a record its first input counts as held, so one sample of rest does
+        # the first input counts as constant before, so one sample of rest is enough
         return self._native.predict(self.inputs(motions, first)[:, self.lead - 1 :])[:, 1:]

@@ -24,9 +24,9 @@ class Director(Features):
     """The motion of angles; each is given directly or by its cosine and sine. Final.
 
     Signals: ``direction``, cosine and sine of each angle, whatever the length of the input vector;
-        ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, the change
-        of the turn. If other inputs exist: ``others``, their values, and ``other_changes``, their
-        changes in a step.
+    ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, the change
+    of the turn. If other inputs exist: ``others``, their values, and ``other_changes``, their
+    changes in a step.
 
     Args:
         kinds: kind of each input: ``OTHER``, ``ANGLE``, ``COSINE`` or ``SINE``; the sine of an

@@ -132,7 +132,7 @@ def whole_way(
         threads, overwrite, trajectories: as of ``run``.
 
     Raises:
-        QualityError: an output errs by more than the recipe requires; FMU and report are there.
+        QualityError: an output has a larger error than the recipe allows; FMU and report exist.
     """
     from slide_fmu.pipeline.run import run_recipe
     from slide_fmu.report.quality import require_quality

@@ -129,7 +129,7 @@ def _add_layers(bench: Bench, network: FeedForward) -> dict[str, str]:
 def _add_cells(bench: Bench, network: StateSpace) -> dict[str, str]:
     """They advance both states of a ping-pong step."""
     remarks = {"onnxruntime": "a state-space network goes from step to step: no such graph"}
-    row = bench.surrogate.input_scaling.apply(bench.record)[0]
+    row = bench.surrogate.input_scaling.apply(bench.sequence)[0]
     try:
         bench.singles["torch"] = partial(TorchCells(network).step, row)
     except (ImportError, BaselineError) as error:

@@ -109,8 +109,8 @@ def write_side_by_side(
         given = {"reference": values, "surrogate": values} if values else {}
         write_ssp(path, surrogate.name, components, connections, given)
     own = bool(values) and own_fmu(case.reference, values) is not None
-    said = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
-    return path, "; ".join(said) or None
+    remarks = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
+    return path, "; ".join(remarks) or None
 
 
 def own_fmu(system: System, settable: Collection[str] = ()) -> Path | None:

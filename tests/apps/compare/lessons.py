@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from slide_fmu.apps.compare.baselines.lesson import Lesson, Record
+from slide_fmu.apps.compare.baselines.lesson import Lesson, Motions
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
@@ -35,7 +35,7 @@ def cubic(y: float, before: float, u: float, u_before: float) -> float:
     return linear(y, before, u, u_before) - 0.1 * y**3
 
 
-def record(equation: Equation, count: int, seed: int, samples: int = 200) -> Record:
+def record(equation: Equation, count: int, seed: int, samples: int = 200) -> Motions:
     """Trajectories under random inputs in -1 .. 1, each from a state of its own."""
     rng = np.random.default_rng(seed)
     inputs = rng.uniform(-1, 1, (count, samples, 1))

@@ -17,6 +17,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fitting.preparation import Work, prepare, scales_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
+from slide_fmu.memory.cube_limits import with_stable_cubes
 from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -102,7 +103,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     )
     resolved = recipe.model_copy(update={"network": found.table})
     histories = {**prepared.tried, part.stage: history}
-    return Fit(surrogate, histories, resolved)
+    return Fit(with_stable_cubes(surrogate, recipe, source), histories, resolved)
 
 
 def learnt_ranges(outputs: FloatArray) -> FloatArray:

@@ -92,12 +92,12 @@ def check_stability(
         return _worst_of_corners(surrogate, recipe, system)
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
-        unit, _ = network.run(_excited_features(surrogate, recipe, system, 1.0))
+        unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
     cause = rules_of(recipe).words.lasting_memory
     return tuple(
         _test(
             network,
-            _excited_features(surrogate, recipe, system, factor),
+            excited_features(surrogate, recipe, system, factor),
             (factor, unit),
             recipe,
             cause,
@@ -225,7 +225,7 @@ def _problem(
     return None
 
 
-def _excited_features(
+def excited_features(
     surrogate: Surrogate, recipe: Recipe, source: Source, factor: float
 ) -> Float32Array:
     """Return inputs of the recipe's motions as features.

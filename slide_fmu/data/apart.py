@@ -1,4 +1,4 @@
-"""Where a library may crash, work is done in a program of its own, which then ends alone."""
+"""This module runs work whose libraries may crash in a separate program, which then ends alone."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ class EndedError(RuntimeError):
 
 
 def crosses(system: System) -> bool:
-    """Tell whether other processes can be given a copy: not of what a session itself defines."""
+    """Tell whether an object can be copied to other processes: objects of a session cannot."""
     try:
         return b"__main__" not in pickle.dumps(system)
-    except Exception:  # a user's object may refuse in any way
+    except Exception:  # pickling a user's object may raise any exception
         return False
 
 
 def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     """Call a function of a module in a program of its own, and return what it returns.
 
-    Function, arguments and result cross as pickles. It is no worker process, which would run the
-    user's script again. It ends with this process, however that ends.
+    Function, arguments and result are sent as pickles. The program is not a worker process, which
+    would run the user's script again. It ends when this process ends in any way.
 
     Raises:
         EndedError: the program ended by itself.
@@ -66,16 +66,16 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
         worked, found = pickle.loads(result.read_bytes())
     if not worked:
         raise found
-    return found  # type: ignore[no-any-return]  # what the function returned
+    return found  # type: ignore[no-any-return]  # the function's result
 
 
 def guarded(
     system: System, model: tuple[str, str], function: Callable[..., Result], *arguments: Any
 ) -> Result:
-    """Call a function that simulates a system: apart where that may crash, else here.
+    """Call a function that simulates a system, in a separate program if the system may crash.
 
     Args:
-        system: what is simulated.
+        system: the simulated system.
         model: its model and kind, for messages.
         function: a function of a module, called with the arguments.
 
@@ -92,7 +92,7 @@ def guarded(
 
 
 def ended_process(model: str, kind: str) -> str:
-    """Say that a model ended the process that simulated it, as a library does that crashes."""
+    """Return the message that a model ended its process, since its library crashed."""
     return (
         f"system {model!r} (kind {kind!r}) ended the process that simulated it: "
         "its library crashed, or the memory is full. Expected a model that reports errors: narrow "
@@ -107,7 +107,7 @@ def work(result: str) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         done = True, function(*arguments)
-    except Exception as error:  # it is raised again where the work was asked for
+    except Exception as error:  # it is raised again in the calling process
         done = False, error
     write_whole(Path(result), pickle.dumps(done))
 

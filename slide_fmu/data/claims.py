@@ -1,8 +1,8 @@
-"""Who simulates a trajectory claims it, so that nobody else simulates it at the same time.
+"""A process claims a trajectory before it simulates it, so that no other process does the same.
 
-A claim is a file beside the store that the operating system locks. It ends with the process that
-holds it, however that ends, also on another machine that shares the disk: a killed process blocks
-nobody, and nobody has to guess whether a claim is stale.
+A claim is a file in a folder next to the store, locked by the operating system. It ends with the
+process that holds it, also on another machine that shares the disk. So a killed process blocks no
+other one, and no claim is ever stale.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import filelock
 from slide_fmu.core.files import writing
 
 CANNOT_LOCK = errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP
-"""What systems answer where a disk has no locks."""
+"""Error numbers of systems where a disk has no locks."""
 
 
 class ClaimError(OSError):
@@ -28,7 +28,7 @@ class ClaimError(OSError):
 def claimed(store: Path, split: str, index: int) -> Iterator[bool]:
     """Claim a trajectory during the block; the value says whether that was possible.
 
-    Who has the claim looks into the store first: another process may just have finished.
+    The holder of a claim checks the store first, since another process may just have finished.
 
     Raises:
         ClaimError: the disk cannot lock files.
@@ -42,7 +42,7 @@ def claimed(store: Path, split: str, index: int) -> Iterator[bool]:
 
 
 def claims_folder(store: Path) -> Path:
-    """Return the folder of the claims beside a store; what a killed process left there is free."""
+    """Return the folder of the claims of a store; files of killed processes there are unlocked."""
     return store.with_name("claims")
 
 
@@ -50,12 +50,12 @@ def claims_folder(store: Path) -> Path:
 def locked(place: Path, patience: float = 0.0) -> Iterator[bool]:
     """Lock a file during the block; the value says whether it was free within the patience, in s.
 
-    The file is removed before its lock ends: whoever opened it meanwhile locks the next one.
+    The file is removed before its lock ends; a process that has opened it then locks a new file.
 
     Raises:
         ClaimError: the disk cannot lock files.
     """
-    # where a disk cannot lock, files that merely exist would outlive who made them
+    # without locks, claim files would remain after their process has been killed
     lock = filelock.FileLock(place, timeout=patience, fallback_to_soft=False)
     try:
         lock.acquire()

@@ -1,7 +1,7 @@
-"""Workers of a Dask cluster make trajectories, on as many machines as there are.
+"""Workers of a Dask cluster make trajectories on all its machines.
 
-The cluster is somebody else's: it was started before, by hand, by dask-jobqueue or by a container,
-and it lives on. All its machines share the disk of the store.
+The user starts the cluster before, by hand, by dask-jobqueue or by a container, and it continues
+to run afterwards. All its machines share the disk of the store.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any
 
 SCHEME = "dask://"
 CONNECT = 15.0
-"""A scheduler answers within this time in s, or it is not there."""
+"""Time in s within which a scheduler must answer."""
 
 
 class ClusterError(RuntimeError):
-    """A cluster cannot be used: it is not there, or its workers are not like this process."""
+    """A cluster cannot be reached, or its workers have other versions than this process."""
 
 
 def scheduler_of(text: str) -> str:
@@ -47,7 +47,7 @@ def cluster(address: str) -> Iterator[Executor]:
     Raises:
         ValueError: the address is of another form.
         ClusterError: the package is not installed, the scheduler does not answer or goes away, a
-            worker has another version of this package, or jobs end all workers that try them.
+            worker has another version of this package, or jobs end every worker that tries them.
     """
     scheduler = scheduler_of(address)
     try:
@@ -84,16 +84,16 @@ def cluster(address: str) -> Iterator[Executor]:
 
 
 def versions_here() -> dict[str, str]:
-    """Return the versions on which it depends whether a worker can do this process's work."""
+    """Return the versions that a worker must share with this process."""
     python = ".".join(platform.python_version_tuple()[:2])
     return {"slide-fmu": metadata.version("slide-fmu"), "Python": python}
 
 
 def _require_same_versions(client: Any, address: str) -> None:
-    """Refuse workers, of those that are there, which have other versions.
+    """Refuse connected workers with other versions.
 
     Raises:
-        ClusterError: there is one, or one has not this package.
+        ClusterError: a worker has another version, or lacks this package.
     """
     try:
         found = client.run(versions_here)

@@ -1,6 +1,6 @@
-"""A system must keep its word: that is checked on a short record before any data are made of it.
+"""This module checks a system on a short motion before data are made of it.
 
-What every system owes is checked first, then what each of its offers promises.
+The duties of every system are checked first, then each of its offers.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.user_code import error_text
 
 SAME = 1e-6
-"""Outputs of the same record differ by no more than this part of their size."""
+"""Outputs under the same inputs differ by no more than this part of their size."""
 ITERATED = 1e-3
-"""The same of motions from a restored state: a solver that iterates ends somewhere else within its
+"""The same limit for motions from a restored state: an iterative solver ends elsewhere within its
 tolerance when it starts from another guess."""
 CAUSAL = 1e-3
-"""What comes later moves earlier outputs by no more than this part of their size: a solver that
-chooses its own steps across samples moves them a little."""
+"""Later inputs change earlier outputs by no more than this part of their size: a solver that
+chooses its own steps across samples changes them a little."""
 
 Result = TypeVar("Result")
 
@@ -48,17 +48,17 @@ Result = TypeVar("Result")
 def check_system(
     system: System, step: float, inputs: FloatArray, model: str | None = None
 ) -> None:
-    """Refuse a system that does not keep its word.
+    """Refuse a system that does not fulfil the contract of systems.
 
     Args:
-        system: what was made from a recipe.
+        system: the system, made from a recipe.
         step: sample step in s that it was made with.
-        inputs: a short record, shape (N, n_inputs), of at least four samples, which moves.
-        model: what the recipe calls it, at the beginning of messages.
+        inputs: inputs of a short motion, shape (N, n_inputs), of at least four samples.
+        model: name of the model in the recipe, at the beginning of messages.
 
     Raises:
         ContractError: the step or the signals are wrong, outputs are not repeatable or not causal,
-            or an offer does not keep its word.
+            or an offer does not fulfil its contract.
         SimulationError: the system could not be simulated.
     """
     try:
@@ -74,7 +74,7 @@ def _check(system: System, step: float, inputs: FloatArray) -> None:
     check_signals(system)
     outputs = simulate(system, inputs).outputs
     again = simulate(system, inputs).outputs
-    _check_same(system, "simulate", "twice the same record", outputs, again)
+    _check_same(system, "simulate", "twice the same inputs", outputs, again)
     _check_causal(system, inputs, outputs)
     if isinstance(system, Stepping):
         _check_steps(system, inputs, outputs)
@@ -94,7 +94,7 @@ def _check_same(
     other: FloatArray,
     part: float = SAME,
 ) -> None:
-    """Refuse two sets of outputs that should be the same for a reason, but for a part of them."""
+    """Refuse outputs that should be equal, but differ by more than a part of their size."""
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
     slack = part * np.maximum(np.max(np.abs(one), axis=0, initial=0.0), ranges)
     apart = np.abs(one - other) > slack
@@ -116,7 +116,7 @@ _REMEDIES = {
 
 
 def _check_causal(system: System, inputs: FloatArray, outputs: FloatArray) -> None:
-    """Refuse outputs that know what will come."""
+    """Refuse outputs that depend on later inputs."""
     half = len(inputs) // 2
     later = inputs.copy()
     later[half:] = inputs[:1]  # at rest from there on
@@ -135,7 +135,7 @@ def _check_causal(system: System, inputs: FloatArray, outputs: FloatArray) -> No
 def _check_steps(system: Stepping, inputs: FloatArray, outputs: FloatArray) -> None:
     _call(system, "begin", lambda: system.begin(inputs[0]))
     stepped = go_on(system, inputs)
-    reason = "the same record, by simulate and step by step"
+    reason = "the same inputs, by simulate and step by step"
     _check_same(system, "begin", reason, outputs, stepped)
 
 
@@ -191,7 +191,7 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
 
 
 def _matrices(system: System, found: object) -> list[tuple[str, FloatArray, tuple[int, ...]]]:
-    """Return the matrices of a linearization, with the shapes that belong together."""
+    """Return the matrices of a linearization, with matching shapes."""
     if isinstance(found, StateMatrix):
         n = len(found.matrix)
         return [("state", found.matrix, (n, n))]

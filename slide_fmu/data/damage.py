@@ -1,4 +1,4 @@
-"""A few trajectories whose files are lost or damaged are made again, and all others stay."""
+"""This module finds a few lost or damaged trajectories, which are then made again."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ MOST_READ = 10_000
 training names a damaged one."""
 
 READ_AT_ONCE, FEW = 64, 3
-"""So many trajectories are read at once to see whether they are whole. Where not so many, and not
-more than half, are damaged, these are made again; more are damage of the store itself."""
+"""READ_AT_ONCE trajectories are read at once to check them. The store itself counts as damaged if
+FEW or more trajectories, or more than half of them, are damaged; fewer are made again."""
 
 
 def forget_damaged(recipe: Recipe, path: Path) -> None:
-    """Take the trajectories of a recipe that are lost or damaged for missing.
+    """Mark the lost or damaged trajectories of a recipe as missing.
 
     Raises:
-        StoreError: more than a few are, so the store itself is damaged.
+        StoreError: there are more than a few of them, so the store itself is damaged.
         ClaimError: the disk cannot lock files.
     """
     if sum(recipe.count(split) for split in SPLITS) > MOST_READ:
@@ -44,10 +44,10 @@ def forget_damaged(recipe: Recipe, path: Path) -> None:
 
 
 def damaged_trajectories(path: Path, split: str, indices: Sequence[int]) -> list[int]:
-    """List those of finished trajectories of which a file is missing or damaged, rising.
+    """List finished trajectories with a missing or damaged file, in rising order.
 
     Raises:
-        StoreError: it is more than the files of a few trajectories.
+        StoreError: there are more than a few of them.
     """
     damaged: list[int] = []
     with damage_reported(path, split):

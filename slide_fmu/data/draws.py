@@ -1,4 +1,4 @@
-"""One trajectory is drawn from a recipe, a stream of seeds and an index, and from nothing else.
+"""This module draws a trajectory from a recipe, a stream of seeds and an index alone.
 
 So every trajectory can be made alone, on any machine and in any order, and is always the same.
 Streams keep the splits independent of each other.
@@ -31,7 +31,7 @@ STREAMS = {
     "calibration": 11,
     "further": 12,
 }
-"""The dictionary gives the number of the stream of seeds of every split."""
+"""Number of the stream of seeds of every split."""
 
 TEST = 4
 """No split uses this stream: it draws the trajectories on which FMUs are measured."""
@@ -46,15 +46,15 @@ PROBE_ATTEMPTS = 5
 """A model that fails on this many such motions does not work."""
 
 PROBE_DRAWS, MOVED = 20, 0.03
-"""Among so many draws, those are such motions first in whose middle an input has left its first
-value by this part of its range: a changed model may rest at the same outputs."""
+"""Number of draws for such motions. Draws in which an input has moved by at least this part of its
+range by mid-motion come first, since a changed model may rest at the same outputs."""
 
 BEYOND_ATTEMPTS = 2
-"""A trajectory beyond the range on which the system fails is drawn so often; then it is left out,
-and one within the range takes its place."""
+"""Number of draws for a trajectory beyond the range; if the system fails on all of them, a draw
+within the range takes its place."""
 
 ATTEMPTS = 5
-"""A system that fails on this many draws for one trajectory cannot be measured against."""
+"""Number of draws for one trajectory; a system that fails on all of them cannot be a reference."""
 
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
@@ -65,7 +65,7 @@ MOST_SAMPLES = 100_000_000
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """A draw holds what one trajectory starts from and what it is driven by.
+    """A Draw holds initial state and inputs of one trajectory.
 
     Attributes:
         kind: index of its excitation in the recipe's mix.
@@ -73,8 +73,8 @@ class Draw:
         initial: state of the system at the start of the burn-in; None where the system draws
             none, but begins at its own start.
         inputs: inputs in their units, burn-in first, shape (burn_in + N, n_inputs).
-        between: the same with what is between samples, (parts * (burn_in + N), n_inputs), where
-            inputs bend there; every sample is the last of its parts.
+        between: the same inputs at finer times, (parts * (burn_in + N), n_inputs), where they bend
+            between samples; every sample is the last of its parts.
         burn_in: number of leading samples in which the initial state decays; they are not used.
         attempt: number of draws before it, on which the system failed.
     """
@@ -93,7 +93,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream of trajectory seeds describes what its trajectories have in common.
+    """A Stream of trajectory seeds describes the common properties of its trajectories.
 
     Attributes:
         number: one of the values of ``STREAMS``, or ``TEST``, ``PROBE``, ``STABILITY``.
@@ -138,10 +138,9 @@ def attempted(stream: Stream, attempt: int) -> Stream:
 def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0) -> Draw:
     """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
 
-    A further ``attempt`` is another draw, for one that could not be simulated.
-
-    Two systems of one recipe (a fast model and its reference) get the same inputs, but initial
-    states of their own, which the burn-in lets decay.
+    A further ``attempt`` is another draw, for a trajectory that could not be simulated. Two
+    systems of one recipe (a fast model and its reference) get the same inputs, but initial states
+    of their own, whose effect decays in the burn-in.
 
     Raises:
         ValueError: the stream's trajectories hold no sample, or more than fit into memory.
@@ -156,7 +155,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
 def draw_inputs(
     recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0
 ) -> Draw:
-    """Draw the inputs of a trajectory alone: the system is asked for its signals and no state.
+    """Draw only the inputs of a trajectory; the system is used for its signals, not for a state.
 
     Arguments and errors are those of ``draw``.
     """
@@ -191,7 +190,7 @@ def _drawn_inputs(
 def first_that_runs(
     recipe: Recipe, system: System, stream: Stream, index: int, run: Callable[[Draw], T]
 ) -> T:
-    """Return what ``run`` makes of trajectory ``index``; of another draw, where the system fails.
+    """Return the result of ``run`` for trajectory ``index``; if it fails, for another draw.
 
     Raises:
         SimulationError: it fails on ``ATTEMPTS`` draws; the message names their kinds.
@@ -214,8 +213,8 @@ def first_that_runs(
 def probe(recipe: Recipe, system: System) -> FloatArray:
     """Simulate a short motion of the recipe, whose outputs change when the model changes.
 
-    They are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs). Where the system fails on
-    the first motions that are drawn, it is the next.
+    The outputs are in their units, of the shape (PROBE_SAMPLES + 1, n_outputs). If the system
+    fails on a motion, the next one is taken.
 
     Raises:
         SimulationError: the system could not be simulated on any of them.
@@ -253,7 +252,7 @@ def _moving_first(recipe: Recipe, system: System, stream: Stream) -> Iterator[Dr
 
 
 def _moved(system: System, inputs: FloatArray) -> float:
-    """Return how far an input is from its first value in the middle, relative to its range."""
+    """Return how far an input has moved by mid-motion, relative to its range."""
     ranges = np.array([signal.high - signal.low for signal in system.inputs])
     return float(np.max(np.abs(inputs[len(inputs) // 2] - inputs[0]) / ranges))
 
@@ -284,5 +283,5 @@ def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
 
 
 def shortened(drawn: Draw, count: int | None) -> Draw:
-    """Return a draw of the first so many samples, which its inputs reach on straight lines."""
+    """Return a draw of the first ``count`` samples, with straight inputs between samples."""
     return replace(drawn, inputs=drawn.inputs[:count], between=None)

@@ -1,4 +1,4 @@
-"""What stored trajectories raise; it needs none of the packages that read them."""
+"""This module defines the error of stored trajectories, without the packages that read them."""
 
 from __future__ import annotations
 

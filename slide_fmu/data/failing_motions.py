@@ -1,6 +1,6 @@
-"""A few of the motions by which a system is examined may fail, as a few of the data may.
+"""This module tolerates a few failing motions where a system is examined, as the data do.
 
-Another draw takes the place of each, and a remark says so.
+Another draw takes the place of each failed motion, and a remark says so.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Tolerance:
     Attributes:
         share: part of all motions that may fail.
         tried: motions that were begun.
-        errors: what the system said on each that failed.
+        errors: messages of the system for the failed motions.
     """
 
     def __init__(self, share: float) -> None:
@@ -39,7 +39,7 @@ class Tolerance:
         """Count a motion that failed.
 
         Raises:
-            TooManyFailuresError: too many did.
+            TooManyFailuresError: too many motions failed.
         """
         self.errors.append(str(error))
         allowed = max(LEAST, int(self.share * self.tried))
@@ -58,7 +58,7 @@ class Tolerance:
 
     @property
     def remark(self) -> str | None:
-        """The text says that motions failed; None if none did."""
+        """Remark on the motions that failed; None if all succeeded."""
         if not self.errors:
             return None
         return (
@@ -69,10 +69,10 @@ class Tolerance:
 class Failing:
     """Draws of motions on which the system fails are left out. Final.
 
-    As long as nothing fails, no motion is simulated only to find that out.
+    A motion is not simulated merely as a test until one has failed.
 
     Attributes:
-        tolerance: counts what fails.
+        tolerance: counts the failures.
     """
 
     def __init__(self, system: System, share: float) -> None:
@@ -118,7 +118,7 @@ class Failing:
             except TooManyFailuresError:
                 raise
             except SimulationError as error:
-                if self._careful:  # each motion works by itself, but not one after another
+                if self._careful:  # each motion alone can be simulated, but not one after another
                     self.tolerance.count(error)
                     self._first += 1
                 self._careful = True

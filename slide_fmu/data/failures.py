@@ -1,7 +1,7 @@
-"""Trajectories that could not be simulated are kept beside the store, with their inputs.
+"""This module keeps failed trajectories with their inputs in a folder next to the store.
 
-Another draw takes the place of each; where too many fail, the run ends. Those beyond the range
-are left out, and do not count: nobody knows whether a model can be simulated there.
+Another draw takes the place of each; where too many fail, the run ends. Trajectories beyond the
+range are left out and do not count, since a model need not work there.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Failure:
     """A Failure is one trajectory that could not be simulated.
 
     Attributes:
-        split, index: which trajectory it should have been.
-        attempt: how many draws for it had failed before.
-        time_s: when it failed, in s from the beginning of its burn-in; None if that is not known.
-        error: what the system said.
+        split, index: split and index of the trajectory.
+        attempt: number of draws for it that failed before.
+        time_s: time of the failure in s from the start of its burn-in; None if unknown.
+        error: message of the system.
     """
 
     split: str
@@ -41,7 +41,7 @@ class Failure:
 
     @property
     def name(self) -> str:
-        """Its files have this name: ``NAME.json`` says what failed, ``NAME.csv`` on which inputs.
+        """Name of its files: ``NAME.json`` describes the failure, ``NAME.csv`` holds the inputs.
 
         The recipe's excitation of the kind ``file`` reads such inputs.
         """
@@ -49,7 +49,7 @@ class Failure:
 
 
 def failures_folder(store: Path) -> Path:
-    """Return the folder of the failures beside a store."""
+    """Return the folder of the failures of a store."""
     return store.with_name("failures")
 
 
@@ -65,10 +65,10 @@ def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArr
 
 
 def kept_failures(store: Path) -> list[Failure]:
-    """Read all failures beside a store, ordered by name.
+    """Read all failures of a store, ordered by name.
 
     Raises:
-        DamagedFileError: the file of one is damaged.
+        DamagedFileError: the file of a failure is damaged.
     """
     paths = sorted(failures_folder(store).glob("*.json"))
     keys = tuple(field.name for field in fields(Failure))
@@ -76,7 +76,7 @@ def kept_failures(store: Path) -> list[Failure]:
 
 
 def remove_failures(store: Path) -> None:
-    """Remove the failures beside a store, if there are some."""
+    """Remove the failures of a store, if there are some."""
     shutil.rmtree(failures_folder(store), ignore_errors=True)
 
 
@@ -87,7 +87,7 @@ def allowed_failures(recipe: Recipe) -> int:
 
 
 def too_many_failures(store: Path, recipe: Recipe) -> str | None:
-    """Say why a run ends if more trajectories failed than may fail; None while it may go on."""
+    """Return why a run must end, if too many trajectories failed; None while it may go on."""
     names = [path.stem for path in sorted(failures_folder(store).glob("*.json"))]
     counted = [name for name in names if not is_beyond(recipe, name)]
     count, allowed = len(counted), allowed_failures(recipe)
@@ -98,8 +98,9 @@ def too_many_failures(store: Path, recipe: Recipe) -> str | None:
     return (
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
         f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
-        f"what was said, for example {first.name}: {first.error}. Correct the model, narrow the "
-        f"ranges of its inputs (system.inputs, {tables}){_of_parameters(recipe)}, or allow more"
+        f"the message of each, for example {first.name}: {first.error}. Correct the model, narrow "
+        f"the ranges of its inputs (system.inputs, {tables}){_of_parameters(recipe)}, or "
+        "allow more"
     )
 
 
@@ -108,10 +109,7 @@ def _of_parameters(recipe: Recipe) -> str:
 
 
 def is_beyond(recipe: Recipe, name: str) -> bool:
-    """Tell whether a failure of a name was a draw whose inputs could leave their ranges.
-
-    So is one whose physical parameters did.
-    """
+    """Tell whether the failure ``name`` was a draw beyond the ranges of inputs or parameters."""
     split, index, attempt = name.rsplit("_", 2)
     stream = split_stream(recipe, split, int(index))
     if attempted(stream, int(attempt)).beyond:
@@ -120,7 +118,7 @@ def is_beyond(recipe: Recipe, name: str) -> bool:
 
 
 def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
-    """Say which trajectories beyond the range were left out; None if none was.
+    """Say which trajectories beyond the range were left out; None if all were simulated.
 
     Raises:
         DamagedFileError: the file of a failure is damaged.
@@ -128,12 +126,12 @@ def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
     failed = [one for one in kept_failures(store) if is_beyond(recipe, one.name)]
     of_inputs = [one for one in failed if split_stream(recipe, one.split, one.index).beyond]
     of_parameters = [one for one in failed if one not in of_inputs]
-    said = _inputs_remark(recipe, of_inputs), _parameters_remark(recipe, of_parameters)
-    return " ".join(remark for remark in said if remark is not None) or None
+    remarks = _inputs_remark(recipe, of_inputs), _parameters_remark(recipe, of_parameters)
+    return " ".join(remark for remark in remarks if remark is not None) or None
 
 
 def _lost(failed: list[Failure]) -> list[Failure]:
-    """Return the last failures of those that failed on every draw beyond the ranges."""
+    """Return the last failure of each trajectory that failed on every draw beyond the ranges."""
     return [one for one in failed if one.attempt == BEYOND_ATTEMPTS - 1]
 
 

@@ -1,6 +1,6 @@
-"""A store says what it was made from: values of a recipe that its data depend on, a short motion.
+"""A fingerprint of a store holds the values of its recipe and a short motion of its model.
 
-Data of other values, or of a model that has changed since, are told by them.
+They show whether the data were made from other values, or from a model that has changed since.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class Fingerprint:
     """A Fingerprint has the values of a recipe that its data depend on.
 
     Attributes:
-        system, data, parameters: what these tables say about the data.
+        system, data, parameters: keys of these tables on which the data depend.
         step: sample step in s.
-        estimator: what the table says about its trajectories; None without one.
-        bound: kinds of excitation of its own; None where an error bound has none.
+        estimator: keys of this table about its trajectories; None without one.
+        bound: kinds of excitation of an error bound alone; None without such kinds.
     """
 
     system: Tables
@@ -75,7 +75,7 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
 def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float, float]:
     """Return the range of the amplitude factor that a store's trajectory was drawn with.
 
-    Without an estimator in the fingerprint no trajectory of one was made.
+    Without an estimator in the fingerprint, the store has no trajectory for one.
     """
     estimator = fingerprint.estimator
     if split == "beyond":
@@ -88,16 +88,16 @@ def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float,
 
 
 def same_kinds_of_draws(fingerprint: Fingerprint) -> Fingerprint:
-    """Return a fingerprint without how far inputs leave their ranges (``drawn_with``)."""
+    """Return a fingerprint without the factors of draws beyond the range (``drawn_with``)."""
     data = {k: v for k, v in fingerprint.data.items() if k != "beyond_factor"}
     return replace(fingerprint, estimator=None, data=data)
 
 
 @asked_of_sources
 def identity(system: System, recipe: Recipe) -> FloatArray:
-    """Return numbers that change when what makes the data changes, shape (n, m).
+    """Return numbers that change when the source of the data changes, shape (n, m).
 
-    Of a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``);
+    For a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``);
     ``same_motion`` compares them.
 
     Raises:
@@ -113,7 +113,7 @@ def same_motion(before: FloatArray, now: FloatArray) -> bool:
 
 
 def first_difference(found: Fingerprint, wanted: Fingerprint) -> str | None:
-    """Name the first value, in the order of the keys, that differs; None if none does."""
+    """Name the first value, in the order of the keys, that differs; None if all agree."""
     return _first_difference(plain(found), plain(wanted), "")
 
 

@@ -1,4 +1,4 @@
-"""All trajectories of a recipe are made here, on any executor.
+"""This module makes all trajectories of a recipe, on any executor.
 
 A generation may be killed at any moment: the next one makes what is missing.
 """
@@ -30,8 +30,8 @@ from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError
 
 JOBS, MOST_IN_A_JOB = 4096, 16
-"""Of more trajectories than ``JOBS`` a job has several, since to hand one out takes about a
-millisecond of one process. It has few, so that the last workers end at about the same time."""
+"""A job has several trajectories if there are more than ``JOBS``, since handing out a job takes
+about a millisecond. It has few, so that all workers end at about the same time."""
 
 
 def generate(
@@ -39,30 +39,29 @@ def generate(
     path: Path,
     executor: Executor | None,
     progress: Progress,
-    beside: Path | None = None,
+    recipe_folder: Path | None = None,
 ) -> int:
     """Make all trajectories of a recipe that its store does not hold yet.
 
-    The store is created where there is none. Without an
-    executor this process makes them. Several processes may do so at once, on one store: each
-    trajectory is made by one of them, and each process ends when all trajectories are there. The
-    progress is called at the start and after every job. A trajectory that cannot be simulated is
-    kept beside the store (``slide_fmu.data.failures``), and another draw takes its place. One
-    whose files are lost or damaged is made again.
+    A missing store is created. Without an executor this process makes the trajectories. Several
+    processes may do so at once, on one store: each trajectory is made by one of them, and each
+    process ends when all trajectories are there. The progress is called at the start and after
+    every job. A trajectory that cannot be simulated is kept in ``slide_fmu.data.failures``, and
+    another draw takes its place. A trajectory with lost or damaged files is made again.
 
     Args:
-        case: the recipe whose trajectories are made, all of whose numbers are known.
+        case: the recipe whose trajectories are made; all its numbers are known.
         path: place of the store.
-        executor: does the work; None for this process.
+        executor: the executor; None for this process.
         progress: shows how many trajectories are there.
-        beside: folder of the recipe where the executor's workers run elsewhere, since they look
-            for the recipe's own files there; None otherwise.
+        recipe_folder: folder of the recipe if the executor's workers run elsewhere, since they
+            look for the recipe's own files there; None otherwise.
 
     Returns:
-        How many trajectories this process or its executor made.
+        Number of trajectories that this process or its executor made.
 
     Raises:
-        RecipeError: the recipe leaves something to be found.
+        RecipeError: the recipe leaves values open.
         StoreError: the store belongs to another recipe or model, or workers do not see it.
         SimulationError: too many trajectories could not be simulated, or the model ended the
             process that simulated it; trajectories in the store stay there.
@@ -71,7 +70,7 @@ def generate(
     path = path.absolute()
     open_store(path, recipe, shapes_of(recipe, source), identity(source, recipe))
     forget_damaged(recipe, path)
-    return fill_store(source, case, path, executor, progress, beside)
+    return fill_store(source, case, path, executor, progress, recipe_folder)
 
 
 @asked_of_sources
@@ -81,14 +80,14 @@ def fill_store(
     path: Path,
     executor: Executor | None,
     progress: Progress,
-    beside: Path | None,
+    recipe_folder: Path | None,
 ) -> int:
     """Simulate the trajectories that the store does not hold yet; return their number.
 
     Arguments and errors are those of ``generate``; workers make systems of their own.
     """
     recipe = case.recipe
-    wanted, make = _missing(recipe, path), _maker(case, path, executor, beside)
+    wanted, make = _missing(recipe, path), _maker(case, path, executor, recipe_folder)
     total = sum(recipe.count(split) for split in SPLITS)
     before, made = total - len(wanted), 0
     progress(before, total)
@@ -105,7 +104,7 @@ def fill_store(
                     busy.extend(tally.busy)
                     progress(before, total)
             wanted = busy
-            if wanted:  # another process makes them; should it die, they are made here
+            if wanted:  # another process makes them; if it dies, they are made here
                 time.sleep(next(pauses))
     except BrokenExecutor as error:
         named = recipe.system.model, recipe.system.kind
@@ -114,7 +113,7 @@ def fill_store(
 
 
 def shapes_of(recipe: Recipe, source: Source) -> Shapes:
-    """Return the shapes of what is stored of a trajectory."""
+    """Return the shapes of the stored arrays of a trajectory."""
     count = round(recipe.data.duration / recipe.window.step)
     shapes: Shapes = {
         "inputs": (count, len(source.inputs)),
@@ -135,24 +134,24 @@ def _missing(recipe: Recipe, path: Path) -> list[tuple[str, int]]:
 
 
 def _maker(
-    case: Case, path: Path, executor: Executor | None, beside: Path | None
+    case: Case, path: Path, executor: Executor | None, recipe_folder: Path | None
 ) -> Callable[[tuple[tuple[str, int], ...]], Tally]:
-    """Return what makes the trajectories of a job: here, or from an order where it crosses."""
+    """Return the function that makes the trajectories of a job, here or in a worker."""
     if executor is None:
         return partial(make_trajectories, case, path)
-    folder = None if beside is None else str(beside.absolute())
+    folder = None if recipe_folder is None else str(recipe_folder.absolute())
     return partial(make_ordered, Order(pickle.dumps(case), str(path), folder))
 
 
 def _jobs(wanted: list[tuple[str, int]]) -> Iterator[tuple[tuple[tuple[str, int], ...]]]:
-    """Divide what is wanted into jobs."""
+    """Divide the wanted trajectories into jobs."""
     size = min(max(len(wanted) // JOBS, 1), MOST_IN_A_JOB)
     for first in range(0, len(wanted), size):
         yield (tuple(wanted[first : first + size]),)
 
 
 def _pauses() -> Iterator[float]:
-    """Give the times in s between two looks at what other processes make: longer and longer."""
+    """Yield longer and longer times in s between two checks of what other processes have made."""
     yield from (0.1, 0.2, 0.5, 1.0)
     while True:
         yield 2.0

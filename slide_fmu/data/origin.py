@@ -1,4 +1,4 @@
-"""A store of another recipe, or of a model that has changed since, is refused."""
+"""This module refuses a store of another recipe, or of a model that has changed since."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from slide_fmu.recipe.recipe import Recipe
 def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool = False) -> None:
     """Refuse a store that was made from another recipe, or from a model that has changed since.
 
-    Recipes with and without error estimator may share a store. The probe is as of ``open_store``,
-    after which inputs may leave their ranges otherwise than before: these are ``redrawn``.
+    Recipes with and without error estimator may share a store. The probe is as in ``open_store``,
+    which may draw trajectories beyond the ranges anew: these are ``redrawn``.
 
     Raises:
         StoreError: there is no store, a value differs (the message names the first that does), or
@@ -48,7 +48,7 @@ def require_origin(path: Path, recipe: Recipe, probe: FloatArray, redrawn: bool 
 def _require_same_values(
     path: Path, found: Fingerprint, wanted: Fingerprint, redrawn: bool
 ) -> None:
-    """Refuse fingerprints that differ, or differ in more than what is redrawn."""
+    """Refuse fingerprints that differ in more than the redrawn trajectories."""
     same, command = same_kinds_of_draws, "slide-fmu generate RECIPE --overwrite"
     difference = first_difference(same(found), same(wanted))
     if difference is None and not redrawn:
@@ -64,7 +64,7 @@ def _require_same_values(
 
 
 def require_motion(path: Path, probe: FloatArray, where: str) -> None:
-    """Refuse a model that does not give the short motion of the store's at another place.
+    """Refuse a model whose short motion differs from the motion of the store's model.
 
     Raises:
         StoreError: the motions differ; the message begins with the place.

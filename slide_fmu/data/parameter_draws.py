@@ -1,6 +1,6 @@
-"""Values of physical parameters for trajectories: points of a Sobol sequence over their ranges.
+"""This module draws physical parameters of trajectories as points of a Sobol sequence.
 
-A Sobol sequence fills the box of the ranges evenly, however many of its points are taken.
+A Sobol sequence fills the box of the ranges evenly with any number of points.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ def drawn_parameters(
 ) -> dict[str, float]:
     """Draw the parameters of trajectory ``index``, from 0, of a stream, by name.
 
-    The result depends on the arguments alone; there are none where the recipe has none. A further
-    ``attempt`` has the same values, unless the system has failed ``BEYOND_ATTEMPTS`` times on
-    values beyond the ranges: then they are drawn within.
+    The result depends on the arguments alone; it is empty without parameters in the recipe. A
+    further ``attempt`` has the same values, unless the system has failed ``BEYOND_ATTEMPTS`` times
+    on values beyond the ranges: then they are drawn within.
     """
     found = _drawn(recipe, stream, index, beyond=stream.number in LEARNT)
     if attempt >= BEYOND_ATTEMPTS and _leave(recipe, found):
@@ -58,9 +58,9 @@ def case_at(case: Case, values: dict[str, float]) -> Case:
 
 
 def with_values(words: str, values: dict[str, float]) -> str:
-    """Return what went wrong, with the values of the parameters where there are some."""
-    told = ", ".join(f"{name} = {value:g}" for name, value in values.items())
-    return f"{words} (with {told})" if values else words
+    """Return an error message with the values of the parameters, if there are some."""
+    listed = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    return f"{words} (with {listed})" if values else words
 
 
 def _drawn(recipe: Recipe, stream: Stream, index: int, beyond: bool) -> dict[str, float]:
@@ -88,7 +88,8 @@ def _leave(recipe: Recipe, values: dict[str, float]) -> bool:
 def _value(parameter: Parameter, share: float, beyond: float) -> float:
     """Return the value at a share, from 0 to 1, of a range; evenly in the transformed value.
 
-    The range is wider by the part ``beyond`` of it at both ends. Rounding leaves it nowhere.
+    The range is wider by the part ``beyond`` of it at both ends. Rounding does not leave the
+    range.
     """
     first, last = parameter.beyond(beyond) if beyond else (parameter.low, parameter.high)
     low, high = (float(parameter.scaled(end)) for end in (first, last))

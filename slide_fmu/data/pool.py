@@ -1,7 +1,7 @@
 """Worker processes simulate in parallel; they never outlive the process that started them.
 
-Where there shall be none, this process does their work. Ctrl-C in a terminal reaches all of them:
-workers do not hear it, and end with the pool, which their parent ends then.
+Without workers, this process does their work. Ctrl-C in a terminal reaches all processes: workers
+ignore it, and end with the pool, which their parent then ends.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ Result = TypeVar("Result")
 def process_pool(workers: int | None = None) -> Iterator[Executor | None]:
     """Open a pool of processes, one per core if None, that end with their parent, however it ends.
 
-    The pool is shut down at the end of the ``with`` block, after the jobs that have begun; at once
-    where the user interrupts the block. No workers, 0, are no pool.
+    The pool is shut down at the end of the ``with`` block after the running jobs, or at once if
+    the user interrupts the block. With 0 workers there is no pool.
     """
     if workers == 0:
         yield None
@@ -51,7 +51,7 @@ def process_pool(workers: int | None = None) -> Iterator[Executor | None]:
 
 
 class _Pool(ProcessPoolExecutor):
-    """Its workers are started when there are jobs for them, and hear no Ctrl-C from then on."""
+    """A pool whose workers start when there are jobs for them, and ignore Ctrl-C from then on."""
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         with _interrupts_held():
@@ -60,12 +60,13 @@ class _Pool(ProcessPoolExecutor):
     def leave(self, wanted: Connection[Any, Any]) -> None:
         """End the workers at once: they do so when the connection closes.
 
-        What has not begun is forgotten first, since a pool whose workers end answers for the rest.
+        Waiting jobs are cancelled first, since a pool whose workers end would raise errors for
+        them.
         """
         manager = getattr(self, "_executor_manager_thread", None)
         self.shutdown(wait=False, cancel_futures=True)
         wanted.close()
-        if manager is not None:  # this object must be there until it has heard of that
+        if manager is not None:  # it must live until it knows that the workers have ended
             manager.join()
 
 
@@ -102,8 +103,8 @@ def in_parallel(
 ) -> list[Result]:
     """Call a function with the arguments of every job; return the results in the jobs' order.
 
-    ``done`` hears how many are done. Where one raises, those that have not begun are left out.
-    Without a pool this process does one job after the other.
+    ``done`` is called with the number of finished jobs. If a job raises, waiting jobs are left
+    out. Without a pool this process does one job after the other.
     """
     results: dict[int, Result] = {}
     with closing(as_done(pool, function, jobs)) as answers:
@@ -120,8 +121,8 @@ def as_done(
 ) -> Generator[tuple[int, Result], None, None]:
     """Call a function with the arguments of every job; give number and result of each when done.
 
-    Where one raises, or who asked closes the generator, those that have not begun are left out.
-    Without a pool this process does them.
+    If a job raises, or the caller closes the generator, waiting jobs are left out. Without a pool
+    this process does the jobs.
     """
     if pool is None:
         for number, job in enumerate(jobs):

@@ -1,4 +1,4 @@
-"""How long a simulated second of a recipe takes."""
+"""This module measures the wall time of a simulated second of a recipe."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 
 TIMED, TIMED_SAMPLES = 2.0, 100
-"""Motions are simulated for at least this time in s, to say how long a simulated second takes. The
-first of them has so many samples, beside its lead-in, and is enough where it takes that long."""
+"""Least wall time in s for which motions are simulated, and samples of the first motion behind
+its burn-in. The first motion is enough if it takes this time."""
 
 
 def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
     """Return the wall time in s of a simulated second, of motions as the data have them.
 
-    The text says that some of them failed; it is None if none did. What the system remarks on
-    itself after these motions follows.
+    The text is a remark on failed motions, or None. The system's own remarks after these motions
+    follow.
     """
     recipe, system = case.recipe, case.system
     tolerance = Tolerance(recipe.data.most_failures)

@@ -3,8 +3,8 @@
 Several processes write trajectories at once: each writes whole chunks of its own and sets the
 trajectory's ``done`` flag last. A process that dies leaves a trajectory without its flag, which
 is then made again. The store keeps a fingerprint of the recipe and a short motion of the model, so
-that data of other values, or of a model that has changed since, is refused. Where a recipe changes
-how far inputs leave their ranges, the trajectories that are drawn as before stay.
+that data of other values, or of a model that has changed since, is refused. If a recipe changes
+the draws beyond the ranges, trajectories that are drawn as before stay.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ from slide_fmu.data.zarr_group import (
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 
 ROOM_PATIENCE = 60.0
-"""Time in s in which other programs make room in a store, one after the other."""
+"""Time in s to wait while other programs make room in a store, one after the other."""
 
 
 def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
-    """Create the store, or make room at ``path`` for the trajectories that the recipe has more.
+    """Create the store, or make room at ``path`` for further trajectories of the recipe.
 
-    Trajectories that the recipe draws with other factors than before are missing then, and so are
-    their failures; others stay. A store that has room is not written to; several programs take
-    turns to make some. A changed model is noticed by the outputs of its short motion,
+    Trajectories that the recipe now draws with other factors are removed with their failures;
+    others stay. A store that has room is not written to; several programs make room one after the
+    other. A changed model is noticed by the outputs of its short motion,
     ``slide_fmu.data.draws.probe``.
 
     Raises:
@@ -108,7 +108,7 @@ def _forget_redrawn(path: Path, recipe: Recipe) -> None:
 
 
 def forget_trajectories(path: Path, split: str, indices: Sequence[int]) -> None:
-    """Take trajectories for missing, with their failures, so that they are made again.
+    """Mark trajectories as missing and remove their failures, so that they are made again.
 
     Raises:
         OSError: the store cannot be written; it names the path.
@@ -133,10 +133,10 @@ def _lengthen(path: Path, split: str, name: str, count: int) -> None:
 
 
 def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) -> None:
-    """Create a store beside its place, then move it there: a store is whole or not there.
+    """Create a store under a temporary name, then rename it, so that no partial store exists.
 
-    The first of several programs that do so wins; the others use its store. Nothing is left beside
-    its place where that fails.
+    The first of several programs that do so wins; the others use its store. If this fails, the
+    temporary store is removed.
     """
     stated = {
         "format": FORMAT,
@@ -161,7 +161,7 @@ def _create_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray)
 def remove_store(path: Path) -> None:
     """Remove a store, if there is one.
 
-    It is renamed first, so that a store that is removed in part is never taken for a store.
+    It is renamed first, so that a partly removed store is never used.
     """
     doomed = path.with_name(f"{path.name}.removed")
     shutil.rmtree(doomed, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""Trajectories are written to a store one by one, and read from it by split.
+"""This module writes trajectories to a store one by one, and reads them by split.
 
 Several processes write trajectories at once: each writes whole chunks of its own and sets the
 trajectory's ``done`` flag last. A process that dies leaves a trajectory without its flag, which
@@ -36,10 +36,10 @@ class Split:
     Attributes:
         inputs: inputs in their units, shape (n_trajectories, N, n_inputs).
         outputs: outputs in their units, shape (n_trajectories, N + 1, n_outputs).
-        kinds: index of each trajectory's excitation in the recipe's mix, or of its file among
-            those of records, shape (n_trajectories,).
+        kinds: index of each trajectory's excitation in the recipe's mix, or of its record file,
+            shape (n_trajectories,).
         parameters: values of each trajectory's physical parameters, in their units, shape
-            (n_trajectories, n_parameters); None where the recipe has none.
+            (n_trajectories, n_parameters); None without parameters.
     """
 
     inputs: FloatArray
@@ -64,8 +64,8 @@ def write_trajectory(
 ) -> None:
     """Write one trajectory, its flag last; others may be written at the same time.
 
-    The index counts from 0 in the split; ``kind`` is as of ``Split.kinds``. The parameters,
-    (n_parameters,), are given where the recipe has some.
+    The index counts from 0 in the split; ``kind`` is as in ``Split.kinds``. The parameters,
+    (n_parameters,), are given if the recipe has some.
 
     Raises:
         OSError: the trajectory cannot be written; it names the store.
@@ -83,7 +83,7 @@ def write_trajectory(
 def missing_trajectories(path: Path, split: str, count: int | None = None) -> list[int]:
     """List indices of the split's first ``count`` trajectories that are not in the store, rising.
 
-    Without a count these are all that the store has room for.
+    Without a count, all trajectories that the store has room for are checked.
 
     Raises:
         StoreError: the store is damaged.
@@ -154,12 +154,12 @@ def read_split(path: Path, split: str, count: int | None = None) -> Split:
 def are_whole(path: Path, found: dict[str, NDArray[Any]]) -> NDArray[np.bool_]:
     """Tell which trajectories, read from a split's arrays by name, are whole, shape (n,).
 
-    A chunk whose file is lost reads as the fill value, which is not a number.
+    A chunk whose file is lost is read as the fill value NaN.
     """
     rules = rules_of_tables({"system": attributes(path).fingerprint.system})
     whole = np.ones(len(found["kinds"]), dtype=bool)
     for name in found.keys() - {"kinds"}:
-        # where outputs may be missing before those that are scored, not all of them are
+        # outputs of records may be missing before the scored samples, but not all of them
         enough = np.any if rules.lacks_outputs and name == "outputs" else np.all
         whole &= enough(np.isfinite(found[name]), axis=tuple(range(1, found[name].ndim)))
     return whole

@@ -1,4 +1,4 @@
-"""Unseen motions: trajectories that no training saw, with what the reference does on them."""
+"""This module draws motions that no training uses, with the outputs of the reference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slide_fmu.systems.base import System
 
 @dataclass(frozen=True, eq=False)
 class UnseenMotion:
-    """A motion is an unseen trajectory, in physical units.
+    """An UnseenMotion is a trajectory that no training uses, in units of measure.
 
     Attributes:
         inputs: inputs at samples 0 .. N - 1, burn-in first, shape (N, n_inputs).
@@ -59,10 +59,10 @@ def unseen_motions(
 def known_or_simulated(
     system: System, recipe: Recipe, simulate: Callable[[], list[UnseenMotion]]
 ) -> list[UnseenMotion]:
-    """Return unseen motions of a recipe: those that are known already, or those of a simulation.
+    """Return unseen motions of a recipe, either already measured or simulated now.
 
     Raises:
-        RecipeError: there is too little that nothing was learnt from.
+        RecipeError: records have too few samples that are not learnt from.
     """
     return simulate()
 

@@ -1,8 +1,8 @@
-"""What a worker does, in a process or thread of its own, on this machine or another.
+"""A worker makes trajectories, in its own process or thread, on this machine or another.
 
-A worker simulates a trajectory only if it is not in the store yet and nobody else simulates it. So
-the same job may be given to several workers, or again to another where one has died: what is
-finished is never repeated.
+A worker simulates a trajectory only if it is not in the store yet and no other worker simulates
+it. So the same job may be given to several workers, or again to another if one has died: finished
+trajectories are never repeated.
 """
 
 from __future__ import annotations
@@ -50,30 +50,30 @@ KEPT = 64
 
 @dataclass(frozen=True)
 class Order:
-    """An order is what all jobs of a generation have in common.
+    """An Order holds the common data of all jobs of a generation.
 
     Attributes:
         case: the pickle of a ``Case``, of which each worker makes its own systems.
         store: absolute path of the store.
-        beside: absolute path of the recipe's folder, in which workers elsewhere look for its own
-            files; None for workers that this process started.
-        number: tells the orders of generations apart: the same model may be another one by then.
+        recipe_folder: absolute path of the recipe's folder, in which workers elsewhere look for
+            its own files; None for workers that this process started.
+        number: number of the generation; its model may have changed since the one before.
     """
 
     case: bytes
     store: str
-    beside: str | None = None
+    recipe_folder: str | None = None
     number: str = field(default_factory=lambda: uuid.uuid4().hex)
 
 
 @dataclass(frozen=True)
 class Tally:
-    """A tally says what became of the trajectories of a job.
+    """A Tally counts the results of a job.
 
     Attributes:
-        made: how many were simulated and written now.
-        found: how many were in the store already.
-        busy: split and index of those that another process simulates, or did until it died.
+        made: number of trajectories that were simulated and written now.
+        found: number of trajectories that were in the store already.
+        busy: split and index of trajectories that another process simulates, or did until it died.
     """
 
     made: int
@@ -82,28 +82,28 @@ class Tally:
 
 
 def make_ordered(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
-    """Make the trajectories of an order that are wanted, as ``make_trajectories`` does.
+    """Make the wanted trajectories of an order, as ``make_trajectories`` does.
 
     Raises:
         LoadError: the system cannot be made here.
         StoreError: this machine does not see the store, or the model is another one here.
-        OSError: as of ``make_trajectories``.
+        OSError: as in ``make_trajectories``.
     """
     return make_trajectories(_case_of(order, threading.get_ident()), Path(order.store), wanted)
 
 
 @lru_cache(maxsize=KEPT)
 def _case_of(order: Order, thread: int) -> Case:
-    """Return the case of an order; a model that is another one here is refused.
+    """Return the case of an order; a model that differs on this machine is refused.
 
     Systems hold a state, so two threads (``threading.get_ident``) must not step the same one.
     """
-    if order.beside is not None:
+    if order.recipe_folder is not None:
         _require_disk(Path(order.store))
-        if order.beside not in sys.path:
-            sys.path.insert(0, order.beside)
+        if order.recipe_folder not in sys.path:
+            sys.path.insert(0, order.recipe_folder)
     case: Case = pickle.loads(order.case)
-    if order.beside is not None:  # the packages and files there may be others than those here
+    if order.recipe_folder is not None:  # packages and files may differ between the machines
         where = f"the worker on {socket.gethostname()}"
         require_motion(Path(order.store), identity(case.source, case.recipe), where)
     return case
@@ -137,7 +137,7 @@ def make_trajectories(case: Case, path: Path, wanted: Sequence[tuple[str, int]])
 
 
 def _require_disk(store: Path) -> None:
-    """Refuse to work where the disk of the store is not seen."""
+    """Refuse to work on a machine without access to the disk of the store."""
     end = time.monotonic() + APPEARS
     while not store.exists():
         if time.monotonic() > end:

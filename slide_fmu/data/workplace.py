@@ -1,4 +1,4 @@
-"""Trajectories are made by processes of this machine, or by a cluster."""
+"""A workplace makes trajectories by processes of this machine, or by a cluster."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Workplace:
     """A workplace makes trajectories, with processes of this machine or with a cluster.
 
     Attributes:
-        workers: number of processes of this machine; one per core if None, none if 0.
+        workers: number of processes of this machine; one per core if None, 0 for no processes.
         executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
     """
 
@@ -54,25 +54,25 @@ class Workplace:
             with cluster(self.executor) as executor:
                 yield executor
 
-    def make(self, case: Case, beside: Path | None, store: Path, progress: Progress) -> int:
+    def make(self, case: Case, recipe_folder: Path | None, store: Path, progress: Progress) -> int:
         """Make a recipe's trajectories in a store, and return how many were made here.
 
         Args:
             case: the recipe whose trajectories are made.
-            beside: folder of the recipe; None where it lies in none.
+            recipe_folder: folder of the recipe; None for a recipe that is not a file.
             store: place of the store.
             progress: shows how many are there.
 
         Raises:
             ClusterError: the cluster cannot be used.
-            RecipeError: as of ``require_work_elsewhere``.
-            StoreError, SimulationError: as of ``generate``.
+            RecipeError: as in ``require_work_elsewhere``.
+            StoreError, SimulationError: as in ``generate``.
         """
         elsewhere = self.executor is not None
         if self.executor is not None:
             require_work_elsewhere(case.source, case.recipe, self.executor)
         with self.open() as executor:
-            folder = (beside or Path()) if elsewhere else None
+            folder = (recipe_folder or Path()) if elsewhere else None
             return generate(case, store, executor, progress, folder)
 
 
@@ -81,5 +81,5 @@ def require_work_elsewhere(system: System, recipe: Recipe, executor: str) -> Non
     """Refuse a cluster, by its address, for trajectories that no other machine can make.
 
     Raises:
-        RecipeError: nothing of the recipe is simulated.
+        RecipeError: the recipe has records, which are not simulated.
     """

@@ -1,6 +1,6 @@
 """The files of a store are a Zarr group, with one chunk per trajectory.
 
-What Zarr raises on damaged files becomes a StoreError here.
+Exceptions of Zarr for damaged files become a StoreError here.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import Fingerprint
 
 FORMAT = 1
-"""Stores of other formats are refused: it is raised when the fingerprint of a recipe has other
-keys."""
+"""Stores of other formats are refused. The number rises when the fingerprint gets other keys."""
 
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a trajectory's ``inputs``, (N, n_inputs), ``outputs``, (N + 1, n_outputs), and, where
@@ -31,13 +30,13 @@ there are physical parameters, of these, (n_parameters,)."""
 
 
 def open_group(path: Path, mode: Any) -> Any:
-    """Open the Zarr group of a store in a mode as of Zarr."""
+    """Open the Zarr group of a store in a mode of Zarr."""
     return zarr.open_group(path, mode=mode)
 
 
 @dataclass(frozen=True, eq=False)
 class Attributes:
-    """These are the attributes of a store, which say what it was made from.
+    """These are the attributes of a store, which describe its origin.
 
     Attributes:
         fingerprint: values of the recipe.
@@ -50,10 +49,10 @@ class Attributes:
 
 
 def attributes(path: Path) -> Attributes:
-    """Return what a store states about itself.
+    """Return the attributes of a store.
 
     Raises:
-        StoreError: it is no store, a damaged one, or one of another version.
+        StoreError: it is not a store, is damaged, or has another version.
     """
     try:
         found = open_group(path, "r").attrs.asdict()
@@ -89,7 +88,7 @@ def require_store(path: Path) -> None:
 
 @contextlib.contextmanager
 def damage_reported(path: Path, split: str) -> Iterator[None]:
-    """Turn what Zarr raises on damaged files into a StoreError with the remedy."""
+    """Turn exceptions of Zarr for damaged files into a StoreError with the remedy."""
     try:
         yield
     except (RuntimeError, ValueError, KeyError, TypeError) as error:
@@ -101,7 +100,7 @@ def damage_reported(path: Path, split: str) -> Iterator[None]:
 
 
 def create_split(group: Any, count: int, shapes: Shapes) -> None:
-    """Create the arrays of a split: not a number where nothing is written, and no flag set.
+    """Create the arrays of a split, filled with NaN, and without flags.
 
     Every chunk ends with its checksum, so that a damaged one is not read.
     """

@@ -50,7 +50,7 @@ class Job:
         open_keys: keys of the recipe that are still to be found; they hold first guesses.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
         sizing: how the window of this recipe was sized when it was found; None if it was not now.
-        beside: folder of the recipe file; None of a text that lies in none.
+        recipe_folder: folder of the recipe file; None for a recipe that is not a file.
         command: what was typed to make the surrogate, for people; paths are left out.
         tell: says a sentence to people while the job is done.
         is_checked: whether the recipe was held against its systems (``checked``).
@@ -63,7 +63,7 @@ class Job:
     open_keys: tuple[str, ...] = ()
     resolved: FoundValues = field(default_factory=dict)
     sizing: AnySizing | None = field(default=None, repr=False)
-    beside: Path | None = None
+    recipe_folder: Path | None = None
     command: str = "slide-fmu run RECIPE"
     tell: Tell = field(default=silent, repr=False)
     is_checked: bool = False
@@ -105,7 +105,7 @@ def open_job(
     seeds = training_seed, data_seed
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)
-    return replace(job, beside=recipe_path.parent.resolve(), command=command, tell=tell)
+    return replace(job, recipe_folder=recipe_path.parent.resolve(), command=command, tell=tell)
 
 
 def _command(recipe: Path, training_seed: int | None, data_seed: int | None) -> str:

@@ -66,11 +66,11 @@ def find_numbers(
     folder: RunFolder,
     bar: Stages,
     place: Workplace,
-    beside: Path | None = None,
+    recipe_folder: Path | None = None,
 ) -> FoundValues:
     """Return the numbers of trajectories that a recipe leaves open; they are found if need be.
 
-    The workplace makes the trajectories of a recipe that lies in the folder ``beside``.
+    The workplace makes the trajectories of a recipe in the folder ``recipe_folder``.
 
     Raises:
         LoadError, RecipeError: the recipe's systems cannot be made.
@@ -81,7 +81,7 @@ def find_numbers(
     if found is not None:
         return found
     if "data.train" in open_keys:
-        _extend_curve(case, folder, _Staged(case, folder, bar, place, beside))
+        _extend_curve(case, folder, _Staged(case, folder, bar, place, recipe_folder))
     if _needs_cost(open_keys) and kept_cost(case, folder) is None:
         _measure_cost(case, folder, bar)
     found = known_numbers(case, open_keys, folder)
@@ -280,7 +280,7 @@ class _Staged:
     folder: RunFolder
     bar: Stages
     place: Workplace
-    beside: Path | None
+    recipe_folder: Path | None
 
     def make(self, train: int, stage: str) -> None:
         """Make so many trajectories to learn from, and those that judge; the stage has a name."""
@@ -294,4 +294,4 @@ class _Staged:
         staged = self.case.with_recipe(recipe.model_copy(update=changes))
         self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(stage)
-        self.place.make(staged, self.beside, self.folder.store, progress)
+        self.place.make(staged, self.recipe_folder, self.folder.store, progress)

@@ -148,7 +148,7 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     if overwrite:
         remove_store(job.folder.store)
         remove_failures(job.folder.store)
-    numbers = find_numbers(job.case, job.open_keys, job.folder, job.bar, place, job.beside)
+    numbers = find_numbers(job.case, job.open_keys, job.folder, job.bar, place, job.recipe_folder)
     return with_values(job, numbers) if numbers else job
 
 
@@ -166,7 +166,7 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
     job.folder.path.mkdir(parents=True, exist_ok=True)
     progress = job.bar("trajectories")
     begin = time.monotonic()
-    made = place.make(job.case, job.beside, job.folder.store, progress)
+    made = place.make(job.case, job.recipe_folder, job.folder.store, progress)
     curve = kept_curve(job.case, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)

@@ -1,7 +1,7 @@
-"""Keys of a recipe that may be ``"auto"``: they are found from the system, and guessed until then.
+"""This module lists keys that may be ``"auto"``, and guesses them until they are found.
 
-A key that is left out counts as ``"auto"``. The guesses only make a whole recipe of what there is,
-so that the system can be made and its motions drawn; nothing is learnt from them.
+A key that is left out counts as ``"auto"``. The guesses complete the recipe, so that the system
+can be made and its motions drawn; nothing is learnt from them.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ Tables = dict[str, Any]
 """The tables of a recipe as they were read; nothing in them is checked yet."""
 
 Value = int | float | str
-"""What is found for a key."""
+"""Type of a value that is found for a key."""
 
 FoundValues = dict[str, dict[str, Value]]
 """Values that were found, by table and key of a recipe, as ``{"window": {"n_in": 96}}``."""
 
 AUTO = "auto"
-"""What a recipe says where a value is to be found."""
+"""Value of a key in a recipe whose value is to be found."""
 
 LENGTHS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
 """Keys that follow from how long the system remembers, in the order in which they are guessed."""
@@ -28,10 +28,10 @@ NUMBERS = ("data.train", "data.validation", "data.estimator", "data.estimator_va
 """Numbers of trajectories, which follow from a learning curve."""
 
 ESTIMATOR_NUMBERS = NUMBERS[2:]
-"""Those of the error estimator; a recipe without one leaves none of them open."""
+"""Numbers of the error estimator; a recipe without one leaves no such number open."""
 
 BOUND_NUMBERS = ("data.companion", "data.bound", "data.calibration")
-"""Those of the error bound, which follow from what a simulation costs. A recipe that gives
+"""Numbers of the error bound, which follow from the time of a simulation. A recipe that gives
 ``data.train`` and leaves them out has their defaults."""
 
 AUTOMATIC = LENGTHS + NUMBERS + BOUND_NUMBERS
@@ -45,7 +45,7 @@ LEAST_CALIBRATION = 20
 (``slide_fmu.bounds.error_bound``)."""
 
 GUESSED_N_OUT = 64
-"""The first guess of an output window, in samples; that of an input window is three times it."""
+"""The first guess of an output window, in samples; an input window is three times as long."""
 
 
 def automatic_keys(tables: Tables) -> tuple[str, ...]:

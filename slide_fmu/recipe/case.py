@@ -1,4 +1,4 @@
-"""A case is a recipe with the systems that are made of it, which travel with it."""
+"""A Case holds a recipe together with the systems that are made from it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ Driven = TypeVar("Driven", bound=Source)
 class Systems:
     """The systems of a recipe, each made when it is first asked for, and once. Final.
 
-    What crosses to another process is what they are made from, so that every process makes its
-    own.
+    A pickle holds only their specifications, so that every process makes systems of its own.
     """
 
     def __init__(self, recipe: Recipe, given: System | None = None) -> None:
@@ -41,12 +40,12 @@ class Systems:
 
     @cached_property
     def source(self) -> Source:
-        """Where the data come from."""
+        """The source of the data."""
         return self._drivable(load_source(self.specification), self.specification)
 
     @cached_property
     def reference(self) -> System:
-        """What the FMU is measured against."""
+        """The reference system of the FMU."""
         if not self._recipe.system.reference:
             return require_system(self.source, self._recipe.system.model)
         made = self.reference_specification
@@ -57,21 +56,21 @@ class Systems:
 
     @cached_property
     def specification(self) -> Specification:
-        """What the source is made from; physical parameters have their start values."""
+        """Specification of the source; physical parameters have their start values."""
         return _specification(self._recipe, self._given)
 
     @property
     def reference_specification(self) -> Specification:
-        """What the reference is made from."""
+        """Specification of the reference."""
         made = self.specification
         return replace(made, parameters={**made.parameters, **self._recipe.system.reference})
 
     def at(self, recipe: Recipe) -> Systems:
-        """Return the systems of another recipe, by which the same object may be meant."""
+        """Return the systems of another recipe, which may use the same object of a session."""
         return Systems(recipe, self._given)
 
     def _drivable(self, source: Driven, made: Specification) -> Driven:
-        """Refuse excitations that cannot drive a source; give it what lies between samples."""
+        """Refuse excitations that cannot drive a source; add the inputs between samples."""
         recipe, parts = self._recipe, self._recipe.data.substeps
         bends = parts > 1 and isinstance(source, System) and moves(source.inputs)
         if bends and not isinstance(source, Bending):
@@ -86,8 +85,8 @@ class Case:
     """A case is a recipe with its systems, which are made when they are first asked for.
 
     Attributes:
-        recipe: what is to be learnt.
-        systems: those of the recipe, or of one that says the same about them.
+        recipe: the recipe.
+        systems: its systems, or the systems of a recipe that agrees about them.
     """
 
     recipe: Recipe
@@ -95,10 +94,10 @@ class Case:
 
     @property
     def source(self) -> Source:
-        """Where the data come from: a system that makes them, or records of one.
+        """The source of the data: a simulated system, or records of one.
 
         Raises:
-            LoadError: model, class, parameters or files are not there, or cannot be used.
+            LoadError: model, class, parameters or files are missing, or cannot be used.
             RecipeError: an excitation of the recipe cannot drive the inputs, or the recipe gives
                 the step as a parameter.
         """
@@ -109,7 +108,7 @@ class Case:
         """The system that makes the data.
 
         Raises:
-            LoadError, RecipeError: as of ``source``; or there are only records.
+            LoadError, RecipeError: as in ``source``; or there are only records.
         """
         return require_system(self.source, self.recipe.system.model)
 
@@ -118,17 +117,17 @@ class Case:
         """The system that the FMU is measured against.
 
         Raises:
-            LoadError, RecipeError: as of ``system``; or signals or geometry are not those of the
-                system that makes the data.
+            LoadError, RecipeError: as in ``system``; or signals or geometry differ from the system
+                that makes the data.
         """
         return self.systems.reference
 
     def with_recipe(self, recipe: Recipe) -> Case:
-        """Return the case of a recipe that says the same about its systems."""
+        """Return the case of a recipe that agrees about its systems."""
         return replace(self, recipe=recipe)
 
     def at(self, values: Mapping[str, float]) -> Case:
-        """Return the case with values of its physical parameters; itself where there are none."""
+        """Return the case with values of its physical parameters; itself without parameters."""
         if not values:
             return self
         recipe = self.recipe.at(values)
@@ -142,8 +141,8 @@ class Case:
         """Return the case at ends of the ranges of its parameters, whose source can be made.
 
         Raises:
-            LoadError: as of ``source``; the message names the values, where there are some.
-            RecipeError: as of ``source``.
+            LoadError: as in ``source``; the message names the values of parameters.
+            RecipeError: as in ``source``.
         """
         found = self.at(ends)
         try:
@@ -169,9 +168,9 @@ class Case:
 
     @property
     def finer_steps(self) -> int:
-        """How many of the reference's own steps, or of fine steps, fit into a sample step.
+        """Number of the reference's own steps, or of fine steps, in a sample step.
 
-        An FMU that names a step goes on by that, and every other model by ``FINER`` steps.
+        An FMU that names a step uses it; every other model has ``FINER`` steps.
         """
         own = self.reference.own_step
         return FINER if own is None else max(1, round(self.recipe.window.step / own))
@@ -179,8 +178,8 @@ class Case:
     def reference_as_it_runs(self) -> System:
         """Make the reference with the step by which it runs by itself (``finer_steps``).
 
-        Its inputs have the hold that they have in the recipe, over the shorter step; those of a
-        system that names its own step are held over it, as by an importer that runs it.
+        Its inputs have the hold of the recipe, over the shorter step. A system that names its own
+        step has held inputs over this step, as from an importer that runs it.
 
         Raises:
             LoadError: its class has a step of its own.
@@ -199,7 +198,7 @@ class Case:
 
 
 def case_of(recipe: Recipe, given: System | None = None) -> Case:
-    """Return the case of a recipe, which may be about an object that a session gives."""
+    """Return the case of a recipe, which may use an object of a session."""
     return Case(recipe, Systems(recipe, given))
 
 
@@ -218,7 +217,7 @@ def _with_parts(made: Specification, step: float, parts: int) -> System:
 def _require_part(
     system: System, made: Specification, step: float, parts: int, remedy: str
 ) -> None:
-    """Refuse a system that has not the step in s that it was asked for."""
+    """Refuse a system whose step in s is not the requested one."""
     if not math.isclose(system.step, step, rel_tol=1e-9):
         raise LoadError(
             f"system {made.model!r}: sample step {system.step:g} s; expected {step:g} s, which "
@@ -227,7 +226,7 @@ def _require_part(
 
 
 def _specification(recipe: Recipe, given: System | None) -> Specification:
-    """Return what the source of a recipe is made from.
+    """Return the specification of the source of a recipe.
 
     Raises:
         RecipeError: the recipe gives the step as a parameter.

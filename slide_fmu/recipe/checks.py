@@ -1,4 +1,4 @@
-"""The tables of a recipe must fit each other; the checks of that are one list."""
+"""This module checks that the tables of a recipe fit each other; the checks are one list."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 
 MOST_SAMPLES = 10_000_000
-"""Longer motions fit into no memory: this one takes 80 MB for each signal."""
+"""Largest number of samples of a motion: this one takes 80 MB of memory for each signal."""
 
 
 def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
-    """Return what is wrong in a recipe, one sentence for each check that fails.
+    """Return the faults of a recipe, one sentence for each check that fails.
 
-    Lengths that are left to be found hold first guesses, with which nothing else need agree.
+    Open lengths hold first guesses, so checks of lengths are left out for them.
     """
     guessed = any(key in LENGTHS for key in open_keys)
     found = []
@@ -30,7 +30,7 @@ def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
 
 
 def require_parameters(recipe: Recipe) -> None:
-    """Refuse parameters that make no sense, or that the recipe gives otherwise too."""
+    """Refuse invalid parameters, and parameters that the recipe gives in another place too."""
     rules_of(recipe).require_parameters(recipe)
     for name, table in recipe.parameters.items():
         table.parameter(name)
@@ -59,7 +59,7 @@ def _require_learnable(recipe: Recipe) -> None:
 
 
 def require_fitting_tables(recipe: Recipe) -> None:
-    """Refuse what is meant for systems of another kind."""
+    """Refuse keys for systems of another kind."""
     rules_of(recipe).require_fitting_tables(recipe)
 
 
@@ -97,8 +97,8 @@ def require_bound(recipe: Recipe) -> None:
     _require_further(recipe.bound)
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:
         raise ValueError(
-            f"bound.estimate_span = {recipe.bound.estimate_span:g} s beside a table [estimator]; "
-            "expected one error estimate: remove the key, or the table"
+            f"bound.estimate_span = {recipe.bound.estimate_span:g} s together with a table "
+            "[estimator]; expected one error estimate: remove the key, or the table"
         )
     expert = recipe.bound.expert
     if expert.short_span > expert.long_span:
@@ -123,7 +123,7 @@ def _require_further(bound: BoundRecipe) -> None:
 
 
 def _spans_of(bound: BoundRecipe) -> str:
-    """Name the times over which a bound averages, with their values."""
+    """Return the times over which a bound averages, by their keys."""
     named = {"bound.expert.long_span": bound.expert.long_span}
     if bound.estimate_span is not None:
         named["bound.estimate_span"] = bound.estimate_span
@@ -131,7 +131,7 @@ def _spans_of(bound: BoundRecipe) -> str:
 
 
 def require_kinds_in_one_table(recipe: Recipe) -> None:
-    """Refuse kinds of excitation that are learnt from and held out, or in two tables."""
+    """Refuse kinds of excitation that are both learnt from and held out, or in two tables."""
     learnt, further = (
         [kind.model_dump(exclude={"weight"}) for kind in kinds]
         for kinds in (recipe.data.excitation, recipe.further_kinds())
@@ -174,7 +174,7 @@ def require_data_of_estimator(recipe: Recipe) -> None:
 
 
 def require_fitting_into_memory(recipe: Recipe) -> None:
-    """Refuse motions that fit into no memory."""
+    """Refuse motions that are too long for the memory."""
     durations = {
         "data.duration": recipe.data.duration,
         "data.burn_in": recipe.data.burn_in,
@@ -201,7 +201,7 @@ def require_lags_in_window(recipe: Recipe) -> None:
 
 
 def require_long_trajectories(recipe: Recipe) -> None:
-    """Refuse trajectories that are shorter than what is learnt from or measured on them."""
+    """Refuse trajectories that are too short for learning or measuring."""
     window, data = recipe.window, recipe.data
     span = 0 if recipe.estimator is None else recipe.estimator.span or 0
     of_bound = 0 if recipe.bound is None else recipe.bound.samples(window)
@@ -234,7 +234,7 @@ CHECKS = (
     require_data_of_estimator,
     require_fitting_into_memory,
 )
-"""Each takes a recipe, and raises a ValueError with the key, its value and the remedy."""
+"""All checks: each takes a recipe, and raises a ValueError with key, value and remedy."""
 
 CHECKS_OF_LENGTHS = (require_lags_in_window, require_long_trajectories)
-"""Those that need the lengths of window and trajectories."""
+"""Checks that need the lengths of window and trajectories."""

@@ -1,11 +1,10 @@
-"""A recipe that says nothing about its excitation gets this mix, which follows from its step.
+"""This module makes the default mix of excitation, which follows from the sample step.
 
-Networks answer what they have been taught. So the mix holds what inputs of machines usually do:
-noise, sums of many and of few sines, single sines and sweeps in the band that the sample step can
-show, steps and rests, each from small to large. Most smooth inputs look like slow and fast sines
-at once; few sines that last let a resonance build up. Set points of drives get motions from point
-to point instead, and an angle, of which the inputs are cosine and sine, turns at a speed that goes
-up and down.
+Networks are accurate on inputs like those of their training. So the mix holds usual inputs of
+machines: noise, sums of many and of few sines, single sines and sweeps in the band of the sample
+step, steps and rests, each from small to large. Most smooth inputs are like sums of slow and fast
+sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
+point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
 """
 
 from __future__ import annotations
@@ -15,34 +14,33 @@ from collections.abc import Sequence
 from typing import Literal, assert_never
 
 TOP = 0.3
-"""The mix reaches this part of the highest frequency that samples show (that of Nyquist): at six
-samples per period a network still sees the waves."""
+"""The mix reaches this part of the Nyquist frequency, which has about six samples per period."""
 RESONANT = 12.0, 2.0
-"""Resonances mostly lie between these parts of the highest frequency: a step that follows from a
-system's bandwidth has them there."""
+"""Resonances mostly lie between the highest frequency over these two numbers, if the step follows
+from the bandwidth of the system."""
 SLOW, FAST, RAMP = 8.0, 3.0, 60.0
-"""Motions whose rates act are wide up to the first part of the highest frequency, and small up to
-the second; a way through their range takes so many samples at least."""
+"""Motions whose rates act are wide up to the highest frequency over SLOW, and small up to it over
+FAST; a motion through their range takes at least RAMP samples."""
 DECADES = 2.5
 """Frequencies reach this many decades below the highest one."""
 CROSSING = 200
-"""At its limit of speed a joint crosses its range in so many samples."""
+"""Number of samples in which a joint crosses its range at its limit of speed."""
 SPEEDING_UP = 25
-"""It reaches that speed in so many samples, at its limit of acceleration."""
+"""Number of samples in which it reaches that speed at its limit of acceleration."""
 TURN = 25
-"""At its limit of speed an angle makes a turn in so many samples."""
+"""Number of samples in which an angle makes a turn at its limit of speed."""
 BOX_WEIGHT = 0.2
-"""Constant inputs at corners of the ranges and inside, and ways between them, have this weight of
-1 in all."""
+"""Weight, of 1 in all, of constant inputs at corners of the ranges and inside, and of the motions
+between them."""
 STANDING_START = 12
-"""It reaches that speed in so many samples, at its limit of acceleration."""
+"""Number of samples in which it reaches that speed at its limit of acceleration."""
 
 KindTable = dict[str, str | bool | float | Sequence[float]]
 """The table of one kind of excitation, as a recipe may hold it."""
 
 InputKind = Literal["held", "moving", "rates", "set_points", "angle"]
-"""What the inputs of a system are: quantities that may jump, or motions, which do not; motions
-whose rates act too; set points of drives; cosine and sine of one angle."""
+"""Kind of the inputs of a system: quantities that may jump; motions, which do not; motions whose
+rates act too; set points of drives; cosine and sine of one angle."""
 
 
 def default_excitation(
@@ -50,8 +48,8 @@ def default_excitation(
 ) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
-    The widths of the ranges, in the units of the inputs, limit the speeds of set points; moves are
-    slower instead where they are not known.
+    The widths of the ranges, in the units of the inputs, limit the speeds of set points; unknown
+    widths give slower moves.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
@@ -68,10 +66,10 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     """Return the mix of noise, waves and steps.
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
-    are smaller and rarer than those of forces. Inputs that are held may be switched: they step
-    through their range, and from end to end of it, and stay there for long. All together they are
-    held at corners of the box of their ranges and inside of it. Frequencies are
-    angular frequencies in rad/s, durations in s, amplitudes parts of the range.
+    are smaller and rarer than those of forces. Held inputs may be switched: they step through
+    their range, and from end to end of it, and stay there for long. All inputs together are held
+    at corners of the box of their ranges and inside of it. Frequencies are angular frequencies in
+    rad/s, durations in s, amplitudes parts of the range.
     """
     top = _tidy(TOP * math.pi / step)
     low = _tidy(top / 10**DECADES)
@@ -124,10 +122,10 @@ def _lighter(table: KindTable, part: float) -> KindTable:
 
 
 def _smooth(step: float) -> list[KindTable]:
-    """Return a mix of motions whose rates act too, so that these must be of sensible size.
+    """Return a mix of motions whose rates act too, with rates of realistic size.
 
-    A jump within a sample, or a wide motion at the highest frequency, would have rates of which no
-    damper is told.
+    A jump within a sample, or a wide motion at the highest frequency, would have rates far beyond
+    those of real dampers.
     """
     top = _tidy(TOP * math.pi / step)
     low, slow, fast = (_tidy(top / part) for part in (10**DECADES, SLOW, FAST))
@@ -176,7 +174,7 @@ def _from_point_to_point(step: float, widths: Sequence[float]) -> list[KindTable
 
 
 def _turning(step: float) -> list[KindTable]:
-    """Return ramps of an angle's speed: drawn on their own, cosine and sine would fit no angle.
+    """Return ramps of an angle's speed; cosine and sine follow from the angle.
 
     Both limits are in rad and s.
     """
@@ -187,5 +185,5 @@ def _turning(step: float) -> list[KindTable]:
 
 
 def _tidy(value: float) -> float:
-    """Return the value with two digits that count, as people write it."""
+    """Return the value with two significant digits."""
     return float(f"{value:.2g}")

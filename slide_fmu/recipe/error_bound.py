@@ -1,4 +1,4 @@
-"""The recipe's table ``bound`` is about the error bound and the domain."""
+"""The recipe's table ``bound`` describes the error bound and the domain."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from slide_fmu.recipe.tables import WindowRecipe
 
 
 class CompanionRecipe(Table):
-    """The table ``bound.expert.companion`` says in what a companion differs from the surrogate.
+    """The table ``bound.expert.companion`` gives the differences of companion and surrogate.
 
-    A companion that is more accurate than the surrogate shows its errors themselves, and not only
-    their scale: then bounds are narrower. It costs more time where the bound is read.
+    A companion that is more accurate than the surrogate shows the errors themselves, and not only
+    their scale, so bounds are narrower. It takes more time where the bound is read.
 
     Attributes:
         hidden: its number of hidden units; as ``network.hidden`` if not given.
         starts: number of random starts; as ``training.starts`` if not given.
-        iterations: as ``training.iterations`` if not given.
-        refinements: as ``training.expert.refinements`` if not given.
+        iterations: number of iterations; as ``training.iterations`` if not given.
+        refinements: number of refinements; as ``training.expert.refinements`` if not given.
     """
 
     hidden: PositiveInt | None = None
@@ -29,7 +29,7 @@ class CompanionRecipe(Table):
     refinements: PositiveInt | None = None
 
     def of_training(self, training: LeastSquaresRecipe, seed: int) -> LeastSquaresRecipe:
-        """Return the training of the companion, given that of the surrogate."""
+        """Return the training of the companion, given the training of the surrogate."""
         own = {"starts": self.starts, "iterations": self.iterations}
         given = {key: value for key, value in own.items() if value is not None}
         expert = training.expert
@@ -46,13 +46,13 @@ class BoundExpert(Table):
         steps: optimizer steps of the head's training.
         batch: samples per step.
         learning_rate: highest learning rate.
-        seed: seed of the head's training; that of the companion is the surrogate's plus one plus
-            this.
+        seed: seed of the head's training; the seed of the companion is the surrogate's
+            plus one plus this.
         attempts: the companion is trained up to this number of times, from starts of its own,
             until it is about as accurate as the surrogate.
-        short_span, long_span: times in s over which about the disagreement of surrogate and
-            companion is averaged; over the long one states and features too.
-        companion: its size and its training, where they are not the surrogate's.
+        short_span, long_span: approximate times in s over which the disagreement of surrogate and
+            companion is averaged; states and features are averaged over the long one too.
+        companion: its size and its training, where they differ from the surrogate's.
         further: number of trajectories of ``bound.excitation``; half of ``data.bound`` if 0.
     """
 
@@ -72,19 +72,19 @@ class BoundRecipe(Table):
     """The table ``bound`` describes the error bound of a state-space network.
 
     A companion, a second network of the same family, learns from trajectories of its own; a small
-    head learns the local scale of the error from further ones; and others calibrate both. The
+    head learns the local scale of the error from further trajectories; others calibrate both. The
     numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
     With kinds of excitation of its own, the head learns from ``expert.further`` trajectories of
     these too.
 
     Attributes:
         false_alarms: share of the samples of the calibration that lie outside of the domain.
-        estimate_span: time in s over about which an error estimate is made of the RMS errors that
-            the head then expects of each sample; none without the key, unless there is a table
-            ``estimator``.
-        excitation: further kinds of excitation, from which the head learns too, but no network,
-            and by which nothing is calibrated: so it knows larger errors than those in the domain.
-        expert: what only those change who know the method.
+        estimate_span: approximate time in s over which the head's expected RMS errors of single
+            samples are combined to an error estimate; without the key there is no estimate,
+            unless there is a table ``estimator``.
+        excitation: further kinds of excitation. Only the head learns from them, and nothing is
+            calibrated by them: so it knows larger errors than the errors in the domain.
+        expert: settings for users who know the method.
     """
 
     false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
@@ -95,8 +95,8 @@ class BoundRecipe(Table):
     def samples(self, window: WindowRecipe) -> int:
         """Return how many samples a trajectory needs for the bound.
 
-        The window, or what the bound must know before it counts, if that is longer; and after it
-        one mean over the long blocks, so that there is something to calibrate by.
+        It needs the window, or the inputs that the bound must know before it counts, if they are
+        longer; and then one mean over the long blocks, to have a sample to calibrate by.
         """
         long, span = self._long_block(window.step), self.span_block(window.step) or 0
         known = max(window.n_in, window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * long)
@@ -105,22 +105,22 @@ class BoundRecipe(Table):
     def filling(self, window: WindowRecipe) -> int:
         """Return how many samples of the inputs a bound must know to count.
 
-        They are also those that its error estimate must know.
+        Its error estimate must know the same samples.
         """
         longest = self._long_block(window.step) + (self.span_block(window.step) or 0)
         return window.n_in - window.n_out + 1 + (N_BLOCKS + 1) * longest
 
     def span_block(self, step: float) -> int | None:
-        """Return the samples, of a step in s, in a block of ``estimate_span``; None without it."""
+        """Return the number of samples, at a step in s, in ``estimate_span``, or None."""
         if self.estimate_span is None:
             return None
         return max(1, round(self.estimate_span / step / (N_BLOCKS + 0.5)))
 
     def span_length(self, step: float) -> int:
-        """Return over how many samples, of a step in s, the error estimate is; 0 without one."""
+        """Return the number of samples, at a step in s, of the error estimate; 0 without one."""
         block = self.span_block(step)
         return 0 if block is None else span_samples(block)
 
     def _long_block(self, step: float) -> int:
-        """Return the samples, of a step in s, in a long block."""
+        """Return the number of samples, at a step in s, in a long block."""
         return block_lengths(step, (self.expert.short_span, self.expert.long_span))[1]

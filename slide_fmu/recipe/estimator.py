@@ -1,4 +1,4 @@
-"""The recipe's table ``estimator`` is about the error estimator."""
+"""The recipe's table ``estimator`` describes the error estimator."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from slide_fmu.recipe.learning import (
 )
 
 ROUNDING = 1e-9
-"""Added before a share of a number is cut to whole trajectories: a tenth of ten is one."""
+"""Added before a share of a number is rounded down, so that a tenth of ten is one."""
 
 
 BEYOND_FACTOR = (1.0, 3.0)
@@ -44,8 +44,7 @@ PRETRAINING: Tables = {
     "learning_rate": 2.5e-3,
     "expert": {"final_learning_rate": 0.02, "gradient_clip": 1.0},
 }
-"""The tables of an estimator about which the recipe says nothing: smaller and more quickly trained
-ones than those of the released FMUs."""
+"""Default tables of an estimator: smaller and more quickly trained than in the released FMUs."""
 
 
 class EstimatorExpert(Table):
@@ -54,9 +53,9 @@ class EstimatorExpert(Table):
     Attributes:
         pretraining: training of a time-invariant network at single positions, where it learns mean
             and standard deviation of the error by maximum likelihood.
-        pretrained_beyond: whether it learns that from the trajectories beyond the range too; false
-            where the system has several lasting responses there, so that errors are orders of
-            magnitude larger.
+        pretrained_beyond: whether this network learns from trajectories beyond the range too;
+            false where the system has several lasting responses there, so that errors are orders
+            of magnitude larger.
         lags: the samples that a time-invariant network sees at each position, by their age, 0 the
             newest, rising; all that the window holds before its oldest output if not given.
         resolution: errors below this fraction of the output's scale count as equal.
@@ -92,11 +91,11 @@ class EstimatorRecipe(Table):
             network's estimates at the last ``span`` samples, else it estimates directly the error
             over the output window, from the whole window.
         training: its training on the error over the span.
-        span: samples over which the error is estimated, as the root of the mean square; those of
-            the output window if not given.
+        span: samples over which the error is estimated, as the root of the mean square; the
+            samples of the output window if not given.
         beyond: whether it also learns from inputs outside of their declared ranges, which are hard
             limits otherwise.
-        expert: what only those change who know the method.
+        expert: settings for users who know the method.
     """
 
     network: FeedForwardRecipe
@@ -108,7 +107,7 @@ class EstimatorRecipe(Table):
     @model_validator(mode="before")
     @classmethod
     def _tables_have_defaults(cls, values: Any) -> Any:
-        """The network and its trainings belong together: they are given, or all left out."""
+        """The network and its trainings are either all given or all left out."""
         if not isinstance(values, dict):
             return values
         expert = values.get("expert", {})
@@ -123,8 +122,8 @@ class EstimatorRecipe(Table):
     def draws_beyond(self, index: int) -> bool:
         """Tell whether trajectory ``index`` is drawn with ``expert.amplitude_factor``.
 
-        Those in range and those beyond take turns, the first one in range if any is: more
-        trajectories leave the first ones as they are.
+        Trajectories in range and beyond take turns, the first one in range if any is. So a larger
+        number of trajectories does not change the first ones.
         """
         return self.factors(index) != (1.0, 1.0)
 

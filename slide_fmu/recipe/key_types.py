@@ -1,4 +1,4 @@
-"""Types and defaults of a recipe's keys, in the words of people who write TOML."""
+"""This module writes types and defaults of a recipe's keys for users who write TOML."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LIMITS = ((Gt, "gt", "above"), (Ge, "ge", "from"), (Lt, "lt", "below"), (Le, "le
 
 
 def type_text(field: FieldInfo) -> str:
-    """Say of which type the values of a key are, and within which limits."""
+    """Write the type of the values of a key, and their limits."""
     return _text(field.annotation, field.metadata)
 
 
 def default_text(field: FieldInfo) -> str:
-    """Say what counts where a key is left out: a value as TOML has it, or nothing, or an error."""
+    """Write the default of a key: a value in TOML, or that it has none, or is required."""
     if field.is_required():
         return "must be given"
     value = field.get_default(call_default_factory=True)
@@ -51,8 +51,8 @@ def _text(annotation: Any, metadata: list[Any]) -> str:
         several = [each for each in arguments if each is not type(None)]
         if float in several:  # a whole number counts as one
             several = [each for each in several if each is not int]
-        said = [_text(each, metadata) for each in several]
-        return ", or ".join(dict.fromkeys(said))
+        texts = [_text(each, metadata) for each in several]
+        return ", or ".join(dict.fromkeys(texts))
     if origin is tuple:
         return _list_text(arguments)
     if origin is dict:
@@ -68,7 +68,7 @@ def _list_text(arguments: tuple[Any, ...]) -> str:
 
 
 def _limits(metadata: list[Any]) -> str:
-    """Say the limits of a number; those of a whole ``Field`` stand in its own metadata."""
+    """Write the limits of a number; the limits of a whole ``Field`` are in its own metadata."""
     found = []
     for item in metadata:
         inner = item.metadata if isinstance(item, FieldInfo) else [item]

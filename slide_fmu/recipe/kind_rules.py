@@ -1,7 +1,7 @@
-"""What a recipe may say, and how reports name what is in it, follows from the kind of its system.
+"""The kind of system decides which keys a recipe may have, and which words reports use.
 
-``ModelRules`` are those of all kinds that are simulated. A kind that is not has a module of its
-own, which ``slide_fmu.systems.loading.UNSIMULATED`` names.
+``ModelRules`` are the rules of all simulated kinds. Another kind has a module of its own, which
+``slide_fmu.systems.loading.UNSIMULATED`` names.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slide_fmu.recipe.system import SystemRecipe
 
 
 class Motion(NamedTuple):
-    """A Motion is a kind of motion: its name, unlike all others, and what kind it is."""
+    """A Motion is a kind of motion with its unique name and its kind of excitation."""
 
     name: str
     kind: str
@@ -26,17 +26,17 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Words:
-    """Reports use these words.
+    """Words are texts for reports.
 
     Attributes:
-        trained_on: what a surrogate has been trained on.
-        stands_for: what it stands in for.
-        truth: what it is compared with, in a chart.
-        reference: all that is to say of the reference; empty where a model can be named.
+        trained_on: the data that a surrogate was trained on.
+        stands_for: the system that it replaces.
+        truth: name of the reference in a chart.
+        reference: a sentence on the reference; empty where a model can be named.
         by_kind: heading of the errors by kind of motion.
-        get_inputs: which FMUs get their inputs, with the verb.
-        parameters: at which values of physical parameters errors were measured.
-        lasting_memory: why a network may not forget, behind that it does not; mostly nothing.
+        get_inputs: the FMUs that get their inputs, with the verb.
+        parameters: the values of physical parameters at which errors were measured.
+        lasting_memory: a further reason for a network that does not forget; mostly empty.
     """
 
     trained_on: str
@@ -50,13 +50,13 @@ class Words:
 
 
 class KindRules(abc.ABC):
-    """KindRules are those of recipes whose systems are of one kind. Interface: never instantiated.
+    """KindRules are the rules of recipes with one kind of system. Interface: never instantiated.
 
     Attributes:
-        words: what reports call what is in such a recipe.
+        words: texts for reports.
         simulated: whether trajectories are simulated.
-        no_bound: why there can be no error bound; None where there can be one.
-        lacks_outputs: whether outputs of trajectories may be missing before those that are scored.
+        no_bound: reason why there can be no error bound; None where there can be one.
+        lacks_outputs: whether outputs may be missing before the scored samples of trajectories.
     """
 
     words: Words
@@ -66,19 +66,19 @@ class KindRules(abc.ABC):
 
     @abc.abstractmethod
     def begun(self, tables: Tables) -> Tables:
-        """Return the tables of a recipe with what its kind fills in before anything else.
+        """Return the tables of a recipe after the first defaults of its kind are filled in.
 
         Raises:
-            ValueError: the tables say what such a recipe cannot say.
+            ValueError: the tables have keys that such a recipe cannot have.
         """
 
     def ended(self, tables: Tables) -> Tables:
-        """Return tables, in which everything else is filled in, with what the kind then adds."""
+        """Return otherwise complete tables after the last defaults of its kind are filled in."""
         return tables
 
     @abc.abstractmethod
     def require_fitting_tables(self, recipe: Recipe) -> None:
-        """Refuse with a ValueError what is meant for systems of another kind."""
+        """Refuse with a ValueError keys for systems of another kind."""
 
     @abc.abstractmethod
     def require_parameters(self, recipe: Recipe) -> None:
@@ -100,10 +100,10 @@ class KindRules(abc.ABC):
     def described(
         self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool
     ) -> dict[str, str]:
-        """Say of each kind of motion, by name, what the inputs do.
+        """Describe the inputs of each kind of motion, by name.
 
         Args:
-            recipe: what was learnt.
+            recipe: the recipe.
             signals: the inputs in channel order.
             step: time between samples in s.
             held_out: whether the kinds are those that were held out.
@@ -111,15 +111,15 @@ class KindRules(abc.ABC):
 
     @abc.abstractmethod
     def compared(self, recipe: Recipe, count: int, seed: int) -> str:
-        """Say what the FMU was compared with: so many trajectories, of a seed."""
+        """Describe the trajectories that the FMU was compared with, by number and seed."""
 
     def origin_of_noise(self, recipe: Recipe) -> str:
-        """Say from what the noise of the outputs is known; nothing where they have none."""
+        """Name the source of the outputs' noise; empty for outputs without noise."""
         return ""
 
     @abc.abstractmethod
     def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
-        """Say what has changed since data were made of a system, and the remedy.
+        """Return a message on the change of a system since its data were made, with the remedy.
 
         Both arrays are its numbers (``slide_fmu.data.fingerprint.identity``), then and now.
         """

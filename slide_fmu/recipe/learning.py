@@ -1,7 +1,8 @@
-"""The recipe's tables about learning: network families and how they are trained.
+"""This module defines the recipe's tables of network families and their training.
 
-A network family joins with its table, that of its training, and its place in ``NetworkTable``,
-``TrainingTable`` and ``METHODS`` at the end; nothing else of the recipe names the families.
+A network family is added by its table, the table of its training, and its place in
+``NetworkTable``, ``TrainingTable`` and ``METHODS`` at the end; no other module of this room names
+the families.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 def _require_odd(names: tuple[str, ...], readout: tuple[str, ...] = ()) -> None:
-    """Refuse to leave out the biases of a network that is not odd without them either."""
+    """Refuse a network without biases that is not odd."""
     others = [name for name in names if name not in LINEAR_NAMES]
     if others or readout:
         more = f" and readout = {list(readout)}" if readout else ""
@@ -97,30 +98,31 @@ class StateSpaceRecipe(Table):
         order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
             linearized system in the excited band (else from impulse responses), raised while the
             validation error falls.
-        hidden: number of units; 0 for a linear network; ``"auto"``: raised likewise.
-        padding: states that are added to the order for the units' use.
-        units: activation. Cubic units suit polynomial springs, but have no bound: they may grow
-            without end beyond the trained range. Mixed units are tanh and clipped cubes in turns:
+        hidden: number of hidden units; 0 for a linear network; ``"auto"``: raised likewise.
+        padding: states that are added to the order for the hidden units.
+        units: activation of the hidden units. Cubic units suit polynomial springs, but have no
+            bound: they may grow without end beyond the trained range. Mixed units are tanh and
+                clipped cubes in turns:
             bounded, and more accurate just beyond the range where springs harden. ``"auto"``:
             tanh or, without padding, mixed or cubic, by trials in which the largest amplitudes
             are held out; with ``hidden = "auto"`` these find the number of cubes and the
             sub-steps too. Gated units (LPV units, linear parameter-varying)
             make the response linear with coefficients that follow scheduling variables: for
             mechanisms whose inertia depends on their configuration.
-        substeps: number of steps that the states take in every sample. Where a sample is long for
-            a spring that hardens, a few cubes that act several times follow it better than many
+        substeps: number of steps that the states take in every sample. If a sample is long for a
+            hardening spring, a few cubes that act several times are more accurate than many cubes
             that act once, also beyond the range.
-        bias: whether there are constant terms; without, the network answers -u with -y: for
-            features that change their sign with the inputs, and no readout.
+        bias: whether there are constant terms. Without them the network answers -u with -y; this
+            is for features that change their sign with the inputs, and no readout.
         drive: names of the features in the state input (``slide_fmu.features.sets``); ``"auto"``
             (the default): the inputs, but where there are angles or a serial chain and no other
             features are named, the choice of all features with the best validation error.
         static: names of the features in the feedthrough, which the outputs follow at once; as the
             drive if not given.
-        gated: names of the features that LPV units multiply beside the states; as the drive if not
-            given.
+        gated: names of the features that LPV units multiply, as they multiply the states; as the
+            drive if not given.
         schedule: names of the scheduling variables, which open and close LPV units.
-        readout: names of factors of the outputs, as the lever arm of a rotation.
+        readout: names of factors of the outputs, such as the lever arm of a rotation.
         turned_pairs: pairs of states that LPV units see in the turned frame of the features.
         parameter_degree: total degree of the polynomials by which the weights follow physical
             parameters, where the recipe has some; if not given 2, but for records of few specimens
@@ -203,8 +205,9 @@ class LeastSquaresExpert(Table):
     """The table ``training.expert`` tunes Levenberg-Marquardt; the defaults suit most systems.
 
     Attributes:
-        segment: scored samples of a segment of a trajectory, about; if not given 256, or as many
-            as the window truncates, which come before them unscored, if those are more.
+        segment: approximate number of scored samples of a segment of a trajectory. If not given,
+            256 or the samples that the window truncates, if they are more; these come before the
+            scored ones.
         part: every ``part``-th segment makes the data of the starts.
         start_iterations: iterations of each start.
         kept: best starts by validation that go on.
@@ -236,16 +239,17 @@ class LeastSquaresRecipe(Table):
     The starts are a multi-start with successive halving.
 
     Attributes:
-        method: tells both trainings apart; it follows from the network's family and is no key of
-            a file.
+        method: name of the training; it follows from the network's family and is no key of a
+            file.
         seed: seed of the starts.
         starts: number of random starts.
         iterations: iterations of the best of them, on all data.
-        start: path of an FMU of slide-fmu whose network the training begins with, as one that was
-            learnt from a simulation and is refined on a record, or from one value of physical
-            parameters and now shall follow them: then there is no search and no other start, and
-            the table ``network`` is that of the FMU, but for ``parameter_degree``.
-        expert: what only those change who know the method.
+        start: path of an FMU of slide-fmu whose network the training begins with: for example a
+            network that was learnt from a simulation and is refined on a record, or one that was
+            learnt at one value of physical parameters and is to follow them. Then there is no
+            search and no other start, and the FMU gives the table ``network`` except for
+            ``parameter_degree``.
+        expert: settings for users who know the method.
     """
 
     method: Literal["levenberg_marquardt"] = Field(default="levenberg_marquardt", repr=False)
@@ -293,13 +297,13 @@ class TrainingRecipe(Table):
     """The table ``training`` describes Adam with a warm-up and a cosine schedule.
 
     Attributes:
-        method: tells both trainings apart; it follows from the network's family and is no key of
-            a file.
+        method: name of the training; it follows from the network's family and is no key of a
+            file.
         seed: seed of initialisation and of the order of the windows.
         steps: number of steps of the optimizer.
         batch: windows per step.
         learning_rate: highest learning rate.
-        expert: what only those change who know the method.
+        expert: settings for users who know the method.
     """
 
     method: Literal["adam"] = Field(default="adam", repr=False)

@@ -1,4 +1,4 @@
-"""The recipe's keys about machines whose geometry is known: their chain, and how it is driven."""
+"""This module defines the recipe's tables of a serial chain and of its drive law."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class DriveRecipe(Table):
         """Return the table of a law in ``DRIVE_LAWS``.
 
         Raises:
-            ValueError: there is no such law.
+            ValueError: no such law exists.
         """
         if name not in DRIVE_LAWS:
             raise ValueError(

@@ -1,4 +1,4 @@
-"""Every mistake in a TOML file is named with its key, its value and its remedy, on one line."""
+"""This module writes each mistake in a TOML file on one line, with key, value and remedy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
 
 MOST_TABLES = 3
-"""A key that stands in another table may be of any of these many."""
+"""Largest number of tables that a message names for a key of other tables."""
 
 
 def mistake_lines(
@@ -26,14 +26,14 @@ def mistake_lines(
     file: type[Table] | None = None,
     text: str = "",
 ) -> str:
-    """Say what is wrong in a TOML file, one line per mistake.
+    """Write the mistakes in a TOML file, one line for each.
 
     Args:
-        error: what pydantic found.
-        source: what messages call the file.
-        whole: what it is, for mistakes that belong to no single key.
+        error: the error of pydantic.
+        source: name of the file in messages.
+        whole: kind of the file, for mistakes that belong to no single key.
         file: the outermost table of the file, whose keys are suggested for misspelt ones.
-        text: what the file holds, whose lines are named; empty where nobody can look there.
+        text: content of the file, for numbers of lines; empty without a file.
     """
     found = causes(error)
     places = {item["loc"] for item in found}
@@ -46,7 +46,7 @@ def mistake_lines(
 
 
 def _line(text: str, item: Any, file: type[Table] | None) -> str:
-    """Return what to add to the name of a file, as ``, line 12``, where the line is known."""
+    """Return the text ``, line 12`` to follow the name of a file, where the line is known."""
     tag = [item["ctx"]["discriminator"].strip("'")] if item["type"].startswith("union_") else []
     number = line_of(text, (*_place(item, file)[0], *tag))
     return "" if number is None else f", line {number}"
@@ -89,11 +89,11 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
 
 
 def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
-    """Say that a key is not known, and which one may be meant.
+    """Write that a key is not known, and which key may be meant.
 
     Args:
         place: the key's place in the file, its own name last.
-        file: the outermost table of the file; nothing is suggested where there is none.
+        file: the outermost table of the file; without it, no key is suggested.
     """
     *table, key = place
     if file is not None and (other := _of_other_forms(tuple(table), str(key), file)):
@@ -111,7 +111,7 @@ def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
 
 
 def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -> str | None:
-    """Say that a key belongs to a table of another form, as of another family; else return None.
+    """Write that a key belongs to a table of another form, such as another family; else None.
 
     Args:
         table: the table's place in the file, its form last, as ``("network", "state_space")``.
@@ -146,5 +146,5 @@ def _tables_with(key: str, file: type[Table]) -> list[str]:
 
 
 def _without_methods(place: Sequence[Any]) -> list[Any]:
-    """Return a place without the families and methods, by which forms of tables are told apart."""
+    """Return a place without families and methods, which choose the forms of tables."""
     return [part for part in place if part not in (*METHODS, *METHODS.values())]

@@ -1,4 +1,4 @@
-"""Recipes of models that are simulated: what they may say, and what they fill in."""
+"""This module holds the rules and defaults for recipes of simulated models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slide_fmu.systems.loading import UNSIMULATED
 
 
 class ModelRules(KindRules):
-    """ModelRules are those of recipes whose system is simulated. Final."""
+    """ModelRules are the rules for recipes with a simulated system. Final."""
 
     words = Words(
         trained_on="excitations",
@@ -31,13 +31,13 @@ class ModelRules(KindRules):
     )
 
     def begun(self, tables: Tables) -> Tables:
-        """Fill in the excitation that the step and the inputs ask for, where there is none."""
+        """Fill in a missing excitation, which follows from the step and the inputs."""
         data, window = tables.get("data", {}), tables.get("window", {})
         step = window.get("step") if isinstance(window, dict) else None
         if not isinstance(data, dict) or "excitation" in data:
             return tables
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
-            return tables  # the mistake in the step is told by its own check
+            return tables  # the check of the step reports its mistake
         mix = default_excitation(float(step), _inputs_of(tables.get("system")))
         return {**tables, "data": {**data, "excitation": mix}}
 
@@ -110,7 +110,7 @@ def rules_of(recipe: Recipe) -> KindRules:
 
 
 def rules_of_tables(tables: Tables) -> KindRules:
-    """Return the rules of the kind that the tables of a recipe, not checked yet, are about."""
+    """Return the rules of the kind in tables of a recipe that are not checked yet."""
     system = tables.get("system")
     return _rules(system.get("kind") if isinstance(system, dict) else None)
 
@@ -121,7 +121,7 @@ def _rules(kind: Any) -> KindRules:
 
 
 def _inputs_of(system: Any) -> InputKind:
-    """Return what the inputs are by the table ``system``, which is not checked yet."""
+    """Return the kind of the inputs from the table ``system``, which is not checked yet."""
     if isinstance(system, dict) and system.get("chain") is not None:
         return "set_points"
     inputs = system.get("inputs") if isinstance(system, dict) else None

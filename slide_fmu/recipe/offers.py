@@ -1,4 +1,4 @@
-"""What features can be formed of: the inputs of a recipe's system, and the machine behind them."""
+"""This module collects the sources of features: inputs, serial chain and drive law of a system."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slide_fmu.systems.base import Source, chain_of
 
 
 def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> Offered:
-    """Return what features can be formed of; the scaling is that of the system's inputs.
+    """Return the sources of features; the scaling is the scaling of the system's inputs.
 
     The serial chain is the recipe's, else the system's own; its drive law is the recipe's.
 
@@ -32,7 +32,7 @@ def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> Offered
 
 
 def _require_set_points(recipe: Recipe, inputs: tuple[Signal, ...], read: PlacedChain) -> None:
-    """Refuse a chain whose joints are not driven by the inputs, one each, in SI units."""
+    """Refuse a chain whose joints are not driven by one input each, in SI units."""
     names, units = [signal.name for signal in inputs], [signal.unit for signal in inputs]
     wanted = ["m" if sliding else "rad" for sliding in read.chain.prismatic]
     if units != wanted:
@@ -46,7 +46,7 @@ def _found(name: str) -> Path:
     """Find a file as models are found.
 
     Raises:
-        UrdfError: there is none, or another one here.
+        UrdfError: no file is found, or it differs from the specified one.
     """
     try:
         return find_file(name)

@@ -1,4 +1,4 @@
-"""A recipe as it was read leaves keys to be found, which hold first guesses until then."""
+"""An OpenRecipe is a recipe as it was read; its open keys hold first guesses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from slide_fmu.recipe.model_rules import rules_of, rules_of_tables
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 ITERATIONS = 150
-"""A training takes so many iterations on all data unless the recipe says otherwise. It converges
-more slowly than without parameters: the training error of a Duffing oscillator with a mass of 1 to
+"""Default number of iterations on all data with physical parameters. The training then converges
+more slowly than without: the training error of a Duffing oscillator with a mass of 1 to
 3 kg falls by a factor of 2.5 from the 50th to the 150th."""
 
 
@@ -39,12 +39,12 @@ class OpenRecipe:
         """Make a recipe of tables, in which ``"auto"`` or no value leaves a key to be found.
 
         Args:
-            tables: as they were read.
-            source: what messages call the recipe.
-            text: what its file holds, for the lines of mistakes; empty where there is none.
+            tables: the tables as they were read.
+            source: name of the recipe in messages.
+            text: content of its file, for lines of mistakes; empty without a file.
 
         Raises:
-            RecipeError: they are no recipe; there is one line per mistake.
+            RecipeError: they are not a valid recipe; there is one line per mistake.
         """
         try:
             whole, open_keys = _with_defaults(dict(tables))
@@ -57,7 +57,7 @@ class OpenRecipe:
 
         Args:
             values: a table of tables, as ``{"window": {"n_in": 96}}``; other keys stay open.
-            source: what messages call the recipe.
+            source: name of the recipe in messages.
 
         Raises:
             RecipeError: the values do not fit what the recipe gives, or are not open in it.
@@ -105,8 +105,8 @@ def _checked(
 
 
 def _unfindable(recipe: Recipe, open_keys: tuple[str, ...]) -> list[str]:
-    """Return what is wrong where a number of trajectories is open, and no curve can find it."""
-    drawn = rules_of(recipe).simulated  # else the samples decide
+    """Return a fault if a number of trajectories is open, and no learning curve can find it."""
+    drawn = rules_of(recipe).simulated  # with records, the samples decide
     if not drawn or "data.train" not in open_keys or recipe.network.family == "state_space":
         return []
     return [

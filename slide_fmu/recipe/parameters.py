@@ -1,4 +1,4 @@
-"""The recipe's tables ``parameters.NAME``: physical parameters that users of the FMU may set."""
+"""The tables ``parameters.NAME`` declare physical parameters that users of the FMU may set."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ class ParameterRecipe(Table):
     parameters.
 
     Attributes:
-        range: lowest and highest value, in ``unit``; of records those of ``values``.
-        values: of records, the value in each file, in ``unit``, in the order of ``system.model``
+        range: lowest and highest value, in ``unit``; for records, of ``values``.
+        values: for records, the value in each file, in ``unit``, in the order of ``system.model``
             and ``system.further``.
         unit: unit of the values, as FMI names it (``"kg"``).
         description: one line for people.
         start: value before anybody sets one; the middle of the range, as ``transform`` divides it,
             if not given.
-        transform: what the response follows most evenly: the value (``"linear"``), its logarithm
-            (``"log"``), or one over it (``"reciprocal"``), as of a mass that a force moves.
-        beyond: trajectories to learn from have values so far beyond both ends too, as a part of
-            the range. Errors are largest at its ends, and smaller where something beyond them was
-            learnt; but a range is a hard limit of the model unless this says otherwise.
+        transform: the quantity on which the response depends most evenly: the value
+            (``"linear"``), its logarithm (``"log"``), or one over it (``"reciprocal"``), for
+            example for a mass that is moved by a force.
+        beyond: part of the range by which values of training trajectories leave it at both ends.
+            Errors are largest at the ends of the range, and smaller if the training goes beyond
+            them. Without this key the range is a hard limit of the model.
     """
 
     range: tuple[float, float] | None = None
@@ -57,7 +58,7 @@ class ParameterRecipe(Table):
         """Return the parameter of a name.
 
         Raises:
-            ValueError: its range, start or transform make no sense.
+            ValueError: its range, start or transform is invalid.
         """
         low, high = self.range or (min(self.values), max(self.values))
         return Parameter(name, self.unit, low, high, self.start, self.description, self.transform)

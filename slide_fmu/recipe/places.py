@@ -1,4 +1,4 @@
-"""Where a mistake stands in a TOML file: in words that count from 1, and with its line."""
+"""This module writes the place of a mistake in a TOML file, with its line."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ KEY = re.compile(r"""\s*([\w."' -]+?)\s*=""")
 
 
 def without_forms(place: Place, file: type[Table] | None) -> tuple[Place, str]:
-    """Give a place without names of forms, which pydantic adds to items of several forms.
+    """Return a place without names of forms, which pydantic adds to items of several forms.
 
     Args:
-        place: as pydantic names it.
-        file: the outermost table of the file; nothing is known of its forms if None.
+        place: the place of an error of pydantic.
+        file: the outermost table of the file; None if its forms are unknown.
 
     Returns:
-        The place, and the form of the innermost such item; it is empty where there is none.
+        The place, and the form of the innermost such item, or an empty text.
     """
     tables = [] if file is None else [s for s in sections_of(file) if s.tag is not None]
     kept: list[str | int] = []
@@ -40,11 +40,11 @@ def without_forms(place: Place, file: type[Table] | None) -> tuple[Place, str]:
 
 
 def in_words(place: Place, form: str = "", table: bool = False) -> str:
-    """Say a place, as ``5th [[data.excitation]] (sweep), key samples``.
+    """Write a place in words, such as ``5th [[data.excitation]] (sweep), key samples``.
 
     Args:
-        place: without names of forms.
-        form: of the innermost item of a list of tables.
+        place: a place without names of forms.
+        form: form of the innermost item of a list of tables.
         table: whether an item at the place's end is a table.
     """
     words: list[str] = []
@@ -74,9 +74,9 @@ def ordinal(number: int) -> str:
 
 
 def line_of(text: str, place: Place) -> int | None:
-    """Give the line of a TOML text, from 1, where a place begins; None where it is not found.
+    """Return the line of a TOML text, from 1, where a place begins; None where it is not found.
 
-    Of a place that is missing, or lies in a line with others, it is that of what it belongs to.
+    A missing place, or a place within a line, has the line of its table or key.
     """
     inside: Place = ()
     counts: dict[Place, int] = {}
@@ -104,7 +104,7 @@ def _keys(text: str) -> list[str]:
 
 
 def _with_indices(keys: Sequence[str], counts: dict[Place, int]) -> Place:
-    """Give the place of a table: in lists of tables it lies in the last one so far."""
+    """Return the place of a table; in lists of tables it lies in the last one so far."""
     place: Place = ()
     for index, key in enumerate(keys):
         place = (*place, key)

@@ -1,4 +1,4 @@
-"""Recipes are read from TOML files."""
+"""This module reads recipes from TOML files."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 
 def parse_recipe(text: str, source: str | Path) -> Recipe:
-    """Read a recipe that leaves nothing to be found, as ``parse_open_recipe`` does.
+    """Read a recipe without open keys, as ``parse_open_recipe`` does.
 
     Raises:
-        RecipeError: as of ``parse_open_recipe``, or something is left to be found.
+        RecipeError: as in ``parse_open_recipe``, or a key is open.
     """
     return parse_open_recipe(text, source).resolved()
 
@@ -26,7 +26,7 @@ def parse_recipe(text: str, source: str | Path) -> Recipe:
 def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
     """Read a recipe from TOML text, which messages call ``source``.
 
-    A path is that of a file which holds the text: messages name the line of a mistake then.
+    A ``path`` names the file with the text; messages then give the line of a mistake.
 
     Raises:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.
@@ -45,7 +45,7 @@ def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
 
 
 def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """Give all keys and texts of a TOML file, each with the place at which it stands."""
+    """Return all keys and texts of a TOML file, each with the place at which it stands."""
     if isinstance(value, str):
         yield ".".join(place), value
     elif isinstance(value, dict):
@@ -61,7 +61,7 @@ def load_recipe(path: str | Path) -> Recipe:
     """Read a recipe file such as ``training/duffing.toml``; keys that it lacks have defaults.
 
     Raises:
-        RecipeError: the file cannot be read, it is no recipe, or it leaves something to be found;
+        RecipeError: the file cannot be read, it is no recipe, or a key is open;
             there is one line per mistake.
     """
     return load_open_recipe(path).resolved()

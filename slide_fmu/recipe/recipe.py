@@ -1,4 +1,4 @@
-"""Typed recipes say what to simulate, learn and release; they are read from a TOML file."""
+"""A Recipe holds all settings of a surrogate as typed tables, read from a TOML file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OF_BOUND = ("companion", "bound", "calibration", FURTHER)
 """Trajectories of the error bound alone."""
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
-"""Trajectories that are kept. Test trajectories are drawn anew for every validation."""
+"""Names of the stored splits. Test trajectories are drawn anew for every validation."""
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
 """The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""
@@ -40,24 +40,24 @@ class RecipeError(ValueError):
 
 
 class Recipe(Table):
-    """A recipe is everything that makes a surrogate; nothing in it is left to be found.
+    """A Recipe holds all settings of a surrogate; no key in it is open.
 
-    What a file says, with defaults and ``"auto"``, is an ``OpenRecipe`` at first.
+    A file with defaults and ``"auto"`` is read as an ``OpenRecipe`` first.
 
     Attributes:
         name: C identifier; names the run, the surrogate and the FMU.
         description: one line for people.
         equations: equations of motion and parameters, for the model card.
         system: the reference system that the surrogate stands in for.
-        window: what the network sees and gives.
+        window: inputs that the network sees, and outputs that it gives.
         data: trajectories to learn from, and their excitation; found if not given.
         network: the network; a state-space network of sizes that are found if not given. The name
-            of its family alone is short for its table.
+            of its family can replace its table.
         training: how the network is trained; by its family's method if not given.
-        estimator: the error estimator; none if not given, and one of usual size if the table is
-            empty.
-        bound: the error bound and the domain; none if not given.
-        stability: what a network must keep to before it is exported.
+        estimator: the error estimator; without the table there is no estimator, and an empty table
+            gives one of usual size.
+        bound: the error bound and the domain; without the table there is no bound.
+        stability: tests that a network must pass before it is exported.
         validation: unseen trajectories on which the FMU is measured.
         parameters: physical parameters that users of the FMU may set, by name.
         apps: tables of apps by the apps' names; each app reads its own.
@@ -85,7 +85,7 @@ class Recipe(Table):
     def at(self, values: Mapping[str, float]) -> Recipe:
         """Return the recipe for fixed values of its parameters, which need not be in their ranges.
 
-        Its system has them; it has no parameters any more.
+        Its system gets the values; the new recipe has no parameters.
         """
         fixed = {**self.system.parameters, **values}
         system = self.system.model_copy(update={"parameters": fixed})
@@ -96,14 +96,14 @@ class Recipe(Table):
         return () if self.bound is None else self.bound.excitation
 
     def drawn_for(self, split: str) -> Recipe:
-        """Return the recipe whose motions are those of a split."""
+        """Return the recipe whose motions are the motions of a split."""
         return self.with_further_kinds() if split == FURTHER else self
 
     def with_further_kinds(self) -> Recipe:
         """Return the recipe whose motions are of the kinds that the error bound alone learns from.
 
         Raises:
-            RecipeError: there are none.
+            RecipeError: the recipe has no such kinds.
         """
         if not self.further_kinds():
             raise RecipeError(
@@ -121,7 +121,7 @@ class Recipe(Table):
         """Return the recipe whose motions are of the kinds that are held out.
 
         Raises:
-            RecipeError: there are none.
+            RecipeError: the recipe has no such kinds.
         """
         if not self.validation.excitation:
             raise RecipeError(
@@ -131,7 +131,7 @@ class Recipe(Table):
         return self.with_kinds(self.validation.excitation)
 
     def count(self, split: str) -> int:
-        """Return the number of trajectories of a split; none are for what is not learnt."""
+        """Return the number of trajectories of a split; 0 for a part that is not learnt."""
         if split.startswith("estimator") and self.estimator is None:
             return 0
         if split in OF_BOUND and self.bound is None:

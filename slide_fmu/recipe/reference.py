@@ -1,7 +1,7 @@
-"""Every key of a recipe, with its type, default and meaning, as the typed tables say it.
+"""This module lists every key of a recipe with type, default and meaning from the typed tables.
 
-Meanings are those of the section ``Attributes`` in the docstring of each table. The site's page
-about recipes is made of this, and so are the suggestions for misspelt keys.
+Meanings come from the section ``Attributes`` in the docstring of each table. The site's page about
+recipes and the suggestions for misspelt keys are made from this list.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from slide_fmu.recipe.automatic import AUTOMATIC
 from slide_fmu.recipe.key_types import default_text, type_text
 
 FILLED = ("data",)
-"""Tables that need not be in a file, since all that they must say can be found."""
+"""Tables that may be missing in a file, since all their required keys can be found."""
 
 NAME, ITEM = "NAME", "*"
 """Parts of places: a name that the user chooses, and an item of a list."""
@@ -31,7 +31,7 @@ ENTRY = re.compile(r"^(\w+(?:, \w+)*): (.*)$")
 
 @dataclass(frozen=True)
 class Key:
-    """A Key is one key of a table, as people read of it: ``meaning`` is empty where none is."""
+    """A Key is one key of a table, for people; ``meaning`` may be empty."""
 
     name: str
     type: str
@@ -78,7 +78,7 @@ def sections_of(table: type[Table], place: tuple[str, ...] = ()) -> Iterator[Sec
 
 
 def known_keys(table: type[Table], place: tuple[str | int, ...]) -> list[str]:
-    """Return the keys of the table at a place of a file; none where there is no such table."""
+    """Return the keys of the table at a place of a file; empty if the table does not exist."""
     return [
         key.name
         for section in sections_of(table)
@@ -88,7 +88,7 @@ def known_keys(table: type[Table], place: tuple[str | int, ...]) -> list[str]:
 
 
 def about(table: type[Table]) -> str:
-    """Return what the docstring of a table says of it as a whole."""
+    """Return the part of a table's docstring about the whole table."""
     return _plain((inspect.getdoc(table) or "").split("\n\nAttributes:")[0])
 
 
@@ -133,7 +133,7 @@ def _key(name: str, field: FieldInfo, automatic: bool, meaning: str) -> Key:
 
 
 def _meanings(table: type[Table]) -> dict[str, str]:
-    """Return the meanings of attributes by name, those of the interfaces of a table too."""
+    """Return the meanings of attributes by name, with the interfaces of a table."""
     found: dict[str, str] = {}
     for kind in reversed(table.__mro__):
         documentation = inspect.cleandoc(kind.__dict__.get("__doc__") or "")

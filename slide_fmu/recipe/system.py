@@ -1,4 +1,4 @@
-"""The recipe's table ``system`` names the reference system, and says what it leaves open."""
+"""The recipe's table ``system`` names the reference system, and completes its signals."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ class SystemRecipe(Table):
     """The table ``system`` names the reference system.
 
     Attributes:
-        kind: says what ``model`` is: ``"class"``, ``"exudyn"``, ``"fmu"``, ``"function"`` or
+        kind: kind of ``model``: ``"class"``, ``"exudyn"``, ``"fmu"``, ``"function"`` or
             ``"record"``.
-        model: where the model is: ``"module:Class"`` of a class, of all others the path of a file,
-            found here or beside the recipe.
-        further: of records, further files with the same columns.
-        noise_record: of records, a file with the columns of the outputs that was taken in the same
-            way while nothing moved: a state-space network weights its residuals by the spectrum of
-            that noise. Without one all residuals count alike.
-        parameters: those of the system beside ``step``; of a class, its keyword arguments.
-        inputs, outputs: what the model leaves open about its signals, by their names; empty of a
-            class, which declares its own.
-        reference: those that are other when an FMU is measured: a finer model may be the reference
-            of what a faster one has taught. If empty, it is the same model.
+        model: the model: ``"module:Class"`` for a class, for all other kinds the path of a file in
+            the current folder or in the folder of the recipe.
+        further: for records, further files with the same columns.
+        noise_record: for records, a file with the columns of the outputs that was taken in the
+            same way while nothing moved: a state-space network weights its residuals by the
+                spectrum of
+            that noise. Without a noise record all residuals have the same weight.
+        parameters: parameters of the system other than ``step``; for a class, keyword arguments.
+        inputs, outputs: properties of the signals that the model leaves open, by their names;
+            empty for a class, which declares its own.
+        reference: parameters that differ when an FMU is measured: a finer model may be the
+            reference for data of a faster one. If empty, the reference is the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file.
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
-            the path of its URDF alone is short for its table. If not given, it is that of the
-            model, if it has one.
-        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` is short for
-            the table of its weights.
+            the path of its URDF can replace its table. If not given, the chain of the model is
+            used, if it has one.
+        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` can
+            replace the table of its weights.
     """
 
     kind: str = "class"

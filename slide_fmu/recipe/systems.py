@@ -1,6 +1,6 @@
-"""What a recipe says is held against the systems that are made of it, without data.
+"""This module compares a recipe with its systems, without data.
 
-What the recipe's networks see of their inputs is found here too.
+It also finds the features that the recipe's networks see.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 
 
 def require_all_kinds(recipe: Recipe, system: Source) -> None:
-    """Refuse excitations that cannot drive the system, of the bound and held out ones too.
+    """Refuse excitations that cannot drive the system, also of the bound and held-out kinds.
 
     Raises:
-        RecipeError: one of them cannot.
+        RecipeError: a kind cannot drive the inputs.
     """
     require_driving(recipe, "bound", recipe.further_kinds(), system)
     require_driving(recipe, "validation", recipe.validation.excitation, system)
@@ -39,7 +39,7 @@ def require_driving(
     """Refuse kinds of excitation of a table that cannot drive the system.
 
     Raises:
-        RecipeError: one of them cannot.
+        RecipeError: a kind cannot drive the inputs.
     """
     for index, kind in enumerate(kinds):
         try:
@@ -50,10 +50,10 @@ def require_driving(
 
 
 def require_same_signals(recipe: Recipe, made: System, reference: System) -> None:
-    """Refuse a reference with other signals, or with outputs that mean something else.
+    """Refuse a reference with other signals, or with outputs of another meaning.
 
     Raises:
-        RecipeError: the message names what differs.
+        RecipeError: the message names the difference.
     """
     wanted = _interface(made)
     for what, found in _interface(reference).items():
@@ -66,13 +66,13 @@ def require_same_signals(recipe: Recipe, made: System, reference: System) -> Non
 
 
 def _interface(system: System) -> dict[str, object]:
-    """Return what the surrogate of a system relies on, by its name in messages."""
+    """Return the properties of a system that its surrogate relies on, by name."""
     chain = chain_of(system)
     return {
         "inputs": [(s.name, s.unit, s.low, s.high) for s in system.inputs],
         "outputs": [(s.name, s.unit, s.low, s.high) for s in system.outputs],
         "hold and angle of the inputs": [(s.hold, s.angle) for s in system.inputs],
-        # the outputs may be about lengths, twists and tool point
+        # outputs may depend on lengths, twists and tool point
         "geometry of the serial chain": None
         if chain is None
         else {name: getattr(chain, name).tolist() for name in GEOMETRY},
@@ -80,10 +80,10 @@ def _interface(system: System) -> dict[str, object]:
 
 
 def require_features(recipe: Recipe, system: Source) -> None:
-    """Refuse networks that see what the system has not, or turn more states than they have.
+    """Refuse networks with features that the system lacks, or with too many turned states.
 
     Raises:
-        RecipeError: the message has the table, and what is wrong in it.
+        RecipeError: the message has the table and its fault.
     """
     tables: dict[str, NetworkTable] = {"network": recipe.network}
     if recipe.estimator is not None:
@@ -100,7 +100,7 @@ def require_features(recipe: Recipe, system: Source) -> None:
 
 
 def require_turned_pairs(pairs: int, order: int | str, n_drive: int, n_outputs: int) -> None:
-    """Refuse to turn more pairs of states than there are, or what is no vector.
+    """Refuse to turn more pairs of states than exist, or features that are not a vector.
 
     The order may be "auto"; ``n_drive`` is the number of signals of the state input.
 

@@ -1,4 +1,4 @@
-"""Tables of a recipe about the window, the data, and the tests that a surrogate must pass."""
+"""This module defines the recipe's tables of window, data, and tests of a surrogate."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 
 Part = Literal["train", "validation", "estimator", "estimator_validation", "test"]
-"""What a part of measured records is used for, in the order of time."""
+"""Uses of a part of measured records, in the order of time."""
 
 MOST_SUBSTEPS = 16
-"""A sample step has at most so many parts: what bends more between samples is not seen in them."""
+"""Largest number of parts of a sample step. Faster motions between samples cannot be learnt."""
 
 
 class WindowRecipe(Table):
-    """The table ``window`` says what the network sees and gives.
+    """The table ``window`` gives the inputs that the network sees, and the outputs that it gives.
 
     Attributes:
         step: sample step h in s.
@@ -28,7 +28,7 @@ class WindowRecipe(Table):
         n_out: number of output samples; follows ``n_in`` if ``"auto"`` or not given.
         planned: whether inputs with a first-order hold are planned motions, which are known ahead
             and move between samples as the model moves them. ``slide_fmu.simulate``, ``slide-fmu
-            motion`` and SSPs then give the FMU what they reach by each step's end.
+            motion`` and SSPs then give the FMU the values that they reach by each step's end.
         remaining_amplitude: fraction to which initial effects must have decayed.
         allow_short: whether a window is accepted that is too short for the system.
     """
@@ -69,20 +69,21 @@ class DataRecipe(Table):
         seed: entropy of every trajectory's own seed.
         duration: length of a trajectory in s, after the burn-in; from the window if ``"auto"`` or
             not given.
-        substeps: parts of a sample step at which the model gets inputs that move, where a kind of
+        substeps: parts of a sample step at which the model gets moving inputs, where a kind of
             excitation bends between samples, as sines do. With 1 inputs go straight from sample to
-            sample, and the network does not learn what bending does.
+            sample, and the network does not learn the effect of bending.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
         train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
             not given.
-        estimator, estimator_validation: those of the error estimator, if there is one; likewise.
-        companion, bound, calibration: numbers of trajectories of the error bound, if there is one:
-            those from which its companion learns, as many as ``train`` if 0, and those of the
-            surrogate itself if ``"train"``; those from which it
-            learns the scale of the error; and those by which it is calibrated, at least 100 for
-            bounds with a confidence of 0.99. If ``"auto"``, or if they and ``train`` are not
-            given, they follow from the time that a simulation takes.
+        estimator, estimator_validation: numbers for the error estimator, if there is one;
+            likewise.
+        companion, bound, calibration: numbers of trajectories of the error bound, if there is one.
+            Its companion learns from ``companion`` trajectories: 0 stands for the number
+            ``train``, and ``"train"`` for the surrogate's own trajectories. The bound learns the
+            scale of the error from ``bound`` trajectories. It is calibrated by ``calibration``
+            trajectories, at least 100 for bounds with a confidence of 0.99. If ``"auto"``, or if
+            they and ``train`` are not given, they follow from the time that a simulation takes.
         beyond: number of trajectories whose inputs leave their declared ranges, which are hard
             limits without them; a state-space network learns from them too, with a low weight, so
             that it stays sensible there.
@@ -90,10 +91,10 @@ class DataRecipe(Table):
         most_failures: part of all trajectories that may fail to be simulated; another draw takes
             the place of each. One is always allowed.
         excitation: kinds of excitation with their weights; a mix that follows from the step if
-            not given. There are none of records.
-        shares: of records, what part of all samples each part has (``Part``);
-            defaults if not given.
-        by: of records, whether they are divided by contiguous ``"block"`` in the order of time,
+            not given. Records have no excitation.
+        shares: for records, the share of all samples for each part (``Part``); defaults if not
+            given.
+        by: for records, whether they are divided by contiguous ``"block"`` in the order of time,
             of all files end to end or of ``"each"`` by itself (the default with physical
             parameters), or by whole ``"record"``. Samples of the same inputs are in one part.
     """
@@ -123,13 +124,13 @@ class ValidationRecipe(Table):
     Attributes:
         trajectories: number of unseen trajectories.
         duration: length of each in s, after the burn-in; as in the training data if not given.
-        excitation: kinds of excitation that are held out: nothing is learnt from them or
-            calibrated by them, and the FMU is measured on them apart.
+        excitation: kinds of excitation that are held out: they are not used for learning or
+            calibration, and the FMU is measured on them separately.
         require: largest relative RMSE of an output on unseen trajectories in range; ``slide-fmu
-            run`` fails where one errs by more. 0.05 stands for 5 %. If not given, none is
+            run`` fails where the error is larger. 0.05 stands for 5 %. If not given, no error is
             refused.
         adversarial: number of unseen trajectories from which a search begins for inputs whose
-            error is large beside its bound; a minute or so for each.
+            error is large relative to its bound; each takes about a minute.
     """
 
     trajectories: PositiveInt = 50
@@ -140,7 +141,7 @@ class ValidationRecipe(Table):
 
 
 class StabilityRecipe(Table):
-    """The table ``stability`` says what a state-space network must keep to before it is exported.
+    """The table ``stability`` sets tests that a state-space network must pass before its export.
 
     Attributes:
         amplitudes: factors on the trained amplitude at which it is tested.
@@ -148,7 +149,7 @@ class StabilityRecipe(Table):
             between two runs from different states, after the inputs of one window, relative to
             the output's standard deviation. The median run counts, since systems may have several
             lasting responses there.
-        allow_unstable: whether a network that fails is exported all the same.
+        allow_unstable: whether a network that fails is exported nevertheless.
     """
 
     amplitudes: tuple[PositiveFloat, ...] = Field(default=(1.0, 2.0, 4.0, 10.0), min_length=1)

@@ -1,4 +1,4 @@
-"""A first recipe is written here, with a comment on every line that was assumed."""
+"""This module writes a first recipe, with a comment on every assumed line."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ WIDTH = 96
 """Comments are wrapped to this many columns."""
 
 SHORT, LONG = 6, 60
-"""The means of an error bound are over times of so many steps."""
+"""Numbers of steps over which an error bound averages."""
 
 
 @dataclass(frozen=True)
 class DraftSignal:
-    """A DraftSignal is the table of an input or output, and where its range comes from."""
+    """A DraftSignal is the table of an input or output, with the origin of its range."""
 
     name: str
     table: SignalTable
@@ -34,14 +34,14 @@ class DraftSignal:
 
 @dataclass(frozen=True)
 class Draft:
-    """A Draft is what a first recipe says, whatever its kind of system.
+    """A Draft holds the contents of a first recipe of any kind of system.
 
     Attributes:
         name: name of the recipe, a C identifier.
         description: one line for people.
-        inputs, outputs: signals that the surrogate shall have, in its order.
+        inputs, outputs: signals of the surrogate, in its order.
         step: sample step h in s.
-        step_origin: where the step comes from.
+        step_origin: origin of the step.
     """
 
     name: str
@@ -54,14 +54,14 @@ class Draft:
 
 @dataclass(frozen=True)
 class ModelDraft(Draft):
-    """A ModelDraft is what a first recipe of a model says.
+    """A ModelDraft holds the contents of a first recipe of a model.
 
     Attributes:
-        found: what the model declares.
+        found: declarations of the model.
         excitation: tables of the inputs of the training.
         declares_signals: whether the model declares its signals with their ranges itself, so that
             the recipe has no tables for them.
-        kind_of_inputs: what the inputs are.
+        kind_of_inputs: kind of the inputs.
         chain: path of the URDF of the serial chain whose joints' set points the inputs are.
         substeps: parts of a sample step in which moving inputs bend.
         fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
@@ -139,7 +139,7 @@ def _lines(table: Mapping[str, Any], name: str) -> list[str]:
 
 
 def _bound_lines(step: float) -> list[str]:
-    """Return the tables of an error bound, whose means are over times that suit the step in s."""
+    """Return the tables of an error bound, with averaging times that suit the step in s."""
     short, long = (value_text(float(f"{count * step:.3g}")) for count in (SHORT, LONG))
     return [
         *comment_lines(
@@ -167,7 +167,7 @@ _STABILITY = (
     "amplitudes = [1.0, 1.5, 2.0]",
     "",
 )
-"""What a recipe says whose inputs are set points of drives, or turn."""
+"""Table of a recipe whose inputs are set points of drives, or an angle."""
 
 
 _LIMITS: dict[InputKind, str] = {
@@ -186,7 +186,7 @@ _LIMITS: dict[InputKind, str] = {
         "machine."
     ),
 }
-"""What is said of assumed limits, by what the inputs are."""
+"""Comments on assumed limits, by the kind of the inputs."""
 
 
 def _chain_lines(chain: str | None) -> list[str]:
@@ -219,14 +219,14 @@ def _parameter_lines(parameters: Sequence[DeclaredParameter], fmu_step: float | 
     if parameters:
         lines.append("# Parameters of the model with their values; remove the # to change one.")
     for parameter in parameters:
-        said = " ".join(part for part in (parameter.unit, parameter.description) if part)
-        remark = f"  # {_plain(said)}" if said else ""
+        text = " ".join(part for part in (parameter.unit, parameter.description) if part)
+        remark = f"  # {_plain(text)}" if text else ""
         lines.append(f"# {_key(parameter.name)} = {value_text(parameter.value)}{remark}")
     return lines
 
 
 def heading_lines(name: str, description: str) -> list[str]:
-    """Write what every proposed recipe begins with."""
+    """Write the heading of every proposed recipe."""
     return [
         *comment_lines(
             "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
@@ -261,7 +261,7 @@ def _substep_lines(substeps: int) -> list[str]:
     return [
         "[data]",
         *comment_lines(
-            "Sines bend between samples: the model gets them in so many parts of a step."
+            "Sines bend between samples: the model gets them in this many parts of a step."
         ),
         f"substeps = {substeps}",
         "",
@@ -288,7 +288,7 @@ def comment_lines(text: str) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """Return text on one line: what a model says may hold line ends, which would end a comment."""
+    """Return text on one line, since line ends in a model's texts would end a comment."""
     return " ".join(text.split())
 
 

@@ -1,5 +1,5 @@
-"""Files of measured records are read here: CSV, Parquet, HDF5 and MAT become columns over time.
+"""This room reads files of measured records (CSV, Parquet, HDF5, MAT) as columns over time.
 
-``reading`` makes a ``Record`` of a file, whatever its format. What is wrong in it, and what
-becomes of it, is not found here.
+``reading`` makes a ``Record`` of a file of any format. Faults in a record are found, and records
+are prepared, in the room ``records``.
 """

@@ -1,4 +1,4 @@
-"""Files of named arrays, HDF5 and MAT: which arrays are columns of one record."""
+"""This module chooses the columns of one record among named arrays of HDF5 and MAT files."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from slide_fmu.record_files.record import RecordError, Text
 from slide_fmu.record_files.table import Choice, Table
 
 NUMBERS = "biufc"
-"""Kinds of arrays that are read, in the words of numpy; complex ones count as faults."""
+"""Codes of numpy for the kinds of arrays that are read; complex ones count as faults."""
 
 MOST_COLUMNS = 1000
-"""An array with more columns than this is taken for something else, such as pictures."""
+"""An array with more columns than this is ignored: it may be a picture."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Column:
     Attributes:
         length: number of samples.
         unit: unit, empty if the file has none.
-        values: reads it, shape (length,).
+        values: function that reads the values, shape (length,).
     """
 
     length: int
@@ -45,7 +45,7 @@ def columns_of(
     unit: str,
     read: Callable[[tuple[Rows, ...]], NDArray[np.generic]],
 ) -> dict[str, Column]:
-    """Give the columns of one array: itself, or ``name_1``, ``name_2``, ... of two axes.
+    """Return the columns of one array: itself, or ``name_1``, ``name_2``, ... of two axes.
 
     The longer axis is the time. Single numbers and arrays of more axes are no columns.
 
@@ -67,15 +67,14 @@ def columns_of(
 
 
 def table_of(found: dict[str, Column], choice: Choice) -> Table:
-    """Read the wanted columns; where none are named, those of the most frequent length.
+    """Read the wanted columns; without names, all columns of the most frequent length.
 
-    Where all others are wanted too, only those of the same length are.
-
-    Columns of times are left out where they have another length than what is wanted.
+    Where all others are wanted too, only others of the same length are read. Columns of times are
+    left out if their length differs from the wanted columns.
 
     Raises:
-        RecordError: there are no columns, those that are wanted differ in length, or there are
-            too many samples.
+        RecordError: there are no columns, the wanted columns differ in length, or there are too
+            many samples.
     """
     if not found:
         raise RecordError(
@@ -104,7 +103,7 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
 
 
 def _floats(name: str, values: NDArray[np.generic]) -> tuple[FloatArray, Text | None]:
-    """Give the numbers of a column; complex ones are NaN, and count as texts."""
+    """Return the numbers of a column; complex ones are NaN, and count as texts."""
     if not np.iscomplexobj(values):
         return np.asarray(values, dtype=np.float64), None
     return np.full(values.shape, np.nan), Text(name, values.size, 0, str(values.flat[0])[:40])

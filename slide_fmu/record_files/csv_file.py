@@ -1,4 +1,4 @@
-"""Records in text files: how they are written is found out, and pandas reads them in chunks."""
+"""This module finds the format of a text file, and reads its record with pandas in chunks."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from slide_fmu.record_files.table import (
 )
 
 CHUNK = 1_000_000
-"""This many numbers are read at a time."""
+"""Number of values that are read at a time."""
 
 HEAD = 1024 * 1024
-"""This many bytes of the file are looked at to find out how it is written."""
+"""Number of bytes from which the format of the file is found."""
 
 LOOKED_AT = 50
-"""This many lines, at most, show how values are separated, and which columns have dates."""
+"""Largest number of lines from which separator and columns of dates are found."""
 
 BLANKS = r"\s+"
-"""Blanks that separate, as pandas calls them."""
+"""Pattern of blanks as a separator, as pandas takes it."""
 
 SEPARATORS = (";", "\t", ",", "|", BLANKS)
 """Separators that are tried, in this order."""
@@ -53,10 +53,10 @@ VALUES = {
     )
     for sign in ".,"
 }
-"""Values by their decimal sign: numbers, and what stands in place of one that is missing."""
+"""Pattern of a value by its decimal sign: a number, or a mark of a missing one."""
 
 MISSING = ("na", "none")
-"""Words for a missing number besides those that pandas knows."""
+"""Words for a missing number, in addition to the ones that pandas knows."""
 
 ROW = 1 / 3
 """More than this part of the fields of a row of samples are numbers or dates."""
@@ -64,11 +64,11 @@ ROW = 1 / 3
 
 @dataclass(frozen=True)
 class CsvFormat:
-    """A CsvFormat is how a text file is written.
+    """A CsvFormat describes the format of a text file.
 
     Attributes:
-        encoding: of the characters.
-        separator: between values, as pandas knows it.
+        encoding: encoding of the characters.
+        separator: separator of values, as pandas takes it.
         decimal: sign before the decimals, ``"."`` or ``","``.
         units: units by the names of the columns, in the order of the file; empty if not given.
         dates: names of the columns in which the first samples have dates.
@@ -132,21 +132,21 @@ def _may_be_dates(name: str, form: CsvFormat, choice: Choice) -> bool:
 
 
 def find_format(path: Path, name: str) -> CsvFormat:
-    """Find out how a text file is written, from its first lines.
+    """Find the format of a text file from its first lines.
 
     The names stand above the first row of samples, perhaps with a line of units between them;
-    what stands above is a title. The line of names may begin with ``#`` or ``%``. A first column
-    without a name is the index of a table of pandas.
+    lines above the names are titles. The line of names may begin with ``#`` or ``%``. A first
+    column without a name is the index of a table of pandas.
 
     Raises:
-        RecordError: there is no header, or no number below it; the message says what was found.
+        RecordError: there is no header, or no number below it; the message says which.
     """
     with path.open("rb") as file:
         head = file.read(HEAD)
     encoding = _encoding(head)
     lines = head.decode(encoding, errors="replace").splitlines()
     if len(head) == HEAD:
-        lines = lines[:-1]  # the last one may be cut
+        lines = lines[:-1]  # the last line may be cut
     if len(lines) < 2:
         raise RecordError(
             f"{name} has {len(lines)} lines within its first {len(head)} bytes; expected a header "
@@ -178,7 +178,7 @@ def find_format(path: Path, name: str) -> CsvFormat:
 
 
 def _encoding(head: bytes) -> str:
-    """Return the encoding of a file; what is no UTF-8 is taken as the code page of Windows."""
+    """Return the encoding of a file: UTF-8, or else the code page of Windows."""
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
     try:
@@ -190,7 +190,7 @@ def _encoding(head: bytes) -> str:
 
 
 def _signs(lines: Sequence[str]) -> tuple[str, str]:
-    """Find separator and decimal sign: with them most fields are values, as many in each line."""
+    """Find separator and decimal sign: most fields are values, with equal numbers in all lines."""
     best, found = (False, -1.0, 0), (",", ".")
     for separator in SEPARATORS:
         rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
@@ -235,7 +235,7 @@ def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
 
 
 def _completed(header: list[str]) -> list[str]:
-    """Leave out what is behind a last separator, and give the index of a table its name."""
+    """Leave out fields behind a last separator, and give the index of a table a name."""
     if len(header) > 1 and not header[-1]:
         header = header[:-1]  # every line ends with a separator
     if len(header) > 1 and not header[0]:
@@ -244,7 +244,7 @@ def _completed(header: list[str]) -> list[str]:
 
 
 def _bare(unit: str) -> str:
-    """Give a unit without the brackets around it."""
+    """Return a unit without the brackets around it."""
     match = UNIT.fullmatch(f"x{unit}")
     return ((match[2] or match[3] or "") if match else unit).strip()
 
@@ -255,8 +255,8 @@ def _chunks(pandas: Any, path: Path, form: CsvFormat, choice: Choice) -> Iterato
     All columns are read, since pandas does not notice surplus values where some are left out.
 
     Raises:
-        RecordError: a line has another number of values than there are names; a last separator
-            does not count.
+        RecordError: the numbers of values and names differ in a line; a last separator does not
+            count.
     """
     width, samples, is_short = len(form.units), 0, False
     with pandas.read_csv(

@@ -1,4 +1,4 @@
-"""Records in HDF5 files, and in MAT files from version 7.3 on, which are HDF5."""
+"""This module reads records of HDF5 files, and of MAT files from version 7.3 on."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def read_hdf5(path: Path, choice: Choice) -> Table:
 
 
 def _unit(item: Any) -> str:
-    """Give the unit in the attributes of a dataset; empty if there is none."""
+    """Return the unit in the attributes of a dataset; empty without one."""
     unit = item.attrs.get("unit", item.attrs.get("units", ""))
     if isinstance(unit, np.ndarray):  # as MATLAB and others write texts
         unit = unit.flat[0] if unit.size == 1 else ""

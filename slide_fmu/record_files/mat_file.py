@@ -1,4 +1,4 @@
-"""Records in MAT files of the versions before 7.3."""
+"""This module reads records of MAT files of versions before 7.3."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ NUMERIC = (
 """Classes of arrays that hold numbers."""
 
 BROKEN = (MatReadError, NotImplementedError, TypeError, ValueError, OSError, zlib.error)
-"""What scipy raises at a file that is no MAT file, or not all of one."""
+"""Exceptions of scipy for a file that is not a whole MAT file."""
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
-"""What HDF5 begins with, behind the 512 bytes that are MATLAB's own."""
+"""First bytes of HDF5, behind the 512 bytes of MATLAB's own."""
 
 
 def read_mat(path: Path, choice: Choice) -> Table:
     """Read the wanted columns of a MAT file: variables, and the fields of structures.
 
-    The field ``road`` of a structure ``data`` is the column ``data.road``, and so are fields of
-    structures in it. All of the file comes into memory.
+    The field ``road`` of a structure ``data`` is the column ``data.road``, and fields of
+    nested structures are columns too. The whole file is read into memory.
 
     Raises:
         RecordError: the file is no MAT file, lacks a column, or has too many samples.
@@ -57,7 +57,7 @@ def read_mat(path: Path, choice: Choice) -> Table:
 
 
 def _columns(variables: Mapping[str, Any], structure: str = "") -> dict[str, Column]:
-    """Give the columns in variables, or in the fields of a structure, and in structures there."""
+    """Return the columns in variables, or in the fields of a structure and of nested ones."""
     found: dict[str, Column] = {}
     for name, values in variables.items():
         if isinstance(values, np.ndarray) and values.dtype.kind in NUMBERS:

@@ -1,4 +1,4 @@
-"""Records in Parquet files."""
+"""This module reads records of Parquet files."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def read_parquet(path: Path, choice: Choice) -> Table:
 
 
 def _unit(arrow: Any, column: Any, named_unit: str) -> str:
-    """Give the unit of dates, or that of the name, or in the metadata; empty if there is none."""
+    """Return the unit of dates, of the name or of the metadata; empty without one."""
     if arrow.types.is_timestamp(column.type):
         return "s"
     known = column.metadata or {}

@@ -1,4 +1,4 @@
-"""From files to records."""
+"""This module reads files of all formats as records."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def read_record(
     """Read one record, as ``read_records`` reads several.
 
     Raises:
-        RecordError: as of ``read_records``.
+        RecordError: as in ``read_records``.
     """
     return read_records([path], names, others=others, time=time, step=step, most=most)[0]
 
@@ -72,12 +72,12 @@ def read_records(
     Args:
         paths: CSV, Parquet, HDF5 or MAT files, from here or from a folder in which modules are
             looked for.
-        names: columns that are wanted, which are no times whatever they are called; None for all.
-            No others are kept in memory.
+        names: wanted columns, which are not times even if their names suggest it; None for all.
+            Other columns are not kept in memory.
         others: whether all other columns are wanted too.
         time: column of times; None where it is to be found by its name and unit. A column that
-            falls as often as signals do is none if there is another one.
-        step: sample step in s, where the files have no times, or where they shall not count.
+            falls often does not count as times if there is another one.
+        step: sample step in s, where the files have no times, or their times are not to be used.
         most: number of samples times columns that are read at most, of all files together.
 
     Raises:
@@ -127,7 +127,7 @@ def _read(choice: Choice, step: float | None) -> Record:
 
 
 def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
-    """Tell the times from the other columns, in s."""
+    """Separate the times, in s, from the other columns."""
     clocks = _clocks(table, choice)
     columns = {name: table.columns[name] for name in _signals(table, choice, clocks)}
     if step is not None:
@@ -155,7 +155,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
 
 
 def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
-    """Give the columns that are times, in s, by name; one at least, unless the step is given."""
+    """Return the columns of times, in s, by name; at least one unless the step is given."""
     found: dict[str, FloatArray] = {}
     for name, values in table.columns.items():
         unit = table.units[name]
@@ -173,7 +173,7 @@ def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
 
 
 def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
-    """Give the columns that are wanted and are no times."""
+    """Return the wanted columns that are not times."""
     others = {
         name
         for name, values in table.columns.items()
@@ -183,7 +183,7 @@ def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> lis
 
 
 def _unit(unit: str, name: str, choice: Choice) -> str:
-    """Give the unit of times, if it is one."""
+    """Return the unit of times, if it is a unit of time."""
     if unit.lower() not in SECONDS:
         raise RecordError(
             f"{choice.path}: time {name!r} has the unit {unit!r}; expected one of "
@@ -195,16 +195,16 @@ def _unit(unit: str, name: str, choice: Choice) -> str:
 def _require_samples(
     times: FloatArray, clock: str | None, columns: dict[str, FloatArray], path: str
 ) -> None:
-    """Refuse a record of fewer than two samples, or without any column beside the time."""
+    """Refuse a record of fewer than two samples, or without any column other than the time."""
     if len(times) < 2 or not columns:
         raise RecordError(
             f"{path} has {len(times)} samples of {list(columns)}, time {clock!r}; expected at "
-            "least two samples of at least one column beside the time"
+            "least two samples of at least one column other than the time"
         )
 
 
 def _require_another(one: Record, other: Record) -> None:
-    """Refuse the same record a second time: it would be tested what was learnt from."""
+    """Refuse the same record twice: the test would use samples that were learnt from."""
     if other.digest == one.digest:
         raise RecordError(
             f"{other.path} holds the same bytes as {one.path}; expected each record once: leave "

@@ -1,4 +1,4 @@
-"""What a measured record is: columns of numbers over a time in seconds."""
+"""A measured record has columns of numbers over a time in seconds."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
 
 GIVE_STEP = (
-    "give the step, so that the times do not count: --time none --step SECONDS in slide-fmu init, "
+    "give the step, so that the times are not used: --time none --step SECONDS in slide-fmu init, "
     "sample_step in system.parameters of a recipe"
 )
 """The remedy for times that are wrong where samples are even."""
 
 
 class RecordError(ValueError):
-    """A record cannot be read, or cannot be used as it is."""
+    """A record cannot be read, or cannot be used without a correction."""
 
 
 class NoTimesError(RecordError):
@@ -42,7 +42,7 @@ class MissingColumnsError(RecordError):
 
 
 def shortened(names: Iterable[str], most: int = 20) -> str:
-    """Write names as a list, of which the end is left out if there are many."""
+    """Write names as a list, and leave out the end of a long one."""
     listed: Sequence[str] = list(names)
     more = f" and {len(listed) - most} more" if len(listed) > most else ""
     return f"{listed[:most]}{more}"
@@ -50,7 +50,7 @@ def shortened(names: Iterable[str], most: int = 20) -> str:
 
 @dataclass(frozen=True)
 class Text:
-    """A Text is what stood in a column where a number was expected.
+    """A Text is a text in a column where a number was expected.
 
     Attributes:
         column: name of the column.
@@ -67,7 +67,7 @@ class Text:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A Record is what was measured at one go.
+    """A Record holds signals that were measured together.
 
     Attributes:
         time: times of the samples in s, shape (N,); as the file has them, so that they may jump
@@ -80,12 +80,12 @@ class Record:
         clock: name of the column that ``time`` comes from; None where the step was given.
         other_clocks: further columns of times, in s, by name, each of shape (N,).
         clock_is_chosen: whether the user named the column of times.
-        texts: what was found in place of numbers.
+        texts: texts that were found in place of numbers.
         first_line: line of the first sample in the file; 0 where the file has no lines.
         clock_unit: unit of the times in the file; empty where they have none, and count as s.
 
     Raises:
-        RecordError: the shapes do not belong together.
+        RecordError: the shapes do not fit.
     """
 
     time: FloatArray
@@ -110,7 +110,7 @@ class Record:
             )
 
     def chosen(self, names: tuple[str, ...]) -> FloatArray:
-        """Give columns side by side, shape (N, n_names).
+        """Return columns side by side, shape (N, n_names).
 
         Raises:
             RecordError: the record lacks one of them.
@@ -123,7 +123,7 @@ class Record:
         return np.stack([self.columns[name] for name in names], axis=1)
 
     def place(self, sample: int) -> str:
-        """Say where a sample is, for people: number from 1, line if there are lines, time."""
+        """Write the place of a sample for messages: number from 1, line in a text file, time."""
         line = f"line {self.first_line + sample}, " if self.first_line else ""
         return f"sample {sample + 1} ({line}t = {self.time[sample]:.6g} s)"
 

@@ -1,4 +1,4 @@
-"""Readers of all formats get a choice of columns and give a table, in which times are found."""
+"""This module defines the choice of columns and the table of a reader, and finds times in it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Table:
     Attributes:
         columns: values by name, each of shape (N,).
         units: units by name; empty where the file has none.
-        texts: what was found in place of numbers, which are NaN in the columns.
+        texts: texts in place of numbers; they are NaN in the columns.
         first_line: line of the first sample in the file; 0 where the file has no lines.
     """
 
@@ -37,7 +37,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Choice:
-    """A Choice is what is wanted of a file.
+    """A Choice names the wanted columns of a file.
 
     Attributes:
         path: the file, as the user named it.

@@ -1,4 +1,4 @@
-"""Measured records answer these questions otherwise than a system that is simulated."""
+"""This table lists the questions that records answer otherwise than a simulated system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What records answer where a system would be simulated (``slide_fmu.records.answer_table``)."""
+"""These functions answer for records where a system would be simulated.
+
+``slide_fmu.records.answer_table`` lists them.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.recipe.systems import require_features
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
+from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks
 from slide_fmu.records.specimens import specimens
-from slide_fmu.records.stretches import inputs_beyond, stretches, unseen_stretches
 from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -41,9 +44,9 @@ def fill_store(
     path: Path,
     executor: Executor | None,
     progress: Progress,
-    beside: Path | None,
+    recipe_folder: Path | None,
 ) -> int:
-    """Cut the stretches of all parts that the store does not hold yet; return their number."""
+    """Cut the segments of all parts that the store does not hold yet; return their number."""
     from slide_fmu.data.parameter_draws import as_row
     from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
 
@@ -54,11 +57,11 @@ def fill_store(
     made = 0
     progress(done, total)
     for split, indices in missing.items():
-        found = stretches(recipe, source, split) if indices else []
+        found = segments(recipe, source, split) if indices else []
         for index in indices:
-            stretch = found[index]
-            values = as_row(stretch.parameters) if stretch.parameters else None
-            write_trajectory(path, split, index, stretch.trajectory, stretch.file, values)
+            segment = found[index]
+            values = as_row(segment.parameters) if segment.parameters else None
+            write_trajectory(path, split, index, segment.trajectory, segment.file, values)
             made += 1
             progress(done + made, total)
     return made
@@ -79,10 +82,10 @@ def require_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: st
 def unseen_motions(
     source: MeasuredRecords, recipe: Recipe, simulate: Callable[[], list[UnseenMotion]]
 ) -> list[UnseenMotion]:
-    """Return the blocks of records that nothing was learnt from.
+    """Return the blocks of records that are not learnt from.
 
     Raises:
-        RecipeError: there is too little of them.
+        RecipeError: the records are too short.
     """
     return [
         UnseenMotion(
@@ -92,52 +95,52 @@ def unseen_motions(
             found.file,
             found.parameters,
         )
-        for found in unseen_stretches(recipe, source)
+        for found in unseen_blocks(recipe, source)
     ]
 
 
 def excited_inputs(
     source: MeasuredRecords, recipe: Recipe, count: int, factor: float
 ) -> FloatArray:
-    """Cut inputs out of the records, with larger deviations from their mean."""
+    """Cut inputs out of the records, and multiply their deviations from the mean."""
     return inputs_beyond(recipe, source, count, SEQUENCES, factor)
 
 
 def tested_corners(
     source: MeasuredRecords, surrogate: Surrogate, recipe: Recipe
 ) -> list[dict[str, float]]:
-    """Return the specimens: the box of the parameters is tested where records reach."""
+    """Return the parameters of the specimens, in place of the corners of their box."""
     return specimens(recipe)
 
 
 def check_records(source: MeasuredRecords, case: Case) -> None:
-    """Refuse networks that see what the records have not."""
+    """Refuse networks with features that the records do not have."""
     require_features(case.recipe, source)
 
 
 def found_numbers(
     source: MeasuredRecords, case: Case, open_keys: Collection[str], folder: RunFolder
 ) -> FoundValues:
-    """Return the numbers of stretches that a recipe leaves open: the samples decide.
+    """Return the numbers of segments that a recipe leaves open; they follow from the samples.
 
     Raises:
-        RecipeError: a part has no stretch.
+        RecipeError: a part has no segment.
     """
     return _numbers(case.recipe, open_keys, source)
 
 
 def least_numbers(source: MeasuredRecords, open_recipe: OpenRecipe, cost: float) -> FoundValues:
-    """Return the same numbers: there is nothing to try.
+    """Return the same numbers, since no learning curve is tried.
 
     Raises:
-        RecipeError: a part has no stretch.
+        RecipeError: a part has no segment.
     """
     return _numbers(open_recipe.guess, open_recipe.open_keys, source)
 
 
 def _numbers(recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords) -> FoundValues:
     wanted = [key for key in NUMBERS if key in open_keys]
-    counts = {key: len(stretches(recipe, source, key.partition(".")[2])) for key in wanted}
+    counts = {key: len(segments(recipe, source, key.partition(".")[2])) for key in wanted}
     empty = [key for key, count in counts.items() if not count]
     if empty:
         raise RecipeError(
@@ -148,25 +151,25 @@ def _numbers(recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords
 
 
 def no_remark_on_step(source: MeasuredRecords, case: Case) -> None:
-    """Say nothing: nobody knows what is between the samples."""
+    """Return no remark on the step: the signals between samples are unknown."""
 
 
 def no_plain_call(
     source: MeasuredRecords, fmu: Path, validation: Validation, case: Case
 ) -> PlainCallFigures | None:
-    """Measure nothing: the samples are the truth, and nothing is known between them."""
+    """Return no figures of a plain call: the signals between samples are unknown."""
     return None
 
 
 def no_response(
     source: MeasuredRecords, surrogate: Surrogate
 ) -> tuple[ResponseFigures | None, list[Section]]:
-    """Return nothing: there is no exact response matrix to compare with."""
+    """Return no response matrix: records have no exact one to compare with."""
     return None, []
 
 
 def tried_records(source: MeasuredRecords, case: Case) -> Tried:
-    """Say what is lost of the records, and what was found in them: nothing is simulated."""
+    """Return remarks on the lost samples and the findings of the records; nothing is simulated."""
     from slide_fmu.propose.trial import Tried
 
     return Tried((*remarks_on_division(case.recipe, source), *source.remarks))

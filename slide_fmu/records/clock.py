@@ -1,4 +1,4 @@
-"""The times of a record: their step, jitter, gaps, and where they fall back."""
+"""This module examines the times of a record: step, jitter, gaps and falls."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 
 GAP = 1.5
-"""Two samples that are more steps apart than this have a gap between them."""
+"""Samples with a distance of more than this many steps have a gap between them."""
 
 EVEN = 0.01
-"""Times that are off even ones by less than this part of the step count as even."""
+"""Times whose jitter is below this part of the step count as even."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,10 @@ class Clock:
     """A Clock describes how even the times of a record are.
 
     Attributes:
-        step: sample step in s: the slope of the times over their number, in all stretches
+        step: sample step in s: the slope of the times over the sample number, in all pieces
             together; where times fall back, the mean of the differences near their median.
-        jitter: root mean square of what the times are off the even ones of their stretch, in
-            steps. A stretch lies between two gaps; its even times have the best offset.
+        jitter: root mean square of the differences between the times and even times, in steps.
+            Each piece between two gaps has its own even times, with the best offset.
         gaps: where samples are missing.
         falls: indices of samples whose time is before that of the sample before.
         repeats: indices of samples whose time is that of the sample before.
@@ -50,18 +50,18 @@ class Clock:
     falls: tuple[int, ...]
     repeats: tuple[int, ...]
 
-    def stretches(self, length: int) -> list[tuple[int, int]]:
-        """Give begin and end (excluded) of the stretches between gaps, of ``length`` samples."""
+    def pieces(self, length: int) -> list[tuple[int, int]]:
+        """Return begin and end (excluded) of the pieces between gaps, of ``length`` samples."""
         cuts = [gap.sample + 1 for gap in self.gaps]
         return list(zip([0, *cuts], [*cuts, length], strict=True))
 
     def longest(self, length: int) -> int:
-        """Give the length of the longest stretch between gaps, of ``length`` samples."""
-        return max(end - begin for begin, end in self.stretches(length))
+        """Return the length of the longest piece between gaps, of ``length`` samples."""
+        return max(end - begin for begin, end in self.pieces(length))
 
 
 def clock_of_record(record: Record) -> Clock:
-    """Find out how even the times of a record are.
+    """Find step, jitter, gaps and falls of the times of a record.
 
     Raises:
         RecordError: a time is not finite, or none rises; the message names file and place.
@@ -74,7 +74,7 @@ def _numbered(sample: int) -> str:
 
 
 def clock_of(time: FloatArray, place: Callable[[int], str] = _numbered) -> Clock:
-    """Find out how even times are, shape (N,), in s, of at least two samples.
+    """Find step, jitter, gaps and falls of times in s, shape (N,), of at least two samples.
 
     Messages name a sample as ``place`` does, with its file.
 
@@ -111,9 +111,9 @@ def _require_finite(time: FloatArray, place: Callable[[int], str]) -> None:
 
 
 def _slope(time: FloatArray, clock: Clock) -> float:
-    """Fit one step to all stretches by least squares; each has its own offset."""
+    """Fit one step to all pieces by least squares; each piece has its own offset."""
     products = squares = 0.0
-    for begin, end in clock.stretches(len(time)):
+    for begin, end in clock.pieces(len(time)):
         number = np.arange(end - begin) - 0.5 * (end - begin - 1)
         products += float(number @ (time[begin:end] - time[begin]))
         squares += float(number @ number)
@@ -121,16 +121,16 @@ def _slope(time: FloatArray, clock: Clock) -> float:
 
 
 def _jitter(time: FloatArray, clock: Clock) -> float:
-    """Compute how far times are off even ones, as root mean square, in steps."""
+    """Compute the root mean square of the differences from even times, in steps."""
     squares = 0.0
-    for begin, end in clock.stretches(len(time)):
+    for begin, end in clock.pieces(len(time)):
         off = time[begin:end] - time[begin] - clock.step * np.arange(end - begin)
         squares += float(np.sum((off - off.mean()) ** 2))
     return float(np.sqrt(squares / len(time))) / clock.step
 
 
 def drift(time: FloatArray, other: FloatArray) -> float:
-    """Compute how far another clock has moved off, in s, over the time from the first to the last.
+    """Compute the drift between two clocks in s, over the time from the first sample to the last.
 
     It is the slope of the line through the differences of both, shape (N,) each, times the
     duration; NaN where fewer than two samples have both times.
@@ -145,7 +145,7 @@ def drift(time: FloatArray, other: FloatArray) -> float:
 
 
 def neat_step(clock: Clock, length: int) -> float:
-    """Give the step of a clock in s with the fewest digits that do no harm in ``length`` steps."""
+    """Return the step of a clock in s, rounded as far as ``length`` steps allow."""
     for digits in range(1, 13):
         step = float(f"{clock.step:.{digits}g}")
         if abs(step / clock.step - 1) * length < EVEN:

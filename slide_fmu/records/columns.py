@@ -1,4 +1,4 @@
-"""The columns of records that a user wishes for are read: inputs and outputs."""
+"""This module reads the columns of records that a user names as inputs and outputs."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from slide_fmu.record_files.record import (
 )
 
 NO_TIMES = "none"
-"""The column of times with this name says that times in the files do not count."""
+"""With this name as the column of times, the times in the files are not used."""
 
 
 @dataclass(frozen=True)
 class RecordWish:
-    """A RecordWish is what the user said about the recipe to be.
+    """A RecordWish holds the options of a user for a recipe of records.
 
     Attributes:
         paths: the files, at least one.
-        inputs: ranges of inputs by the names of their columns, None for what was measured.
+        inputs: ranges of inputs by the names of their columns; None for the measured range.
         outputs: columns that are outputs; all others if empty.
-        step: sample step in s: that of files without times, else what they are resampled to.
+        step: sample step in s of files without times, else the step to resample to.
         time: column of times; found if None; where it is ``NO_TIMES``, the step counts alone.
-        name: name of the recipe; that of the first file if None.
-        folder: folder of the recipe to be, from which the files are found.
+        name: name of the recipe; the name of the first file if None.
+        folder: folder of the new recipe; paths of files are relative to it.
     """
 
     paths: tuple[str, ...]
@@ -44,12 +44,12 @@ class RecordWish:
 
 
 def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
-    """Read the files, and return what the recipe must say to read them again.
+    """Read the files, and return the keys with which a recipe reads them again.
 
-    Other columns than those that are named are read only where no output is named.
+    Columns that are not named are read only where no output is named.
 
     Raises:
-        RecipeError: times shall not count, and no step is given.
+        RecipeError: the times are not to be used, and no step is given.
         RecordError: a file cannot be read, or lacks a column.
     """
     try:
@@ -72,7 +72,7 @@ def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]
         if wish.step is None:
             raise RecipeError(
                 f"--time {NO_TIMES} without --step; expected the sample step in s of a record "
-                "whose times shall not count: add --step SECONDS"
+                "whose times are not used: add --step SECONDS"
             )
         return read(step=wish.step), {"sample_step": wish.step}
     try:
@@ -86,10 +86,10 @@ def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]
 
 
 def wished_columns(wish: RecordWish, record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the columns that are inputs, and those that are outputs.
+    """Return the columns of inputs, and the columns of outputs.
 
     Raises:
-        RecipeError: a column is both, or there are none of either.
+        RecipeError: a column is both, or inputs or outputs are missing.
     """
     inputs, found = tuple(wish.inputs), list(record.columns)
     outputs = wish.outputs or tuple(name for name in found if name not in inputs)

@@ -1,9 +1,9 @@
-"""How fast the system behind a record forgets, by the poles of a linear model fitted to it.
+"""This module estimates how fast a recorded system forgets, from the poles of a linear model.
 
 A model of high order, y[k] = sum A_i y[k-i] + sum B_j u[k-j] (ARX), is consistent whatever the
 noise is, if its order is high enough (Ljung, 1999, section 10.4). It is reduced to the states that
-show (balanced truncation), of which the slowest pole counts whose frequency the inputs excite.
-Its uncertainty comes from leaving out one stretch of the record after another (jackknife).
+matter (balanced truncation); the slowest of its poles whose frequency the inputs excite counts.
+Its uncertainty comes from leaving out one segment of the record after another (jackknife).
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from slide_fmu.records.faults import outliers
 ORDERS = (2, 4, 8, 16, 32, 64)
 """Orders that are tried; Schwarz's criterion chooses."""
 SAMPLES_PER_COEFFICIENT = 8
-"""A model has at most one coefficient for so many samples."""
-STRETCHES = 8
-"""So many stretches are left out, one after the other."""
+"""A model has at most one coefficient for this many samples."""
+SEGMENTS = 8
+"""Number of segments, one of which is left out in each fit."""
 SHOWN = 0.02
-"""States whose Hankel singular value is below this part of the largest do not show."""
+"""States whose Hankel singular value is below this part of the largest are truncated."""
 RIDGE = 1e-9
 """The regression is regularised by this part of the mean power of its columns: a record without
 noise has no unique model of a high order."""
 RIDGE_OF_INPUTS = 1e-4
 """Columns of inputs have a larger one: inputs may excite a narrow band, and outside of it noise
-would pass for a pole that lasts. Those of outputs may not: it would draw a pole at 1 away."""
+would look like a lasting pole. Columns of outputs have no larger one: it would shift a pole at
+1."""
 EXCITED = 0.999
-"""The excited band holds this part of the inputs' power; poles beyond it are of the noise."""
+"""The excited band holds this part of the inputs' power; poles beyond it come from noise."""
 SURE = 2.0
-"""A rate is above zero for sure if it is so many times its standard deviation."""
+"""A rate is surely above zero if it is at least this multiple of its standard deviation."""
 ENDLESS = 3.0
 """A pole decays within a record if it falls to exp(-ENDLESS) along its longest piece."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordDecay:
-    """A RecordDecay is what a linear fit says about how fast a system forgets.
+    """A RecordDecay is the slowest decay of a system, estimated by a linear fit.
 
     Attributes:
         rate: real part of the slowest pole in 1/s; not negative where nothing decays.
@@ -53,7 +54,7 @@ class RecordDecay:
         frequency: its angular frequency in rad/s; 0 of a real pole.
         remaining_amplitude: fraction A_rel to which initial effects decay.
         order: order of the model of high order.
-        states: number of states that show.
+        states: number of states after truncation.
         longest: duration of the longest piece of the record in s.
     """
 
@@ -79,7 +80,7 @@ class RecordDecay:
 
     @property
     def lasts(self) -> bool:
-        """Tell whether the slowest pole is not told from one that never decays."""
+        """Tell whether the slowest pole cannot be distinguished from one that never decays."""
         slow = -self.rate * self.longest < ENDLESS
         return slow or self.rate + SURE * self.deviation >= 0.0
 
@@ -92,13 +93,13 @@ def decay_of_records(
     Samples that touch an outlier, of an input or an output, are left out.
 
     Raises:
-        ValueError: there are too few samples for a model of the lowest order that follow each
-            other without a gap.
+        ValueError: too few samples follow each other without a gap for a model of the lowest
+            order.
     """
     sums = _Sums(_scaled(trajectories))
     order, poles = sums.chosen()
     edge = _band_edge(trajectories)
-    rates = np.array([_slowest(sums.poles(order, out), edge).real for out in sums.stretches])
+    rates = np.array([_slowest(sums.poles(order, out), edge).real for out in sums.segments])
     count = len(rates)
     deviation = math.sqrt((count - 1) / count * float(np.sum((rates - rates.mean()) ** 2)))
     step = trajectories[0].step
@@ -117,7 +118,7 @@ def decay_of_records(
 def _scaled(trajectories: Sequence[Trajectory]) -> list[tuple[FloatArray, FloatArray]]:
     """Return inputs and outputs about their means, over their standard deviations.
 
-    Outputs that are missing stay NaN, and outliers become so.
+    Missing outputs stay NaN, and outliers become NaN.
     """
     parts = [(_sound(one.inputs), _sound(one.outputs)) for one in trajectories]
     inputs = _scale(np.concatenate([part[0] for part in parts]))
@@ -126,7 +127,7 @@ def _scaled(trajectories: Sequence[Trajectory]) -> list[tuple[FloatArray, FloatA
 
 
 def _sound(values: FloatArray) -> FloatArray:
-    """Return values, (N, channels), of which outliers are missing."""
+    """Return values, (N, channels), with outliers as NaN."""
     sound = values.copy()
     for column in sound.T:
         where = np.flatnonzero(np.isfinite(column))
@@ -135,7 +136,7 @@ def _sound(values: FloatArray) -> FloatArray:
 
 
 def _scale(values: FloatArray) -> FloatArray:
-    """Return mean and standard deviation of values, (N, channels), where there are any, (2, n)."""
+    """Return mean and standard deviation of the known values, (N, channels), as (2, n)."""
     deviation = np.maximum(np.nanstd(values, axis=0), np.finfo(np.float64).tiny)
     return np.stack([np.nanmean(values, axis=0), deviation])
 
@@ -161,10 +162,10 @@ def _slowest(poles: np.ndarray, edge: float) -> complex:
 
 
 class _Sums:
-    """Sums of products over stretches of records, from which models of all orders follow. Final.
+    """Sums of products over segments of records, from which models of all orders follow. Final.
 
     Attributes:
-        stretches: numbers of the stretches.
+        segments: numbers of the segments.
     """
 
     def __init__(self, parts: Sequence[tuple[FloatArray, FloatArray]]) -> None:
@@ -172,8 +173,8 @@ class _Sums:
         self._length = max(len(inputs) for inputs, _ in parts)
         self._orders = _orders(parts)
         self._most = self._orders[-1]
-        self._products = _stretch_products(parts, self._most)
-        self.stretches = tuple(range(len(self._products)))
+        self._products = _segment_products(parts, self._most)
+        self.segments = tuple(range(len(self._products)))
 
     def chosen(self) -> tuple[int, np.ndarray]:
         """Return the best order, and the poles of its model."""
@@ -181,7 +182,7 @@ class _Sums:
         return best, self.poles(best)
 
     def poles(self, order: int, left_out: int | None = None) -> np.ndarray:
-        """Return the poles that show of the model of an order, shape (n,), the slowest among them.
+        """Return the poles of the truncated model of an order, shape (n,), the slowest among them.
 
         They may lie outside of the unit circle.
         """
@@ -231,7 +232,7 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
     """Return the orders for which pieces have enough samples with a whole past behind them.
 
     Raises:
-        ValueError: there is none.
+        ValueError: no order has enough samples.
     """
     width = sum(values.shape[1] for values in parts[0])
     wanted = SAMPLES_PER_COEFFICIENT * width
@@ -249,9 +250,9 @@ def _orders(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[int]:
 
 
 def _rows(part: tuple[FloatArray, FloatArray], order: int) -> NDArray[np.intp]:
-    """Return the samples of a piece that have a whole past: as many others as the order is.
+    """Return the samples of a piece that have a whole past of as many samples as the order.
 
-    That past has all outputs, and all inputs up to the sample before.
+    All outputs of this past are known, and all its inputs up to the sample before.
     """
     inputs, outputs = part
     known = np.asarray(np.isfinite(outputs).all(axis=1))
@@ -261,23 +262,23 @@ def _rows(part: tuple[FloatArray, FloatArray], order: int) -> NDArray[np.intp]:
     return np.flatnonzero(whole) + order
 
 
-def _stretch_products(
+def _segment_products(
     parts: Sequence[tuple[FloatArray, FloatArray]], order: int
 ) -> list[tuple[FloatArray, int]]:
-    """Return sums of products of regressors and outputs, and their number, of all stretches.
+    """Return sums of products of regressors and outputs, and their number, of all segments.
 
     The columns are outputs of the past, the newest first, then inputs, then the outputs now.
     """
     total = sum(len(inputs) for inputs, _ in parts)
-    size = max(order + 1, -(-total // STRETCHES))
+    size = max(order + 1, -(-total // SEGMENTS))
     width = order * (parts[0][0].shape[1] + parts[0][1].shape[1]) + parts[0][1].shape[1]
-    found = [(np.zeros((width, width)), 0) for _ in range(STRETCHES)]
+    found = [(np.zeros((width, width)), 0) for _ in range(SEGMENTS)]
     passed = 0
     for inputs, outputs in parts:
         usable = _rows((inputs, outputs), order)
         for begin in range(order, len(outputs), size):
             rows = usable[(usable >= begin) & (usable < begin + size)]
-            index = min(STRETCHES - 1, (passed + begin) // size)
+            index = min(SEGMENTS - 1, (passed + begin) // size)
             columns = [outputs[rows - lag] for lag in range(1, order + 1)]
             columns += [inputs[rows - lag] for lag in range(1, order + 1)]
             table = np.concatenate([*columns, outputs[rows]], axis=1)
@@ -288,10 +289,10 @@ def _stretch_products(
 
 
 def _shown_poles(model: tuple[FloatArray, FloatArray, FloatArray], inside: float) -> np.ndarray:
-    """Return the poles of a model after balanced truncation to the states that show.
+    """Return the poles of a model after balanced truncation.
 
-    All poles are drawn inwards by a factor first, so that a lasting one can be truncated too; what
-    still lies outside then is returned alone.
+    All poles are moved inwards by a factor first, so that lasting poles can be truncated too. If
+    poles still lie outside, these alone are returned.
     """
     a, b, c = model[0] * inside, model[1], model[2]
     poles = np.linalg.eigvals(a)

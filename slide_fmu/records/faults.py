@@ -1,4 +1,4 @@
-"""Faults in the values of a column: limits at which it stops, coarse rounding, single outliers."""
+"""This module finds faults in a column: saturation, coarse rounding and single outliers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RUN = 3
 """A run has at least this number of equal samples at an extreme, one after the other."""
 
 LEVELS = 20
-"""A column of fewer different values switches between levels, and is not limited by the sensor."""
+"""A column with fewer different values counts as switched between levels, not as saturated."""
 
 STEEP = 10.0
 """A run is entered steeply if two samples before it are this number of resolutions away from it.
@@ -34,7 +34,7 @@ NORMAL = 1.4826
 """The median of absolute values times this is the standard deviation, where they are normal."""
 
 AROUND = 10
-"""This number of differences before and behind a sample shows what is usual there."""
+"""This number of differences before and behind a sample gives the usual difference there."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Saturation:
 
 
 def saturations(values: FloatArray) -> list[Saturation]:
-    """Find the extremes at which finite values, shape (N,), stop again and again.
+    """Find the extremes at which finite values, shape (N,), stop repeatedly.
 
     A limit cuts a motion off: it is entered or left steeply, stays exactly equal, and the value
     was moving towards it. A held or switched signal jumps from rest, a rounded peak is flat.
@@ -84,7 +84,7 @@ def saturations(values: FloatArray) -> list[Saturation]:
 
 
 def _steep(outside: FloatArray, resolution: float) -> bool:
-    """Tell whether the samples around a run, from it outwards, lead steeply and steadily away."""
+    """Tell whether the samples on both sides of a run move away from it steeply and steadily."""
     if len(outside) < 3:
         return False
     return bool((np.diff(outside) > 0).all()) and float(outside[1]) > STEEP * resolution
@@ -95,7 +95,7 @@ class Quantization:
     """A Quantization is a resolution of which values are multiples.
 
     Attributes:
-        resolution: in the column's unit.
+        resolution: the resolution, in the column's unit.
         levels: number of different values.
         noise: root mean square of the rounding, resolution / sqrt(12), as part of the column's
             standard deviation.
@@ -109,7 +109,7 @@ class Quantization:
 def quantization(values: FloatArray) -> Quantization | None:
     """Find the resolution of finite values, shape (N,), if they are rounded to one.
 
-    None where the values are no multiples of one number, or are few levels that are switched.
+    None where the values are not multiples of one number, or have few levels.
     """
     levels = np.unique(values)
     if len(levels) < LEVELS or 2 * len(levels) > len(values):
@@ -117,7 +117,7 @@ def quantization(values: FloatArray) -> Quantization | None:
     resolution = float(np.diff(levels).min())
     multiples = (levels - levels[0]) / resolution
     if multiples[-1] > 1 / np.finfo(np.float64).eps ** 0.5:
-        return None  # as fine as this, the numbers themselves are rounded
+        return None  # such a small resolution is the rounding of the numbers themselves
     resolution = float(levels[-1] - levels[0]) / round(float(multiples[-1]))
     multiples = (levels - levels[0]) / resolution
     if np.abs(multiples - np.round(multiples)).max() > REGULAR:
@@ -129,8 +129,9 @@ def quantization(values: FloatArray) -> Quantization | None:
 def outliers(values: FloatArray) -> NDArray[np.intp]:
     """Find the indices of single samples that jump away and back, in finite values, shape (N,).
 
-    Usual is the median of the absolute differences between neighbours, over the whole column and
-    on either side of the sample: a burst after a rest has no outliers. A step jumps, but not back.
+    The usual difference is the median of the absolute differences between neighbours, over the
+    whole column and on either side of the sample, so a burst after a rest has no outliers. A step
+    jumps, but not back.
     """
     differences = np.diff(values)
     moving = np.abs(differences[differences != 0])

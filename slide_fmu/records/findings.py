@@ -1,7 +1,7 @@
-"""What is wrong with records, and what one should know about them before learning from them.
+"""This module examines records for faults and remarks before anything is learnt from them.
 
 Each rule is a row of a table, ``TIME_RULES`` or ``COLUMN_RULES``: the kind of a finding, a
-function that says what it found, what is expected, the remedy, and whether it is refused.
+function that describes it, the expected value, the remedy, and whether it is refused.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ COARSE = 1e-3
 """Rounding of more than this part of a column's standard deviation is remarked."""
 
 LOST = 0.5
-"""Two clocks that drift apart by more than this part of a step over the record are two."""
+"""Clocks that drift apart by more than this part of a step over the record count as two."""
 
 Severity = Literal["refused", "remarked"]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A Finding is one thing that is wrong with a record, or that one should know about it.
+    """A Finding is one fault of a record, or one remark about it.
 
     Attributes:
         kind: a word for it, such as ``"gap"`` or ``"saturation"``.
@@ -40,9 +40,9 @@ class Finding:
             ``"remarked"``.
         path: the file.
         column: the column; empty where it is about several.
-        found: what was found, with figures.
-        expected: what was expected.
-        remedy: what to do.
+        found: the fault, with figures.
+        expected: the expectation.
+        remedy: the remedy.
     """
 
     kind: str
@@ -62,13 +62,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Rule:
-    """A Rule is a row of a table: what is looked for in a column of a record, and what to do.
+    """A Rule is a row of a table: a test of a column of a record, and the remedy.
 
     Attributes:
-        kind, expected, remedy: as of ``Finding``.
-        test: gives a sentence for each thing that it finds in the column of a record.
-        refuses: whether nothing can be learnt from the record with what was found; or a function
-            that tells it of the record's column.
+        kind, expected, remedy: as in ``Finding``.
+        test: gives a sentence for each finding in the column of a record.
+        refuses: whether a record with such a finding is refused; or a function that decides this
+            for the record's column.
     """
 
     kind: str
@@ -78,7 +78,7 @@ class Rule:
     refuses: bool | Callable[[Record, str], bool] = False
 
     def applied(self, record: Record, column: str) -> list[Finding]:
-        """Return what the rule finds in a column of a record."""
+        """Return the findings of the rule in a column of a record."""
         refuses = self.refuses
         if not isinstance(refuses, bool):
             refuses = refuses(record, column)
@@ -93,14 +93,14 @@ class Rule:
 def examine(
     records: Sequence[Record], inputs: Sequence[str] = (), outputs: Sequence[str] = ()
 ) -> tuple[Finding, ...]:
-    """Examine records of the same columns: what is wrong with them, in the order of the files.
+    """Examine records of the same columns, in the order of the files.
 
     Args:
         records: at least one.
-        inputs, outputs: columns that are examined; all of them where none is named.
+        inputs, outputs: columns that are examined; all columns where no name is given.
 
     Returns:
-        The findings; those of severity ``"refused"`` must be mended before anything is learnt.
+        The findings; those of severity ``"refused"`` must be corrected before anything is learnt.
 
     Raises:
         RecordError: a record lacks a column that is named.
@@ -232,7 +232,7 @@ def _empty(record: Record, column: str) -> Iterable[str]:
     longest = int(lengths.argmax())
     yield (
         f"{int(lengths.sum())} of {len(finite)} values are empty or not finite, in "
-        f"{len(lengths)} stretches; the longest has {lengths[longest]} samples from "
+        f"{len(lengths)} ranges; the longest has {lengths[longest]} samples from "
         f"{record.place(int(edges[::2][longest]))}"
     )
 
@@ -280,7 +280,7 @@ BROKEN_TIME = Rule(
     f"mend or cut the file, name another column of times, or {GIVE_STEP}",
     refuses=True,
 )
-"""The rule about times of which nothing else can be said where it finds something."""
+"""The rule about broken times; where it finds some, no other rule about times is applied."""
 
 TIME_WITHOUT_UNIT = Rule(
     "unit",
@@ -305,7 +305,7 @@ TIME_RULES = (
         f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
         refuses=True,
     ),
-    Rule("gap", _gaps, "even times", "the record is cut there into stretches"),
+    Rule("gap", _gaps, "even times", "the record is cut there into pieces"),
     Rule(
         "jitter",
         _jitter,
@@ -358,7 +358,7 @@ COLUMN_RULES = (
         "quantization",
         _coarse,
         f"at most {100 * COARSE:g} %",
-        "no model can be told to be better than this; record or write more digits",
+        "errors below this cannot be measured; record or write more digits",
     ),
 )
 """Rules about the values of a column."""

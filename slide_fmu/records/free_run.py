@@ -1,7 +1,8 @@
-"""A free run of a surrogate along a whole record, from the state with which the record begins.
+"""This module runs a surrogate freely along a whole record, from the state at its start.
 
-The truncated window of a surrogate costs something, and a record may begin in mid-motion. A free
-run has neither error: it shows what the network itself is worth, beside what the FMU gives.
+The truncated window of a surrogate causes errors, and so does a record that begins in mid-motion.
+A free run has neither error: it shows the error of the network itself, for comparison with the
+FMU.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FIRST_SAMPLES = 50
-"""The state at the start of a record follows from so many first outputs, if not told otherwise."""
+"""Default number of first outputs from which the state at the start of a record is found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class FreeRun:
     Attributes:
         outputs: at samples 1 .. N, shape (N, n_outputs).
         error: RMS error of each output after the first samples, shape (n_outputs,).
-        first_samples: number of outputs that the initial state was found from; not scored.
+        first_samples: number of outputs from which the initial state was found; not scored.
         state: the initial state, shape (n_states,).
     """
 
@@ -62,7 +63,7 @@ def free_run(
     features = network.features.along(surrogate.input_scaling.apply(inputs)[None])
     scaled = surrogate.output_scaling.apply(measured)
     state = initial_state(network, features[0, :first_samples], scaled[:first_samples])
-    with np.errstate(over="ignore", invalid="ignore"):  # where it diverges, the error tells
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that diverges has an infinite error
         values, _ = network.run(features, state[None].astype(np.float32))
     outputs = surrogate.output_scaling.invert(values[0].astype(np.float64))
     squares = np.square(outputs - measured)[first_samples:]

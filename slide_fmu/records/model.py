@@ -1,4 +1,4 @@
-"""Reference systems of the kind "record": measured records of what nobody simulates here."""
+"""This module makes the source of data of kind "record" from measured records."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from slide_fmu.systems.specification import Specification
 HOLD: Hold = "first_order"
 """Measured inputs are samples of signals that move, unless the recipe gives another hold."""
 PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
-"""The pairing follows from what the inputs do between samples, unless the recipe names one."""
+"""The pairing follows from the hold of the inputs, unless the recipe names one."""
 PARAMETERS = ("time", "sample_step", "pairing")
 """Keys of ``system.parameters`` for records: the column of times, or the step in s of files
 without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
@@ -36,13 +36,13 @@ class MeasuredRecords(Source):
     """Measured records of one system, cut where samples are missing, with one even step. Final.
 
     Attributes:
-        pieces: stretches without gaps, in the order of the files.
-        files: names of the files, by the number that pieces have of them.
+        pieces: pieces without gaps, in the order of the files.
+        files: names of the files, by the file number of the pieces.
         digests: SHA-256 of each file, by the same number.
         identity: SHA-256 of each file as numbers, shape (number of files, 32).
         numbers: numbers of the inputs of all pieces end to end, shape (sum of N,); the same where
             inputs are the same (``slide_fmu.records.repeats``).
-        noise_record: what was recorded while nothing moved; None where nothing was.
+        noise_record: outputs that were recorded at rest; None without a noise record.
     """
 
     sampled_only = True
@@ -59,7 +59,7 @@ class MeasuredRecords(Source):
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
         self.pieces, self.remarks, self.noise_record = pieces, remarks, noise_record
-        self.noise_at_rest = None if noise_record is None else noise_record.stretches
+        self.noise_at_rest = None if noise_record is None else noise_record.pieces
         self.lacks_outputs = not all(
             np.isfinite(piece.trajectory.outputs).all() for piece in pieces
         )
@@ -73,11 +73,11 @@ class MeasuredRecords(Source):
 def make(specification: Specification) -> MeasuredRecords:
     """Read, examine and prepare the records that a specification names.
 
-    The columns that are read are those of its signals; the step is its own.
+    The columns of its signals are read; the step is its own.
 
     Raises:
-        LoadError: a file cannot be read, signals, parameters or columns do not fit, or something
-            is found in a record that must be mended first.
+        LoadError: a file cannot be read, signals, parameters or columns do not fit, or a record
+            has a fault that must be corrected first.
     """
     _require_parameters(specification)
     at_rest = [] if specification.noise_record is None else [specification.noise_record]
@@ -162,7 +162,7 @@ def _columns(tables: SignalTables) -> tuple[str, ...]:
 
 
 def _completed(what: str, name: str, table: SignalTable, record: Record) -> SignalTable:
-    """Give a signal the unit of its column, and an input the hold of measured ones, if need be.
+    """Fill in the unit of a signal from its column, and the hold of an input, where missing.
 
     Outputs have no hold.
     """

@@ -1,6 +1,6 @@
-"""A noise record was taken while nothing moved: its outputs are what sensors make of that.
+"""A noise record holds outputs that were measured at rest, so that they are noise of the sensors.
 
-It was measured as the other records of the same outputs were, so that its noise is theirs.
+It must be measured in the same way as the other records, which then have the same noise.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.records.clock import Clock, clock_of_record
 from slide_fmu.records.findings import examine_alone
-from slide_fmu.records.preparation import stretches_of
+from slide_fmu.records.preparation import gap_free_ranges
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
 
 LEAST = 500
 """The spectrum of noise is known from at least this many samples."""
 SHORTEST = 100
-"""Stretches between gaps of fewer samples do not count."""
+"""Pieces between gaps with fewer samples do not count."""
 QUIET = 0.5
-"""What deviates by more than this part of what an output does in the other records has moved."""
+"""An output has moved if its deviation is more than this part of that in the other records."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,13 @@ class Noise:
     """Noise of outputs alone, with the step of the trajectories.
 
     Attributes:
-        stretches: without gaps, shape (N, n_outputs) each, in the outputs' units.
+        pieces: pieces without gaps, shape (N, n_outputs) each, in the outputs' units.
         file: name of the file that they come from.
         digest: SHA-256 of the file.
-        remarks: what one should know of the file, one sentence each.
+        remarks: remarks on the file, one sentence each.
     """
 
-    stretches: tuple[FloatArray, ...]
+    pieces: tuple[FloatArray, ...]
     file: str
     digest: str
     remarks: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ def require_alike(
     """Refuse a noise record that was not measured as the other records were.
 
     Returns:
-        What is remarkable in it, but need not be mended.
+        Remarks on it that need no correction.
 
     Raises:
         RecordError: a column is missing or cannot be used, a unit or the step is another one, or
@@ -96,32 +96,32 @@ def noise_at_rest(
     """Bring a noise record to the step of the trajectories, in s, as its records are brought.
 
     Raises:
-        RecordError: as of ``require_alike``; or the record is too short, or an output is constant
+        RecordError: as in ``require_alike``; or the record is too short, or an output is constant
             in it, or moves.
     """
     remarks = require_alike(noise, records, outputs)
     clock = clock_of_record(noise)
     whole = _resampled(noise, clock, outputs, step)
-    stretches = tuple(stretch for stretch in whole if len(stretch) >= SHORTEST)
-    samples = sum(len(stretch) for stretch in stretches)
+    pieces = tuple(piece for piece in whole if len(piece) >= SHORTEST)
+    samples = sum(len(piece) for piece in pieces)
     if samples < LEAST:
         raise RecordError(
             f"noise record {noise.path} has {samples} samples of {step:.6g} s in which all of "
-            f"{list(outputs)} are known, in stretches of at least {SHORTEST} without a gap; "
+            f"{list(outputs)} are known, in pieces of at least {SHORTEST} without a gap; "
             f"expected at least {LEAST}: record the outputs at rest for longer, without gaps"
         )
     for name, moving in zip(outputs, _deviations(records, outputs), strict=True):
         _require_quiet(noise, name, float(moving))
-    return Noise(stretches, Path(noise.path).name, noise.digest, remarks)
+    return Noise(pieces, Path(noise.path).name, noise.digest, remarks)
 
 
 def remarks_on_noise(
     noise: Noise, records: Sequence[Record], outputs: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Say how large the noise of each output is relative to its deviation, and of which colour."""
+    """Say the size of the noise of each output relative to its deviation, and its colour."""
     remarks, deviations = [*noise.remarks], _deviations(records, outputs)
     for index, (name, deviation) in enumerate(zip(outputs, deviations, strict=True)):
-        model = fit_autoregression([stretch[:, index] for stretch in noise.stretches])
+        model = fit_autoregression([piece[:, index] for piece in noise.pieces])
         size = float(np.sqrt(model.variances[0])) / deviation
         colour = "white"
         if model.order:
@@ -139,12 +139,12 @@ def remarks_on_noise(
 def _resampled(
     noise: Record, clock: Clock, outputs: tuple[str, ...], step: float
 ) -> tuple[FloatArray, ...]:
-    """Return stretches in which all outputs are known, (N, n_outputs) each, at a step in s."""
+    """Return pieces in which all outputs are known, (N, n_outputs) each, at a step in s."""
     plan = plan_resampling(clock.step, step, clock.jitter, clock.longest(len(noise.time)))
     values = noise.chosen(outputs)
-    rows = [slice(begin, end) for begin, end in stretches_of(noise, clock, outputs)]
+    rows = [slice(begin, end) for begin, end in gap_free_ranges(noise, clock, outputs)]
     found = [resampled(noise.time[part], values[part], plan, "smooth") for part in rows]
-    return tuple(stretch for stretch in found if len(stretch))
+    return tuple(piece for piece in found if len(piece))
 
 
 def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArray:

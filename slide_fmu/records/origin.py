@@ -1,4 +1,4 @@
-"""An FMU of measured records carries their digests, so that it is measured on the same ones."""
+"""An FMU of measured records carries their digests, so that it is measured on the same records."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.records.model import MeasuredRecords
 
 KEY = "records"
-"""In the provenance: a list of the names and SHA-256 hashes of the files."""
+"""Key of the provenance with the names and SHA-256 hashes of the files."""
 OF_NOISE = "noise_record"
-"""In the provenance: name and SHA-256 hash of the file that tells the outputs' noise, if any."""
+"""Key of the provenance with name and SHA-256 hash of the noise record, if there is one."""
 
 
 def record_origin(source: MeasuredRecords) -> JsonObject:
@@ -24,11 +24,11 @@ def record_origin(source: MeasuredRecords) -> JsonObject:
 def require_same_records(source: MeasuredRecords, provenance: JsonObject, fmu: str) -> None:
     """Refuse records that have changed since an FMU was learnt from them.
 
-    They would be divided elsewhere, and what is called unseen might have been learnt from. Another
-    noise record would put another noise beside the error.
+    They would be divided at other samples, so samples that are called unseen might have been
+    learnt from. Another noise record would give another noise to compare the error with.
 
     Raises:
-        StageError: a file is another one, or the FMU does not say which ones there were.
+        StageError: a file has changed, or the FMU does not name its records.
     """
     origin = record_origin(source)
     wanted, found = provenance.get(KEY, []), origin.get(KEY, [])

@@ -1,4 +1,4 @@
-"""A linear fit of the outputs shows which output answers an input."""
+"""This module finds by a linear fit which output sample answers an input sample."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import Record
 from slide_fmu.records.findings import Finding
-from slide_fmu.records.preparation import Pairing, Preparation, longest_stretch
+from slide_fmu.records.preparation import Pairing, Preparation, longest_piece
 
 LAGS = 12
-"""This many outputs and inputs of the past enter the fit."""
+"""Number of past outputs and inputs in the fit."""
 
 SURE = 8.0
 """An input counts if its coefficient is at least this multiple of its standard deviation."""
 
 UNSURE = 4.0
-"""An input does not count if it is less than that; chance gives as much in one of many fits."""
+"""An input does not count below this multiple; chance reaches it in one of many fits."""
 
 FAIR = 1e-3
-"""Evidence below this part of the largest is rounding, where records have hardly any noise."""
+"""Evidence below this part of the largest counts as rounding, as in records without noise."""
 
 MOST_SAMPLES = 100_000
-"""This many samples are enough."""
+"""Largest number of samples in a fit."""
 
 SINGULAR = 1e-12
 """Directions in which the data vary less than this part of the largest are left out."""
 
 MOVED = 2.0
-"""An output is moved by inputs if each explains this multiple of what chance would explain."""
+"""An output is moved by inputs if each explains this multiple of a random input."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class Answer:
     """An Answer has the evidence that an output depends on inputs around its own sample.
 
     Each is a coefficient of the fit y[k] = sum a_i y[k-i] + sum b_j u[k-j], divided by its
-    standard deviation: the one of largest amount among all inputs and outputs.
+    standard deviation. It is the largest among all inputs and outputs.
 
     Attributes:
-        ahead: of u[k+1], which cannot act yet.
-        now: of u[k].
-        before: of u[k-1].
+        ahead: evidence of u[k+1], which cannot act yet.
+        now: evidence of u[k].
+        before: evidence of u[k-1].
     """
 
     ahead: float
@@ -53,7 +53,7 @@ class Answer:
 
     @property
     def pairing(self) -> Pairing | None:
-        """The pairing that the evidence is for; None where it is for neither."""
+        """The pairing that the evidence supports; None if it supports neither."""
         fair = self._fair
         if self.now > max(SURE, fair):
             return "same"
@@ -70,7 +70,7 @@ class Answer:
 
 
 def answer_of(inputs: FloatArray, outputs: FloatArray) -> Answer | None:
-    """Find out when outputs answer inputs that were measured with them.
+    """Find the delay, 0 or 1 samples, with which outputs answer measured inputs.
 
     A system whose inputs are held answers a sample later; one whose inputs move between samples
     answers at once. Where the inputs hardly change from sample to sample, the evidence is weak.
@@ -89,7 +89,7 @@ def answer_of(inputs: FloatArray, outputs: FloatArray) -> Answer | None:
 
 
 def _evidence(inputs: FloatArray, output: FloatArray) -> FloatArray | None:
-    """Give the largest evidence of u[k+1], u[k] and u[k-1] for one output, shape (3,)."""
+    """Return the largest evidence of u[k+1], u[k] and u[k-1] for one output, shape (3,)."""
     table, target = _table(inputs, output)
     if len(table) < 3 * table.shape[1]:
         return None
@@ -106,7 +106,7 @@ def _evidence(inputs: FloatArray, output: FloatArray) -> FloatArray | None:
 
 
 def _table(inputs: FloatArray, output: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the columns of a fit, scaled: past outputs, inputs, 1; and the outputs to be met."""
+    """Return the columns of a fit, scaled: past outputs, inputs, 1; and the outputs to fit."""
     rows = np.arange(LAGS, len(output) - 1)
     past = [output[rows - lag] for lag in range(1, LAGS + 1)]
     driven = [inputs[rows - lag, i] for lag in range(-1, LAGS + 1) for i in range(inputs.shape[1])]
@@ -134,7 +134,7 @@ def is_moved(inputs: FloatArray, output: FloatArray) -> bool | None:
 
 
 def _left_over(table: FloatArray, target: FloatArray) -> float:
-    """Return the sum of squares that a fit leaves."""
+    """Return the residual sum of squares of a fit."""
     coefficients = np.linalg.lstsq(table, target, rcond=SINGULAR)[0]
     return float(np.sum((target - table @ coefficients) ** 2))
 
@@ -142,18 +142,18 @@ def _left_over(table: FloatArray, target: FloatArray) -> float:
 def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[Finding, ...]:
     """Remark outputs that answer at another sample than the preparation says, or not at all.
 
-    The records are taken as they are measured, each at its longest stretch without gaps.
+    The records are taken as they are measured, each at its longest piece without gaps.
 
     Raises:
         RecordError: a record lacks a column, or its time does not rise.
     """
     found = []
     for record in records:
-        stretch = longest_stretch(record, preparation.inputs, preparation.outputs)
-        answer = answer_of(*stretch)
+        piece = longest_piece(record, preparation.inputs, preparation.outputs)
+        answer = answer_of(*piece)
         if answer is not None:
             found += _contradictions(record, preparation, answer)
-        found += _unmoved(record, preparation.outputs, *stretch)
+        found += _unmoved(record, preparation.outputs, *piece)
     return tuple(found)
 
 

@@ -1,4 +1,4 @@
-"""Remarks on the division of records say what is lost, and what is not tested."""
+"""Remarks on the division of records name lost samples, and errors that are not measured."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from slide_fmu.records.specimens import scarce_specimens, specimens, values_in_f
 
 
 def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
-    """Say what is lost of the records by their division.
+    """Return remarks on the samples that are lost by the division.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     found = [
         about_repeats(recipe, source),
@@ -32,10 +32,10 @@ def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
 
 
 def about_repeats(recipe: Recipe, source: MeasuredRecords) -> str | None:
-    """Say which inputs come again, and what that means for the error; None if none do.
+    """Say how many inputs repeat, and how this affects the error; None if no input repeats.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     if not comes_again(source):
         return None
@@ -61,10 +61,10 @@ def about_repeats(recipe: Recipe, source: MeasuredRecords) -> str | None:
 
 
 def about_specimens(recipe: Recipe, source: MeasuredRecords) -> list[str | None]:
-    """Say what the measured error does not tell of specimens; None stands for nothing to say.
+    """Say which errors of specimens are not measured; None if all are.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     if not recipe.parameters:
         return []
@@ -90,12 +90,12 @@ def about_specimens(recipe: Recipe, source: MeasuredRecords) -> list[str | None]
 
 
 def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
-    """Say which blocks are shorter than a stretch, so that nothing is learnt from them.
+    """Say which blocks are shorter than a segment, and so are not learnt from.
 
-    None if there are none.
+    None if no block is.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     lead = recipe.window.n_in - recipe.window.n_out
     scored = round(recipe.data.duration / recipe.window.step) - lead
@@ -112,7 +112,7 @@ def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
 
 
 def _behind_no_lead(recipe: Recipe, source: MeasuredRecords) -> str | None:
-    """Say which pieces are so short that nothing of them is scored; None if there are none."""
+    """Say which pieces are too short to be scored; None if no piece is."""
     lead = recipe.window.n_in - recipe.window.n_out
     lengths = [len(piece.trajectory.inputs) for piece in source.pieces]
     short = [length for length in lengths if length <= lead]

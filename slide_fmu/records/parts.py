@@ -1,4 +1,4 @@
-"""Samples of measured records are divided into those to learn from, to choose by and to test."""
+"""This module divides samples of records into parts for training, validation and test."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from slide_fmu.records.rules import shares_of
 from slide_fmu.records.specimens import too_few_specimens
 
 FEWEST = 8
-"""Each part has somewhere this many samples in a row with all outputs."""
+"""Least number of samples in a row with all outputs, in some place of each part."""
 MOST = 0.9
-"""Stretches are so short that this part of the samples is used, at least."""
+"""Segments are short enough to use at least this part of the samples."""
 
 
 def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
-    """Divide the records of a recipe into its parts; the window's truncated part leads in.
+    """Divide the records of a recipe into its parts; the window's truncated part is the lead.
 
     Samples of the same inputs are in one part, unless ``has_known_inputs``.
 
@@ -34,31 +34,31 @@ def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
 
 
 def in_order_of_time(recipe: Recipe, source: MeasuredRecords) -> Split:
-    """Divide the records of a recipe into its parts without leads, whatever inputs come again.
+    """Divide the records of a recipe into its parts without leads, even if inputs repeat.
 
-    This is meant for a window, which is needed to divide them as ``divided`` does.
+    A window is sized by this division, since ``divided`` itself needs a window.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     return _split(recipe, source, 0)
 
 
 def has_known_inputs(recipe: Recipe, source: MeasuredRecords) -> bool:
-    """Tell whether what is tested, or chosen by, has inputs that are learnt from.
+    """Tell whether the parts for validation or test have inputs that are learnt from.
 
-    That is so if inputs come again, and fewer of them are different in such a part than the window
-    truncates: then every window that is scored there has inputs of other parts, and cutting the
-    records into short blocks would only cost samples.
+    That is so if inputs repeat, and if such a part has fewer different inputs than the window
+    truncates. Every scored window there then has inputs of other parts, and cutting the records
+    into short blocks would only lose samples.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     return comes_again(source) and _apart(recipe, source) is None
 
 
 def comes_again(source: MeasuredRecords) -> bool:
-    """Tell whether some inputs of the records come again."""
+    """Tell whether some inputs of the records repeat."""
     return int(source.numbers.max()) + 1 < len(source.numbers)
 
 
@@ -67,7 +67,7 @@ def _lead(recipe: Recipe) -> int:
 
 
 def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
-    """Divide records so that inputs which come again are in one part; None if this is no use."""
+    """Divide records so that repeated inputs are in one part; None if this does not help."""
     try:
         found = _split(recipe, source, _lead(recipe), source.numbers)
     except RecipeError:
@@ -96,12 +96,12 @@ def _split(
 
 
 def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
-    """Divide records as ``divided`` does, and cut what is scored where outputs are missing.
+    """Divide records as ``divided`` does, and cut scored ranges where outputs are missing.
 
-    What leads in is not cut: it needs no outputs.
+    Leads are not cut, since they need no outputs.
 
     Raises:
-        RecipeError: as of ``divided``, or outputs are missing nearly everywhere.
+        RecipeError: as in ``divided``, or outputs are missing nearly everywhere.
     """
     parts = {}
     for part, blocks in divided(recipe, source).items():
@@ -120,13 +120,13 @@ def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
 
 
 def longest_scored(recipe: Recipe, source: MeasuredRecords) -> int:
-    """Return how many samples a stretch can score so that all parts to learn from have most.
+    """Return how many samples a segment can score if all parts for training use most samples.
 
-    That is ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths; those
-    that are shorter than the window's output do not count.
+    Most are ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths.
+    Blocks that are shorter than the window's output do not count.
 
     Raises:
-        RecipeError: as of ``divided``.
+        RecipeError: as in ``divided``.
     """
     parts = scored_parts(recipe, source)
     found = []
@@ -146,7 +146,7 @@ def files_of(source: MeasuredRecords, blocks: Sequence[Block]) -> list[int]:
 
 
 def _runs(source: MeasuredRecords, block: Block) -> list[Block]:
-    """Cut a block to those that score whole outputs only; all have its lead."""
+    """Cut a block into blocks that score whole outputs only; all keep its length of lead."""
     outputs = source.pieces[block.piece].trajectory.outputs
     known = np.isfinite(outputs[block.scored + 1 : block.stop + 1]).all(axis=1)
     edges = np.flatnonzero(np.diff(known.astype(np.int8), prepend=0, append=0)) + block.scored

@@ -1,4 +1,4 @@
-"""From records to even trajectories: resampled, and cut where samples are missing."""
+"""This module makes even trajectories of records: resampled, and cut at missing samples."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from slide_fmu.records.clock import Clock, clock_of_record, neat_step
 from slide_fmu.records.resampling import LONGER, Resampling, plan_resampling, resampled
 
 Pairing = Literal["same", "later"]
-"""Which output answers an input, of samples u[k] and y[k] that were measured together.
+"""The pairing names the output that answers an input, of samples u[k], y[k] measured together.
 
-``same``: y[k] depends on the inputs up to u[k], as where both move between samples, or where the
-output answers at once. ``later``: y[k] depends on those up to u[k-1] only, as where u[k] is set
-at t_k and held until t_k+1.
+``same``: y[k] depends on the inputs up to u[k], for example if both move between samples, or if
+the output answers at once. ``later``: y[k] depends on the inputs up to u[k-1] only, for example if
+u[k] is set at t_k and held until t_k+1.
 """
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """A Preparation is what shall be made of records.
+    """A Preparation holds the settings with which trajectories are made of records.
 
     Attributes:
         inputs, outputs: columns, in channel order.
-        step: sample step of the trajectories in s; that of the first record if None.
-        hold: what the inputs do between samples.
-        pairing: which output answers an input.
-        least: stretches of fewer samples are left out.
+        step: sample step of the trajectories in s; the step of the first record if None.
+        hold: hold of the inputs between samples.
+        pairing: the output that answers an input.
+        least: pieces with fewer samples are left out.
 
     Raises:
         RecordError: a column is missing or named twice, or a number is out of range.
@@ -60,11 +60,11 @@ class Preparation:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A Piece is a stretch of a record without gaps, as a trajectory; outputs may lack, as NaN.
+    """A Piece is a gap-free part of a record, as a trajectory; missing outputs are NaN.
 
     Of N measured samples, ``trajectory`` has N outputs and N - 1 inputs: ``outputs[k]`` is y[k],
-    and ``inputs[k]`` is the newest input that y[k+1] answers, which is u[k+1] if they are paired
-    as ``same``, and u[k] if ``later``.
+    and ``inputs[k]`` is the newest input that y[k+1] answers, which is u[k+1] with the pairing
+    ``same``, and u[k] with ``later``.
 
     Attributes:
         trajectory: inputs (N - 1, n_inputs), outputs (N, n_outputs), in the record's units.
@@ -79,11 +79,11 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Prepared is what was made of records: pieces in their order, and remarks on what was done.
+    """Prepared holds the pieces of records in their order, and remarks on their preparation.
 
     Attributes:
         pieces: at least one; all have the same step.
-        remarks: one sentence for each thing that was done, for people.
+        remarks: one sentence for each cut or resampling, for people.
     """
 
     pieces: tuple[Piece, ...]
@@ -93,11 +93,11 @@ class Prepared:
 def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
     """Make trajectories of one even step from records.
 
-    A record is cut at its gaps, and where an input has no finite value. Outputs that are missing
-    are NaN, but a record that is resampled is cut there too, since nothing is invented.
+    A record is cut at its gaps, and where an input has no finite value. Missing outputs are NaN;
+    a record that is resampled is cut there too, since missing values are not interpolated.
 
     Raises:
-        RecordError: a record lacks a column, its time does not rise, or no stretch is left.
+        RecordError: a record lacks a column, its time does not rise, or no piece is left.
     """
     clocks = [_sound_clock(record) for record in records]
     step = preparation.step or neat_step(clocks[0], clocks[0].longest(len(records[0].time)))
@@ -108,19 +108,19 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
         plan = plan_resampling(clock.step, step, clock.jitter, length)
         remarks += _about_resampling(record, plan, preparation.hold)
         needed = (*preparation.inputs, *(preparation.outputs if plan.needed else ()))
-        stretches = stretches_of(record, clock, needed)
-        found = [_piece(record, index, s, plan, preparation) for s in stretches]
+        ranges = gap_free_ranges(record, clock, needed)
+        found = [_piece(record, index, s, plan, preparation) for s in ranges]
         kept = [piece for piece in found if piece is not None]
-        if len(stretches) > 1 or len(kept) < len(stretches):
-            left_out = len(stretches) - len(kept)
+        if len(ranges) > 1 or len(kept) < len(ranges):
+            left_out = len(ranges) - len(kept)
             remarks.append(
-                f"{record.path}: cut into {len(stretches)} stretches where samples are missing; "
+                f"{record.path}: cut into {len(ranges)} pieces where samples are missing; "
                 f"{left_out} of them have fewer than {preparation.least} samples and are left out"
             )
         pieces += kept
     if not pieces:
         raise RecordError(
-            f"{records[0].path}: no stretch without gaps has {preparation.least} samples of step "
+            f"{records[0].path}: no piece without gaps has {preparation.least} samples of step "
             f"{step:.6g} s; expected at least one: record without gaps, or ask for fewer samples"
         )
     return Prepared(tuple(pieces), tuple(remarks))
@@ -137,41 +137,41 @@ def _sound_clock(record: Record) -> Clock:
     return clock
 
 
-def stretches_of(record: Record, clock: Clock, names: tuple[str, ...]) -> list[tuple[int, int]]:
-    """Give begin and end (excluded) of stretches without gaps in time or named columns."""
+def gap_free_ranges(record: Record, clock: Clock, names: tuple[str, ...]) -> list[tuple[int, int]]:
+    """Return begin and end (excluded) of ranges without gaps in time or named columns."""
     values = record.chosen(names)
     usable = np.asarray(np.isfinite(values).all(axis=1))
     found = []
-    for begin, end in clock.stretches(len(usable)):
+    for begin, end in clock.pieces(len(usable)):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], usable[begin:end], [False]])))
         found += [(begin + int(a), begin + int(b)) for a, b in edges.reshape(-1, 2)]
     return found
 
 
-def longest_stretch(
+def longest_piece(
     record: Record, inputs: tuple[str, ...], outputs: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Give inputs and outputs of the longest stretch, (n, n_inputs) and (n, n_outputs).
+    """Return inputs and outputs of the longest gap-free range, (n, n_inputs), (n, n_outputs).
 
-    They are as they were measured; there are none where no sample is whole.
+    They are as they were measured; n is 0 if no sample has all values.
 
     Raises:
         RecordError: a column is missing, or no time rises.
     """
-    stretches = stretches_of(record, clock_of_record(record), (*inputs, *outputs))
-    begin, end = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
+    ranges = gap_free_ranges(record, clock_of_record(record), (*inputs, *outputs))
+    begin, end = max(ranges, key=lambda ends: ends[1] - ends[0], default=(0, 0))
     return record.chosen(inputs)[begin:end], record.chosen(outputs)[begin:end]
 
 
 def _piece(
     record: Record,
     index: int,
-    stretch: tuple[int, int],
+    ends: tuple[int, int],
     plan: Resampling,
     preparation: Preparation,
 ) -> Piece | None:
-    """Make a trajectory of a stretch; None if it is too short."""
-    rows = slice(*stretch)
+    """Make a trajectory of a range of samples; None if it is too short."""
+    rows = slice(*ends)
     time = record.time[rows]
     inputs = resampled(time, record.chosen(preparation.inputs)[rows], plan, preparation.hold)
     outputs = resampled(time, record.chosen(preparation.outputs)[rows], plan, "smooth")
@@ -188,7 +188,7 @@ def _paired(inputs: FloatArray, outputs: FloatArray, step: float, pairing: Pairi
 
 
 def _about_resampling(record: Record, plan: Resampling, hold: Hold) -> list[str]:
-    """Say how a record is resampled, if it is."""
+    """Return a remark on how a record is resampled, if it is."""
     if not plan.needed:
         return []
     means = "; held inputs are averaged over each step" if hold == "zero_order" else ""
@@ -196,7 +196,7 @@ def _about_resampling(record: Record, plan: Resampling, hold: Hold) -> list[str]
         how = f"the polyphase filter {plan.up}/{plan.down} of scipy against aliasing"
         if not plan.even:
             how = f"splines to even times of {plan.base:.6g} s and by {how}"
-        how += f", without {plan.edge} samples at either end of each stretch"
+        how += f", without {plan.edge} samples at either end of each piece"
     else:
         lines = "straight lines for inputs" if hold == "first_order" else "means for inputs"
         how = f"cubic splines for outputs and {lines}"

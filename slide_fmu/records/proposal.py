@@ -1,4 +1,4 @@
-"""A first recipe is proposed for measured records: what they show is found, the rest assumed."""
+"""This module proposes a first recipe for measured records."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from slide_fmu.records.division import By
 from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
-from slide_fmu.records.preparation import Pairing, longest_stretch
+from slide_fmu.records.preparation import Pairing, longest_piece
 from slide_fmu.records.proposed_window import held_against
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
 from slide_fmu.records.repeats import same_inputs
@@ -32,21 +32,21 @@ from slide_fmu.records.rules import KIND
 from slide_fmu.systems.declared import SignalTable
 
 HELD = 0.5
-"""Inputs of which more than this part of the samples equals the one before are held."""
+"""Inputs count as held if more than this part of their samples equals the sample before."""
 ENOUGH = 20_000
-"""Records of at least this many samples of different inputs have some for an error estimator."""
+"""Least number of samples of different inputs in records for an error estimator."""
 MANY = 10
-"""This many records and more are divided as whole ones."""
+"""From this number of records on, they are divided as wholes."""
 
 
 def propose_wish(wish: Wish) -> Proposal | None:
-    """Propose a recipe for the records that a wish names; None where it names none.
+    """Propose a recipe for the records that a wish names; None where it names a model.
 
-    Models are records by the kind that the user names, or else by their names.
+    The kind that the user gives decides, or else the endings of the names.
 
     Raises:
         LoadError, RecipeError: as of ``propose_record``.
-        ValueError: the wish says how a model acts.
+        ValueError: the wish has options that are for models only.
     """
     models = wish.model, *wish.further
     if wish.kind != KIND and (wish.kind is not None or not all(map(recognises, models))):
@@ -68,9 +68,9 @@ def propose_record(wish: RecordWish) -> Proposal:
 
     Raises:
         LoadError: the records cannot be used as the recipe says.
-        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, a
-            recipe cannot have the name that is wished, or the records are too short for what the
-            machine remembers.
+        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, the
+            name is not allowed for a recipe, or the records are too short for the memory of the
+            machine.
     """
     require_name(wish.name)
     try:
@@ -116,7 +116,7 @@ def _proposed(wish: RecordWish) -> Proposal:
 
 
 def _division(records: int, comes_again: bool) -> tuple[By, str]:
-    """Return how records are divided, and why."""
+    """Return the division of records, and its reason."""
     if records >= MANY and not comes_again:
         return "record", "There are many records: each of them is in one part as a whole."
     origin = "The records are cut in the order of time: training first, test last."
@@ -135,7 +135,7 @@ def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
 
 
 class _Acts(NamedTuple):
-    """This says how inputs act: between samples, on which output, and how that is known."""
+    """_Acts holds the hold of inputs, their pairing with outputs, and the evidence for both."""
 
     hold: Hold
     pairing: Pairing
@@ -143,8 +143,8 @@ class _Acts(NamedTuple):
 
 
 def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
-    """Find out how inputs act, by a linear fit of the first record's longest stretch."""
-    inputs, outputs = longest_stretch(records[0], *names)
+    """Find hold and pairing of inputs by a linear fit of the first record's longest piece."""
+    inputs, outputs = longest_piece(records[0], *names)
     answer = answer_of(inputs, outputs)
     pairing = None if answer is None else answer.pairing
     still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
@@ -171,7 +171,7 @@ def _signal(
     acts: _Acts | None,
     remarks: list[str],
 ) -> DraftSignal:
-    """Return a signal with its range: given, or what was measured, a little wider of outputs."""
+    """Return a signal with its range: given or measured, and a little wider for outputs."""
     low, high = _measured(records, column)
     origin = "What was measured."
     if given is not None:
@@ -201,7 +201,7 @@ def _signal(
 
 
 def _start(record: Record, column: str) -> float:
-    """Return the value before anybody sets one: the middle one of all that were measured."""
+    """Return the start value: the median of all measured values."""
     return float(f"{np.nanmedian(record.columns[column]):.3g}")
 
 

@@ -1,6 +1,6 @@
-"""A first recipe of records is held against them: a window must fit into every part.
+"""This module chooses a window for a first recipe of records that fits into every part.
 
-What ``slide-fmu run`` would refuse after ``slide-fmu init`` has proposed it, is refused at once.
+A recipe that ``slide-fmu run`` would refuse is refused by ``slide-fmu init`` already.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from slide_fmu.records.rules import shares_of
 from slide_fmu.records.sizing import lengths_of_records, size_records, wanted_samples
 
 COARSER = 1e-2
-"""Short records get a window that leaves this part of what happened before it."""
+"""Remaining amplitude of initial effects that the window of short records leaves."""
 
 
 def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft, tuple[str, ...]]:
     """Return the draft with a window that fits into the records, and remarks.
 
-    The window leaves more of the past than usual, if only such a one fits. The paths are those of
-    the files from here.
+    The window leaves a larger remaining amplitude than usual if only such a window fits. The paths
+    are relative to the current folder.
 
     Raises:
         LoadError: the records cannot be used.
-        RecipeError: no window fits, or the machine does not forget within the records.
+        RecipeError: no window fits, or initial effects do not decay within the records.
     """
     refused: RecipeError | None = None
     usual = _recipe(draft, paths)
@@ -62,18 +62,18 @@ def _recipe(draft: RecordDraft, paths: Sequence[str]) -> OpenRecipe:
 
 
 def _coarser(draft: RecordDraft, kept: RecordDraft) -> str | None:
-    """Tell that the window leaves more of the past than it should."""
+    """Return a remark that the window leaves a larger amplitude than usual."""
     if kept.remaining_amplitude == draft.remaining_amplitude:
         return None
     return (
-        f"the records are short beside what the machine remembers: the window leaves "
+        f"the records are short compared with the memory of the machine: the window leaves "
         f"{100 * kept.remaining_amplitude:g} % of what happened before it; expected "
         f"{100 * draft.remaining_amplitude:g} %: record more, and write the recipe anew"
     )
 
 
 def _too_short(recipe: Recipe, source: MeasuredRecords, refused: str) -> str:
-    """Say how long records must be, for a window that leaves what it usually does."""
+    """Return the message that the records are too short for the usual remaining amplitude."""
     sizing = size_records(recipe, source)
     lead, smallest = tidy(wanted_samples(sizing)), min(s for s in shares_of(recipe).values() if s)
     samples = sum(len(piece.trajectory.inputs) for piece in source.pieces)

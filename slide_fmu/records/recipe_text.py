@@ -1,4 +1,4 @@
-"""A first recipe of measured records is written here, with a comment on what was assumed."""
+"""This module writes a first recipe of measured records, with comments on its assumptions."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from slide_fmu.recipe.writing import (
 
 @dataclass(frozen=True)
 class RecordDraft(Draft):
-    """A RecordDraft is what a first recipe of records says.
+    """A RecordDraft holds the contents of a first recipe of records.
 
     Attributes:
         paths: the files, at least one.
         by: how the records are divided.
-        by_origin: why.
+        by_origin: the reason for this division.
         estimates: whether the recipe has an error estimator.
-        parameters: what the recipe says about the files as ``system.parameters``.
-        remaining_amplitude: part of what happened before that the window leaves.
+        parameters: the keys of ``system.parameters``.
+        remaining_amplitude: amplitude of initial effects that the window leaves.
     """
 
     paths: Sequence[str]

@@ -1,9 +1,9 @@
-"""Remarks on a surrogate of records are about the records, the errors on them, and its rest.
+"""Remarks on a surrogate of records are about records, errors, and positions of rest.
 
 A system with hysteresis or dry friction comes to rest elsewhere after each motion. Inputs that
-never rest hide that: as long as they keep it moving it forgets, and the test of fading memory,
-which runs under the same inputs, passes. So motions of a record are followed by inputs that stand
-still, for one window.
+never rest hide that: while they keep the system moving it forgets, and the test of fading memory
+under the same inputs passes. So motions of a record are followed by constant inputs for one
+window.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
-from slide_fmu.records.stretches import inputs_beyond
+from slide_fmu.records.segments import inputs_beyond
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Validation
 
 CUT_OFF = 1.5
-"""A window cuts something off where the FMU errs so many times as much as the free network."""
+"""A window is too short where the FMU's error is this many times that of the free network."""
 APART = 2e-3
-"""Outputs come to rest elsewhere where they stay apart by more than this part of their standard
-deviation: twice what a window usually leaves of the past. Networks of systems that forget leave
-1e-5."""
+"""Outputs have several positions of rest if these differ by more than this part of their standard
+deviation: twice the usual remaining amplitude. Networks of systems that forget reach 1e-5."""
 
 
 def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[str, ...]:
@@ -44,15 +43,16 @@ def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[s
 
 
 def _on_what_is_cut_off(validation: Validation) -> list[str]:
-    """Name the outputs whose error is that of the window."""
+    """Name the outputs whose error comes from the window."""
     found = []
     for output in validation.figures().outputs:
         error, free = output.relative_rmse, output.free_relative_rmse
         if free is not None and error > CUT_OFF * free:
             found.append(
-                f"output {output.name!r}: the FMU errs by {percent(error)}, but the network "
-                f"that runs freely along the record by {percent(free)}: the system remembers "
-                "what the window cuts off. It may have hysteresis, which no window can hold, or a "
+                f"output {output.name!r}: the FMU has an error of {percent(error)}, but the "
+                f"network that runs freely along the record one of {percent(free)}: the system "
+                "remembers what the window cuts off. It may have hysteresis, which no window can "
+                "hold, or a "
                 "slow part that a linear fit does not show: raise window.n_in, and see whether "
                 "that helps"
             )
@@ -60,7 +60,7 @@ def _on_what_is_cut_off(validation: Validation) -> list[str]:
 
 
 def _on_rest(source: MeasuredRecords, validation: Validation) -> list[str]:
-    """Name the outputs that come to rest elsewhere after each motion."""
+    """Name the outputs whose position of rest depends on the motion before."""
     surrogate = validation.surrogate
     apart = apart_at_rest(surrogate, validation.recipe, source)
     if apart is None:
@@ -79,12 +79,12 @@ def _on_rest(source: MeasuredRecords, validation: Validation) -> list[str]:
 def apart_at_rest(
     surrogate: Surrogate, recipe: Recipe, source: MeasuredRecords
 ) -> FloatArray | None:
-    """Return how far from each other outputs come to rest after different motions.
+    """Return the deviation of positions of rest after different motions.
 
-    The inputs of stretches of the records, one window long each, are followed by one window of
-    their mean. The result is the standard deviation of the last outputs over the stretches,
-    relative to that of the output in motion, shape (n_outputs,). It is None of networks other
-    than state-space ones, whose memory is their window.
+    The inputs of segments of the records, one window long each, are followed by one window of
+    their mean. The result is the standard deviation of the last outputs over the segments,
+    relative to that of the output in motion, shape (n_outputs,). It is None for networks other
+    than state-space ones, since their memory is their window.
 
     Raises:
         RecipeError: the records cannot be divided as the recipe says.

@@ -1,11 +1,11 @@
-"""Inputs that come again, such as periods of a multisine or one drive signal run several times.
+"""This module finds repeated inputs, such as periods of a multisine or a repeated drive signal.
 
 An error that is measured on inputs which were learnt from says little about other inputs. Samples
 whose inputs are the same, up to noise, get the same number here, wherever they are in the records,
 and the division of records keeps samples of one number in one part.
 
-The method: lags at which the inputs are alike are the peaks of their autocorrelation over all
-records, laid end to end. At each of these lags the inputs are compared window by window.
+Method: the autocorrelation of all records, laid end to end, has peaks at the lags of repetitions.
+At each of these lags the inputs are compared window by window.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from slide_fmu.core.signals import FloatArray
 ALIKE = 0.02
 """Inputs are alike if the power of their difference is at most this part of their own power.
 
-Noise of a tenth of a recorded input (20 dB) makes as much.
+Noise of a tenth of a recorded input (20 dB) reaches this value.
 """
 
 MOVES = 0.05
 """Inputs at rest are no repetition: a window has at least this part of the mean power."""
 
 WINDOW = 30
-"""Inputs are compared over a window of this many correlation times, or chance makes them alike."""
+"""Length of a compared window in correlation times; inputs of shorter ones agree by chance."""
 
 TONE = 10
-"""The correlation time is over where inputs are unlike for this multiple of it: a tone is not."""
+"""Inputs must stay uncorrelated for this multiple of the correlation time, as a tone does not."""
 
 LEAST = 0.05
-"""Inputs repeat if at least this part of all samples does at one lag."""
+"""Inputs repeat if at least this part of all samples repeats at one lag."""
 
 CYCLES = 0.5
-"""Inputs are cycles of a tone if at least this part of all samples comes again one cycle later."""
+"""Inputs are cycles of a tone if at least this part of all samples repeats one cycle later."""
 
 LAGS = 30
-"""This many lags are examined, those of the strongest correlation."""
+"""Number of examined lags, the ones with the strongest correlation."""
 
 
 def same_inputs(inputs: Sequence[FloatArray]) -> NDArray[np.intp]:
-    """Number the samples of records, (N, n_inputs) each: those of the same inputs have one number.
+    """Number the samples of records, (N, n_inputs) each; equal inputs share a number.
 
-    All inputs are the same together, up to noise. Samples at rest, and inputs that are not finite,
-    are the same as no other.
+    Inputs are the same if all of them agree at once, up to noise. Samples at rest, and inputs that
+    are not finite, are different from all others.
 
     Returns:
         Numbers of all samples, records laid end to end, shape (sum of N,). They rise from 0 in the
@@ -88,7 +88,7 @@ def in_order(numbers: NDArray[np.integer]) -> NDArray[np.intp]:
 def _standardized(inputs: FloatArray) -> FloatArray:
     """Scale inputs, (N, n_inputs), to mean 0 and deviation 1; leave out those that never move.
 
-    What is not finite counts as the mean.
+    Values that are not finite count as the mean.
     """
     kept = np.where(np.isfinite(inputs), inputs, np.nan)
     kept = kept[:, [bool(np.isfinite(c).any() and np.nanmax(c) > np.nanmin(c)) for c in kept.T]]
@@ -99,7 +99,7 @@ def _standardized(inputs: FloatArray) -> FloatArray:
 def _repetitions(
     scaled: FloatArray, records: NDArray[np.intp]
 ) -> Iterator[tuple[int, NDArray[np.bool_]]]:
-    """Find lags, and tell for each which samples, shape (N - lag,), come again that much later.
+    """Find lags, and for each the samples, shape (N - lag,), that repeat after this lag.
 
     Args:
         scaled: standardized inputs, shape (N, n_inputs).
@@ -148,7 +148,7 @@ def _autocorrelation(scaled: FloatArray) -> FloatArray:
 def _alike(
     scaled: FloatArray, records: NDArray[np.intp], lag: int, width: int
 ) -> NDArray[np.bool_]:
-    """Tell which samples lie in a window of a record that comes again a lag later, (N - lag,)."""
+    """Tell which samples lie in a window of a record that repeats a lag later, (N - lag,)."""
     length = len(scaled) - lag
     if length < width:
         return np.zeros(length, bool)

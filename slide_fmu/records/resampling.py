@@ -1,4 +1,4 @@
-"""Columns at other times: from times that jitter to even ones, and to another step, by scipy."""
+"""This module resamples columns to even times and to another step, by filters of scipy."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ LONGER = 1.01
 """A step is longer than another one if it is at least this multiple of it."""
 
 EDGE = 10
-"""This many new samples at either end are left out, where the filter reaches beyond the stretch.
+"""This many new samples at either end are left out, where the filter reaches beyond the piece.
 
 The filter of ``scipy.signal.resample_poly`` has 20 times the longer one of both steps.
 """
 
 Between = Literal["smooth"] | Hold
-"""What a column does between its samples: an output is smooth, an input has a hold."""
+"""Interpolation of a column between its samples: an output is smooth, an input has a hold."""
 
 
 @dataclass(frozen=True)
 class Resampling:
-    """A Resampling is the way of a record to another step.
+    """A Resampling is a plan to bring a record to another step.
 
     Attributes:
         own: step of the record in s.
@@ -51,25 +51,25 @@ class Resampling:
 
     @property
     def needed(self) -> bool:
-        """Tell whether values change at all."""
+        """Tell whether the samples must change."""
         return not self.even or self.step != self.own
 
     @property
     def edge(self) -> int:
-        """Tell how many new samples are left out at either end."""
+        """Number of new samples that are left out at either end."""
         return EDGE if self.down > 1 else 0
 
 
 def plan_resampling(own: float, step: float, jitter: float, length: int) -> Resampling:
-    """Choose how to come from one step to another, both in s.
+    """Choose how to resample from one step to another, both in s.
 
-    Where the new step is longer, a polyphase filter keeps out what the new samples cannot show.
-    It takes the samples as they are if they are even and the ratio is rational, else even ones
-    that are interpolated, an integer number of them in each new step.
+    Where the new step is longer, a polyphase filter removes frequencies that the new step cannot
+    represent. It takes the samples as they are if they are even and the ratio is rational; else
+    even samples are interpolated first, an integer number in each new step.
 
     Args:
-        jitter: what the times of the record are off even ones, in steps.
-        length: number of samples of the longest stretch.
+        jitter: deviation of the times of the record from even ones, in steps.
+        length: number of samples of the longest piece.
     """
     if abs(step / own - 1) * length < EVEN and jitter <= EVEN:
         return Resampling(step, step, even=True)
@@ -85,20 +85,20 @@ def plan_resampling(own: float, step: float, jitter: float, length: int) -> Resa
 def resampled(
     time: FloatArray, values: FloatArray, plan: Resampling, between: Between
 ) -> FloatArray:
-    """Give columns at the times ``time[0] + (edge + k) step``, of one stretch without gaps.
+    """Return columns at the times ``time[0] + (edge + k) step``, of one piece without gaps.
 
     A smooth column is interpolated by cubic splines, an input with a first-order hold linearly.
-    An input with a zero-order hold gets the mean of what acts until the next new sample. The
+    An input with a zero-order hold gets its mean until the next new sample. The
     number of new samples depends on the times alone.
 
     Args:
         time: times of the samples in s, shape (n,).
         values: shape (n, n_columns).
-        plan: how the stretch is resampled.
-        between: what the columns do between their samples.
+        plan: how the piece is resampled.
+        between: interpolation of the columns between their samples.
 
     Returns:
-        Shape (n_new, n_columns), which has no rows where the stretch is too short.
+        Shape (n_new, n_columns), which has no rows where the piece is too short.
     """
     if not plan.needed:
         return values

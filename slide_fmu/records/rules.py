@@ -1,6 +1,6 @@
-"""Recipes of measured records: what they may say, and what they fill in.
+"""This module checks and completes recipes of measured records.
 
-They have parts and shares of samples in place of numbers of trajectories, and each file may be of
+They have parts and shares of samples in place of numbers of trajectories. Each file may belong to
 another specimen, whose parameters are known.
 """
 
@@ -27,10 +27,10 @@ KIND = "record"
 """The kind of system whose trajectories are measured."""
 
 PARTS: tuple[Part, ...] = get_args(Part)
-"""The parts of records in the order of time; the last one is what the FMU is measured on."""
+"""The parts of records in the order of time; the FMU is measured on the last one."""
 
 SHARES: dict[Part, float] = {"train": 0.7, "validation": 0.15, "test": 0.15}
-"""Parts of all samples where a recipe says nothing and has no error estimator."""
+"""Default shares of all samples without an error estimator."""
 
 SHARES_WITH_ESTIMATOR: dict[Part, float] = {
     "train": 0.55,
@@ -39,18 +39,18 @@ SHARES_WITH_ESTIMATOR: dict[Part, float] = {
     "estimator_validation": 0.06,
     "test": 0.12,
 }
-"""Those where it has one, which learns from samples that the surrogate has not learnt from."""
+"""Default shares with an error estimator, which learns from samples of its own."""
 
 DEGREES = 2, 1
-"""Of these degrees the first that the specimens suffice for is taken, or else the last."""
+"""Degrees of polynomials: the first one that the specimens suffice for is taken, else the last."""
 
 OF_RECORD = "by the noise record"
 OF_RESIDUALS = "by the flat bottom of the residuals' spectrum"
-"""From these the noise of the outputs is known."""
+"""Words for the source of the outputs' noise."""
 
 
 class RecordRules(KindRules):
-    """RecordRules are those of recipes of measured records. Final."""
+    """RecordRules are the rules for recipes of measured records. Final."""
 
     words = Words(
         trained_on="measured records",
@@ -59,8 +59,8 @@ class RecordRules(KindRules):
         reference="The reference is what was measured.",
         by_kind="By file",
         get_inputs="The FMU is",
-        parameters="Every stretch has the values of its specimen.",
-        # nobody can simulate how such a system comes to rest
+        parameters="Every segment has the values of its specimen.",
+        # records cannot be simulated until they come to rest
         lasting_memory=" (a system with hysteresis, or with a drift, never forgets what happened "
         "to it: no network that has learnt its records passes)",
     )
@@ -72,7 +72,7 @@ class RecordRules(KindRules):
     )
 
     def begun(self, tables: Tables) -> Tables:
-        """Refuse numbers of trajectories: the samples decide about them."""
+        """Refuse numbers of trajectories, since they follow from the samples."""
         data = tables.get("data", {})
         given = [key for key in PARTS[:-1] if isinstance(data, Mapping) and key in data]
         if given:
@@ -125,7 +125,7 @@ class RecordRules(KindRules):
             raise ValueError(problem)
 
     def starts(self, recipe: Recipe) -> dict[str, float]:
-        """Return nothing: nobody sets the parameters of records."""
+        """Return no values: the parameters of records cannot be set."""
         return {}
 
     def draws_beyond(self, estimator: EstimatorRecipe, index: int) -> bool:
@@ -169,7 +169,7 @@ RULES: Final = RecordRules()
 
 
 def shares_of(recipe: Recipe) -> dict[Part, float]:
-    """Return what part of all samples of measured records each of ``PARTS`` has."""
+    """Return the share of all samples for each of ``PARTS``."""
     default = SHARES if recipe.estimator is None else SHARES_WITH_ESTIMATOR
     given = recipe.data.shares or default
     return {part: given.get(part, 0.0) for part in PARTS}
@@ -206,7 +206,7 @@ def _require_no_model(recipe: Recipe) -> None:
 
 
 def _require_weights(recipe: Recipe) -> None:
-    """Refuse a noise record where no network is learnt by its spectrum."""
+    """Refuse a noise record where the network's residuals cannot be weighted by its spectrum."""
     family = recipe.network.family
     if recipe.system.noise_record is not None and family != "state_space":
         raise ValueError(

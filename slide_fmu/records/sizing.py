@@ -1,6 +1,6 @@
-"""The window of a recipe of records is sized by the poles of a linear fit, and held against them.
+"""This module sizes the window of a recipe of records by the poles of a linear fit.
 
-How long the fitted network itself remembers, ``stability`` tests afterwards.
+The memory of the fitted network itself is tested afterwards, by ``memory.stability``.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.decay import RecordDecay, decay_of_records
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.parts import longest_scored
-from slide_fmu.records.stretches import learnt_pieces
+from slide_fmu.records.segments import learnt_pieces
 
 FEW_WINDOWS = 20
-"""Records to learn from that have fewer windows than these are remarked as short."""
+"""Records to learn from with fewer windows than this are remarked as short."""
 LONGEST = 2.0
-"""The window holds the upper end of the decay time's interval up to so many times the time."""
+"""Largest ratio of the window to the decay time, if the interval's upper end is longer."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordSizing:
-    """A RecordSizing says what the window of a recipe must hold, by a linear fit of its records.
+    """A RecordSizing compares the window of a recipe with the decay time of its records.
 
     Attributes:
         window: the recipe's window.
-        decay: what the linear fit says.
+        decay: the decay time by a linear fit.
         samples: samples of the part to learn from.
     """
 
@@ -50,7 +50,7 @@ class RecordSizing:
 
     @property
     def left_out(self) -> None:
-        """Nothing is left out."""
+        """No trajectory of records is left out."""
         return None
 
     @property
@@ -60,7 +60,7 @@ class RecordSizing:
 
     @property
     def forgets(self) -> bool:
-        """Tell whether there is a window that can hold the system."""
+        """Tell whether some window can hold the memory of the system."""
         return not self.decay.lasts
 
     @property
@@ -75,14 +75,14 @@ class RecordSizing:
 
     @property
     def problem(self) -> str | None:
-        """The text says why the window is too short, or none is long enough; None if it is."""
+        """Reason why this window is, or all windows are, too short; None if not."""
         if not self.forgets:
             return self._lasting()
         return too_short(self.window, self.needed)
 
     @property
     def remark(self) -> str | None:
-        """The text says what one should know about the window; None if there is nothing."""
+        """Remark on the window; None without one."""
         windows = self.samples / self.window.n_in
         if windows >= FEW_WINDOWS:
             return None
@@ -136,9 +136,9 @@ class RecordSizing:
 
 
 def size_records(recipe: Recipe, source: MeasuredRecords) -> RecordSizing:
-    """Fit the records that a recipe learns from, and hold its window against the decay.
+    """Fit the records that a recipe learns from, and compare its window with the decay time.
 
-    With physical parameters, those of each specimen are fitted by themselves: the longest counts.
+    With physical parameters, each specimen has a fit of its own, and the longest time counts.
 
     Raises:
         RecipeError: there are too few samples.
@@ -154,16 +154,16 @@ def size_records(recipe: Recipe, source: MeasuredRecords) -> RecordSizing:
 
 
 def wanted_samples(sizing: RecordSizing) -> int:
-    """Return how many samples a window is proposed to truncate."""
+    """Return the proposed number of samples that the window truncates."""
     return max(1, math.ceil(sizing.wanted / sizing.window.step * (1.0 - 1e-12)))
 
 
 def lengths_of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
-    """Find the lengths that a recipe leaves open; stretches are no longer than its parts.
+    """Find the lengths that a recipe leaves open; segments are no longer than its parts.
 
     Raises:
-        NotForgettingError: no window can hold what was measured, since it does not forget.
-        RecipeError: what the recipe gives does not fit the window, or there are too few samples.
+        NotForgettingError: no window can hold the memory of the system, which does not forget.
+        RecipeError: lengths in the recipe do not fit the window, or there are too few samples.
     """
     sizing = None
     n_in: int = recipe.guess.window.n_in
@@ -191,12 +191,12 @@ def lengths_of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
 def lengths_of_case(
     source: MeasuredRecords, case: Case, open_keys: tuple[str, ...], patience: float
 ) -> Lengths:
-    """Find the lengths that the recipe of a case leaves open, which takes no patience."""
+    """Find the lengths that the recipe of a case leaves open; ``patience`` is not used."""
     return lengths_of_records(OpenRecipe(case.recipe, open_keys), source)
 
 
 def size_case(
     source: MeasuredRecords, case: Case, seed: int | None, patience: float
 ) -> RecordSizing:
-    """Size the window of a case by a linear fit, which needs neither a seed nor patience."""
+    """Size the window of a case by a linear fit; seed and patience are not used."""
     return size_records(case.recipe, source)

@@ -1,4 +1,4 @@
-"""Each file of measured records may be of another specimen, whose parameters are known."""
+"""This module finds the specimens of measured records; each file may belong to another one."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 
 SPECIMENS_PER_TERM = 2
-"""Polynomials with fewer specimens than this for each of their terms may be anything between."""
+"""Least number of specimens per polynomial term; with fewer, values between them are uncertain."""
 
 
 def values_in_file(recipe: Recipe, file: int) -> dict[str, float]:
     """Return the parameters of the specimen in a file of a recipe of records, by name.
 
-    The files are numbered from 0. There are none where the recipe has none.
+    The files are numbered from 0. The result is empty without parameters in the recipe.
     """
     return {name: table.values[file] for name, table in recipe.parameters.items()}
 
@@ -30,7 +30,7 @@ def specimens(recipe: Recipe) -> list[dict[str, float]]:
 
 
 def scarce_specimens(recipe: Recipe) -> str | None:
-    """Say that the specimens determine the network's polynomials with little to spare.
+    """Say that the specimens only just determine the network's polynomials.
 
     None if they do not, or if the recipe has no parameters.
     """
@@ -55,7 +55,7 @@ def _or_lower(degree: int) -> str:
 def too_few_specimens(recipe: Recipe, files: Iterable[int]) -> str | None:
     """Say that the specimens in some files do not determine the network's polynomials.
 
-    The numbers of the files count from 0. None if they do, or if the recipe has no parameters.
+    File numbers start at 0. None if the specimens suffice, or if the recipe has no parameters.
     """
     parameters, network = recipe.physical(), recipe.network
     if not parameters or not isinstance(network, StateSpaceRecipe):

@@ -1,4 +1,4 @@
-"""A surrogate FMU runs on the inputs of measured records, beside what was measured then."""
+"""This module runs a surrogate FMU on the inputs of records and compares it with their outputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slide_fmu.data.draws import Draw
 from slide_fmu.recipe.case import Case
 from slide_fmu.records.free_run import free_run
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.stretches import unseen_stretches
+from slide_fmu.records.segments import unseen_blocks
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.known_truth import compare_with_truth
@@ -31,7 +31,7 @@ def validate_records(
     progress: Progress,
     workers: int | None,
 ) -> Validation:
-    """Run an FMU on the blocks of records that nothing was learnt from.
+    """Run an FMU on the blocks of records that were not learnt from.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -43,14 +43,14 @@ def validate_records(
             "records: nothing beyond what was measured is known. Leave them out"
         )
     recipe = case.recipe
-    found = unseen_stretches(recipe, source)[: task.trajectories]
+    found = unseen_blocks(recipe, source)[: task.trajectories]
     comparisons = []
     progress(0, len(found))
     with unpacked(fmu) as files:
-        for stretch in found:
-            measured = stretch.trajectory
-            drawn = Draw(stretch.file, 1.0, None, measured.inputs, stretch.lead)
-            own, values = surrogate, stretch.parameters
+        for block in found:
+            measured = block.trajectory
+            drawn = Draw(block.file, 1.0, None, measured.inputs, block.lead)
+            own, values = surrogate, block.parameters
             comparison = compare_with_truth(
                 files, own, drawn, measured.outputs, np.empty(0), values
             )
@@ -64,24 +64,24 @@ def validate_records(
 
 
 def rms_of_noise(
-    stretches: Sequence[FloatArray] | None, errors: Sequence[FloatArray]
+    pieces: Sequence[FloatArray] | None, errors: Sequence[FloatArray]
 ) -> FloatArray | None:
     """Return the RMS of the noise of every output in its unit, (n_outputs,); None if not known.
 
-    Stretches of noise alone tell it, whatever its colour. Without them it is that of white noise
-    in the errors, if some are long enough. All arrays have the shape (N, n_outputs).
+    ``pieces`` of noise alone give it, whatever its colour. Without them it is estimated as white
+    noise in the errors, if some are long enough. All arrays have the shape (N, n_outputs).
     """
-    if stretches is not None:
-        return np.asarray(np.std(np.concatenate(stretches), axis=0))
+    if pieces is not None:
+        return np.asarray(np.std(np.concatenate(pieces), axis=0))
     long_enough = [error for error in errors if len(error) >= SHORTEST_PIECE]
     return noise_of_residuals(long_enough).floor if long_enough else None
 
 
 def _free(surrogate: Surrogate, measured: Trajectory) -> FloatArray | None:
-    """Run the network freely along a record, whose first outputs tell its state there.
+    """Run the network freely along a record; its first outputs determine the initial state.
 
-    They lie in the lead, which is not scored. Networks without a state have no such run, nor has a
-    record without outputs there.
+    These outputs lie in the lead, which is not scored. The result is None for networks without a
+    state, and for records without outputs there.
     """
     first = max(1, min(surrogate.window.n_truncated, len(measured.inputs) - 1))
     if not np.isfinite(measured.outputs[1 : first + 1]).any():

@@ -81,7 +81,7 @@ def measure(recipe: Recipe, beside: Path, count: int, name: str, folder: Path) -
             warm,
             executor,
             lambda *_: None,
-            beside=here,
+            recipe_folder=here,
         )
 
         def kill_one(done: int, total: int) -> None:
@@ -94,7 +94,7 @@ def measure(recipe: Recipe, beside: Path, count: int, name: str, folder: Path) -
             store,
             executor,
             kill_one,
-            beside=here,
+            recipe_folder=here,
         )
         seconds = time.perf_counter() - begin
     return {"workers": workers, "wall_time_s": seconds, "made": made, "hash": store_digest(store)}

@@ -95,7 +95,7 @@ class Foreseeing(Lag):
 
 
 def test_outputs_that_change_from_call_to_call_are_refused() -> None:
-    refused(Random(), r"\.simulate gives .* for twice the same record, of output 'x' in sample 0")
+    refused(Random(), r"\.simulate gives .* for twice the same inputs, of output 'x' in sample 0")
 
 
 def test_outputs_that_know_the_future_are_refused() -> None:
@@ -150,7 +150,7 @@ class Raising(LinearOscillator):
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (OtherStart, r"\.begin gives .* for the same record, by simulate and step by step"),
+        (OtherStart, r"\.begin gives .* for the same inputs, by simulate and step by step"),
         (Forgetful, r"\.set_state gives .* for what follows a state that was saved and restored"),
         (NoState, r"\.get_state gives a ndarray; expected a slide_fmu\.State: return one"),
         (OtherStates, r"\.random_state gives arrays of the shapes .*; expected .*, as get_state"),

@@ -193,7 +193,7 @@ def test_shortest_trajectories_hold_a_mean_over_the_span_behind_what_must_be_kno
         ),
         (
             {"bound": {"estimate_span": 1.0}, "estimator": {}},
-            r"bound.estimate_span = 1 s beside a table \[estimator\]; expected one error estim",
+            r"bound.estimate_span = 1 s together with a table \[estimator\]; expected one",
         ),
         ({"bound": {"estimate_span": 0.0}}, "estimate_span"),
         (

@@ -40,12 +40,12 @@ def test_text_is_refused_with_its_line_and_column() -> None:
 
 
 @pytest.mark.parametrize("nothing", [np.nan, np.inf])
-def test_empty_stretches_are_remarked_with_the_longest(nothing: float) -> None:
+def test_empty_ranges_are_remarked_with_the_longest(nothing: float) -> None:
     values = NOISE.copy()
     values[100], values[500:530] = nothing, nothing
     message = the_one(examine([record({"u": values})]), "empty", "remarked")
     assert "31 of 4000 values are empty" in message
-    assert "in 2 stretches; the longest has 30 samples from sample 501 (line 502" in message
+    assert "in 2 ranges; the longest has 30 samples from sample 501 (line 502" in message
 
 
 def test_mostly_empty_column_is_refused() -> None:
@@ -84,7 +84,7 @@ def test_saturation_is_found_at_its_value(signal: str, resolution: float) -> Non
     assert 0.6 * above.sum() < found.samples <= above.sum()
 
 
-def test_saturation_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
+def test_saturation_behind_an_empty_range_is_reported_at_its_own_place() -> None:
     values = np.minimum(multisine(N, np.random.default_rng(2)), 1.5)
     values[:50] = np.nan
     found = {finding.kind: finding.message for finding in examine([record({"u": values})])}
@@ -109,7 +109,7 @@ def test_outliers_are_found_where_they_are() -> None:
     assert "at sample 701 (line 702" in message
 
 
-def test_outlier_behind_an_empty_stretch_is_told_at_its_own_place() -> None:
+def test_outlier_behind_an_empty_range_is_reported_at_its_own_place() -> None:
     values = np.sin((np.arange(N) / 300) ** 1.7) + 1e-3 * NOISE
     values[700] += 3
     values[200:300] = np.nan

@@ -41,8 +41,8 @@ def test_noise_record_needs_the_outputs_only_and_gives_its_noise(tmp_path: Path)
     values = drift(3000)
     source = source_with(tmp_path, write_noise(tmp_path / "rest.csv", values))
     assert source.noise_record is not None
-    [stretch] = source.noise_record.stretches
-    assert stretch[:, 0] == pytest.approx(values, abs=1e-9)
+    [piece] = source.noise_record.pieces
+    assert piece[:, 0] == pytest.approx(values, abs=1e-9)
     assert (source.noise_record.file, len(source.noise_record.digest)) == ("rest.csv", 64)
     # the moving records are the same with it and without
     without = source_of(tmp_path / "a.csv")
@@ -67,10 +67,10 @@ def test_noise_is_brought_to_the_step_as_the_records_are(tmp_path: Path) -> None
     at_rest = write_noise(tmp_path / "rest.csv", drift(3000))
     source = source_with(tmp_path, at_rest, step=2 * STEP)
     assert source.noise_record is not None
-    [stretch] = source.noise_record.stretches
+    [piece] = source.noise_record.pieces
     expected = scipy.signal.resample_poly(drift(3000), 1, 2)
-    assert len(expected) == len(stretch) + 20  # the filter's ends are left out
-    assert stretch[:, 0] == pytest.approx(expected[10:-10], abs=1e-6)
+    assert len(expected) == len(piece) + 20  # the filter's ends are left out
+    assert piece[:, 0] == pytest.approx(expected[10:-10], abs=1e-6)
 
 
 def test_noise_is_cut_where_samples_are_missing(tmp_path: Path) -> None:
@@ -78,16 +78,16 @@ def test_noise_is_cut_where_samples_are_missing(tmp_path: Path) -> None:
     values[1000:1010] = np.nan
     source = source_with(tmp_path, write_noise(tmp_path / "rest.csv", values))
     assert source.noise_record is not None
-    assert [len(stretch) for stretch in source.noise_record.stretches] == [1000, 1990]
+    assert [len(piece) for piece in source.noise_record.pieces] == [1000, 1990]
 
 
 @pytest.mark.parametrize("every", [2, 7])
-def test_noise_record_of_short_stretches_is_refused(tmp_path: Path, every: int) -> None:
+def test_noise_record_of_short_pieces_is_refused(tmp_path: Path, every: int) -> None:
     """Its spectrum would be that of other noise: that of single samples looks white."""
     values = drift(6000)
     values[::every] = np.nan
     at_rest = write_noise(tmp_path / "rest.csv", values)
-    with pytest.raises(LoadError, match=rf"in stretches of at least {SHORTEST} without a gap"):
+    with pytest.raises(LoadError, match=rf"in pieces of at least {SHORTEST} without a gap"):
         source_with(tmp_path, at_rest)
 
 
@@ -179,4 +179,4 @@ def test_noise_record_without_times_has_the_step_of_the_others(tmp_path: Path) -
         parameters={"sample_step": STEP},
     )
     assert source.noise_record is not None
-    assert [len(stretch) for stretch in source.noise_record.stretches] == [3000]
+    assert [len(piece) for piece in source.noise_record.pieces] == [3000]

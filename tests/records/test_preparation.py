@@ -58,7 +58,7 @@ def test_gaps_and_empty_values_cut_a_record() -> None:
         assert np.array_equal(found, wanted, equal_nan=True)
     starts = STEP * kept[[0, 101, 500, 1010]]
     assert [piece.start for piece in done.pieces] == pytest.approx(starts)
-    assert "cut into 4 stretches" in done.remarks[0]
+    assert "cut into 4 pieces" in done.remarks[0]
 
 
 def test_unused_column_does_not_cut() -> None:
@@ -66,14 +66,14 @@ def test_unused_column_does_not_cut() -> None:
     assert len(prepared([record({"u": U, "y": Y, "z": holes})], ONE).pieces) == 1
 
 
-def test_short_stretches_are_left_out_and_told() -> None:
+def test_short_pieces_are_left_out_and_reported() -> None:
     u = U.copy()
     u[[10, 1000]] = np.nan
     done = prepared([record({"u": u, "y": Y})], Preparation(("u",), ("y",), least=500))
     assert [len(piece.trajectory.outputs) for piece in done.pieces] == [989, 999]
-    assert "3 stretches" in done.remarks[0]
+    assert "3 pieces" in done.remarks[0]
     assert "1 of them have fewer than 500 samples" in done.remarks[0]
-    with refused(RecordError, "1000 samples of", "stretch without"):
+    with refused(RecordError, "1000 samples of", "piece without"):
         prepared([record({"u": u, "y": Y})], Preparation(("u",), ("y",), least=1000))
 
 

@@ -17,7 +17,7 @@ from slide_fmu.records.remarks import apart_at_rest
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.memory.small_cells import scalar_cell
 from tests.own_records import write_record
-from tests.records.test_stretches import recipe_of, source_of
+from tests.records.test_segments import recipe_of, source_of
 
 FORGOTTEN = 1e-5
 

@@ -58,7 +58,7 @@ def test_window_is_found_from_the_slowest_pole_and_holds_it(tmp_path: Path) -> N
     require_window(found.recipe.guess, sizing)
 
 
-def test_stretches_are_no_longer_than_the_shortest_part(tmp_path: Path) -> None:
+def test_segments_are_no_longer_than_the_shortest_part(tmp_path: Path) -> None:
     found = lengths(write_record(tmp_path / "a.csv", 2500, noise=0.01))
     window, duration = found.recipe.guess.window, found.recipe.guess.data.duration
     samples = round(duration / STEP) - (window.n_in - window.n_out)

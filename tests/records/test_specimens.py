@@ -1,4 +1,4 @@
-"""Records of several specimens: every stretch has the values of its file."""
+"""Records of several specimens: every segment has the values of its file."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.parts import divided
+from slide_fmu.records.segments import learnt_pieces, unseen_blocks
 from slide_fmu.records.sizing import size_records
-from slide_fmu.records.stretches import learnt_pieces, unseen_stretches
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
 
 MASSES = (1.0, 2.2, 1.5)
 SAMPLES = 3000
 TRAIN = 27
-"""Number of stretches that are learnt from."""
+"""Number of segments that are learnt from."""
 
 
 def recipe_of(folder: Path, data: str = "") -> Recipe:
@@ -53,7 +53,7 @@ def test_every_part_has_every_specimen(tmp_path: Path) -> None:
     for part, blocks in divided(recipe, source).items():
         assert [block.piece for block in blocks] == [0, 1, 2], part
     assert len(learnt_pieces(recipe, source)) == 3
-    found = [(stretch.file, stretch.parameters) for stretch in unseen_stretches(recipe, source)]
+    found = [(segment.file, segment.parameters) for segment in unseen_blocks(recipe, source)]
     assert found == [(file, {"mass": mass}) for file, mass in enumerate(MASSES)]
     few, learnt = remarks_on_division(recipe, source)
     assert "3 specimens for polynomials of degree 1 in ['mass']; expected at least 4" in few

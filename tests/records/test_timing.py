@@ -53,7 +53,7 @@ def test_step_does_not_mind_gaps_and_jitter() -> None:
     clock = clock_of(time)
     assert clock.step == pytest.approx(STEP, rel=1e-4)
     assert [gap.sample for gap in clock.gaps] == [999]
-    assert clock.stretches(4900) == [(0, 1000), (1000, 4900)]
+    assert clock.pieces(4900) == [(0, 1000), (1000, 4900)]
 
 
 def test_step_does_not_come_from_the_first_difference() -> None:

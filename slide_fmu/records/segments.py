@@ -1,7 +1,7 @@
-"""Trajectories of measured records: blocks of their parts, cut to one length.
+"""This module cuts the parts of measured records into segments of one length.
 
-Samples of one part never stand in another, but as lead: those that fill the window, or burn in,
-may lie in the part before, and are not scored there.
+A segment scores samples of one part alone. Only its lead, which fills the window or burns in, may
+lie in the part before; it is not scored.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from slide_fmu.records.specimens import values_in_file
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """A Stretch is a trajectory that was measured at one go.
+class Segment:
+    """A Segment is a measured trajectory without gaps.
 
     Attributes:
         trajectory: N inputs and N + 1 outputs in their units, the lead included.
@@ -36,10 +36,10 @@ class Stretch:
 
 
 def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajectory]]:
-    """Return the whole blocks that a window is sized by, of one specimen after another.
+    """Return the whole blocks by which a window is sized, a list for each specimen.
 
-    They are the first in the order of time, without leads. Without physical parameters there is
-    one specimen.
+    They are the blocks to learn from in the order of time, without leads. Without physical
+    parameters there is one specimen.
 
     Raises:
         RecipeError: as of ``divided``.
@@ -52,13 +52,13 @@ def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajecto
     return list(found.values())
 
 
-def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretch]:
-    """Cut all blocks of a part into stretches of the recipe's duration, which all overlap.
+def segments(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Segment]:
+    """Cut all blocks of a part into segments of the recipe's duration, which overlap.
 
-    They overlap by the truncated part of the window, in which outputs may be missing, as NaN, but
-    not in what is scored. The last stretch of a block ends where the
-    block ends, so that none of its samples is lost, and a few are scored twice. A block that is
-    shorter than a stretch is left out.
+    They overlap by the truncated part of the window. Outputs may be missing (NaN) in the overlap,
+    but not in the scored samples. The last segment of a block ends where the block ends, so that
+    no sample is lost and a few are scored twice. A block that is shorter than a segment is left
+    out.
 
     Raises:
         RecipeError: as of ``divided``, or outputs are missing that an estimator needs.
@@ -69,7 +69,7 @@ def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretc
     for block in scored_parts(recipe, source).get(part, ()):
         for first in _firsts(block, scored):
             whole = Block(block.piece, first - lead, first, first + scored)
-            found.append(_stretch(recipe, source, whole))
+            found.append(_segment(recipe, source, whole))
     lacking = part.startswith("estimator") and not all(
         np.isfinite(one.trajectory.outputs).all() for one in found
     )
@@ -81,8 +81,8 @@ def stretches(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Stretc
     return found
 
 
-def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
-    """Return the whole blocks on which an FMU is measured, led in by one window at most.
+def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
+    """Return the whole blocks on which an FMU is measured, each with a lead of one window at most.
 
     Raises:
         RecipeError: as of ``divided``.
@@ -91,18 +91,18 @@ def unseen_stretches(recipe: Recipe, source: MeasuredRecords) -> list[Stretch]:
     for block in scored_parts(recipe, source)["test"]:
         start = max(0, block.scored - recipe.window.n_in)
         whole = Block(block.piece, start, block.scored, block.stop)
-        found.append(_stretch(recipe, source, whole))
+        found.append(_segment(recipe, source, whole))
     return found
 
 
 def inputs_beyond(
     recipe: Recipe, source: MeasuredRecords, count: int, number: int, factor: float
 ) -> FloatArray:
-    """Return ``number`` stretches of the inputs that are learnt from, all with a larger amplitude.
+    """Return ``number`` segments of the training inputs, all with a larger amplitude.
 
-    Their deviations from the mean are multiplied by the factor. They begin evenly spread over the
-    training part, which runs to and fro where it is shorter than a stretch of ``count`` samples.
-    The shape is (number, count, n_inputs).
+    Their deviations from the mean are multiplied by the factor. Their starts are evenly spread
+    over the training part, which is mirrored at its ends where it is shorter than ``count``
+    samples. The shape is (number, count, n_inputs).
 
     Raises:
         RecipeError: as of ``divided``.
@@ -120,14 +120,14 @@ def inputs_beyond(
     return np.stack(found)
 
 
-def _stretch(recipe: Recipe, source: MeasuredRecords, block: Block) -> Stretch:
+def _segment(recipe: Recipe, source: MeasuredRecords, block: Block) -> Segment:
     (file,) = files_of(source, [block])
     lead = block.scored - block.start
-    return Stretch(block.cut(source.pieces), file, lead, values_in_file(recipe, file))
+    return Segment(block.cut(source.pieces), file, lead, values_in_file(recipe, file))
 
 
 def _firsts(block: Block, scored: int) -> list[int]:
-    """Return where stretches of a block begin to be scored."""
+    """Return the first scored sample of each segment of a block."""
     rest = block.stop - block.scored
     if rest < scored:
         return []

@@ -19,7 +19,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import left_out, remarks_on_division
 from slide_fmu.records.parts import divided, longest_scored
-from slide_fmu.records.stretches import inputs_beyond, learnt_pieces, stretches, unseen_stretches
+from slide_fmu.records.segments import inputs_beyond, learnt_pieces, segments, unseen_blocks
 from tests.marks import needs_app
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
@@ -55,14 +55,14 @@ def source_of(recipe: Recipe) -> MeasuredRecords:
 
 
 def starts(recipe: Recipe, part: str) -> list[int]:
-    """Numbers of the first inputs of all stretches of a part; inputs of the record are unlike."""
+    """Numbers of the first inputs of all segments of a part; inputs of the record are unlike."""
     source = source_of(recipe)
     inputs = source.pieces[0].trajectory.inputs[:, 0]
-    found = stretches(recipe, source, part)
+    found = segments(recipe, source, part)
     return [int(np.flatnonzero(inputs == one.trajectory.inputs[0, 0])[0]) for one in found]
 
 
-def test_stretches_score_every_sample_of_their_part_behind_the_first_lead(tmp_path: Path) -> None:
+def test_segments_score_every_sample_of_their_part_behind_the_first_lead(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     scored = 400 - LEAD
     for part, begin, end in (("train", 0, 2799), ("validation", 2799, 3399)):
@@ -71,34 +71,34 @@ def test_stretches_score_every_sample_of_their_part_behind_the_first_lead(tmp_pa
         assert covered == set(range(max(begin, LEAD), end))
 
 
-def test_stretches_have_one_length_and_outputs_that_belong_to_their_inputs(tmp_path: Path) -> None:
+def test_segments_have_one_length_and_outputs_that_belong_to_their_inputs(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     source = source_of(recipe)
     whole = source.pieces[0].trajectory
-    for stretch, first in zip(
-        stretches(recipe, source, "train"), starts(recipe, "train"), strict=True
+    for segment, first in zip(
+        segments(recipe, source, "train"), starts(recipe, "train"), strict=True
     ):
-        assert stretch.lead == LEAD
-        np.testing.assert_array_equal(stretch.trajectory.inputs, whole.inputs[first : first + 400])
+        assert segment.lead == LEAD
+        np.testing.assert_array_equal(segment.trajectory.inputs, whole.inputs[first : first + 400])
         np.testing.assert_array_equal(
-            stretch.trajectory.outputs, whole.outputs[first : first + 401]
+            segment.trajectory.outputs, whole.outputs[first : first + 401]
         )
 
 
 def test_tested_block_is_led_in_by_a_window_and_was_not_learnt_from(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     source = source_of(recipe)
-    [block] = unseen_stretches(recipe, source)
+    [block] = unseen_blocks(recipe, source)
     assert block.lead == recipe.window.n_in
     scored = set(block.trajectory.outputs[block.lead + 1 :, 0].tolist())
     for part in ("train", "validation"):
-        for stretch in stretches(recipe, source, part):
-            assert scored.isdisjoint(stretch.trajectory.outputs[:, 0].tolist())
+        for segment in segments(recipe, source, part):
+            assert scored.isdisjoint(segment.trajectory.outputs[:, 0].tolist())
 
 
-def test_blocks_that_are_shorter_than_a_stretch_are_left_out(tmp_path: Path) -> None:
+def test_blocks_that_are_shorter_than_a_segment_are_left_out(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"), duration=30.0)
-    assert stretches(recipe, source_of(recipe), "validation") == []
+    assert segments(recipe, source_of(recipe), "validation") == []
 
 
 def test_blocks_that_are_left_out_are_remarked_with_their_samples(tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:
     return generate(case_of(recipe), store, None, progress)
 
 
-def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
+def test_store_holds_the_segments_and_is_refused_after_a_change_of_the_file(
     tmp_path: Path,
 ) -> None:
     path, store = write_record(tmp_path / "a.csv"), tmp_path / "data"
@@ -160,7 +160,7 @@ def test_store_holds_the_stretches_and_is_refused_after_a_change_of_the_file(
     assert made(recipe, store) == 0
     split = read_split(store, "train")
     source = source_of(recipe)
-    expected = np.stack([s.trajectory.outputs for s in stretches(recipe, source, "train")])
+    expected = np.stack([s.trajectory.outputs for s in segments(recipe, source, "train")])
     np.testing.assert_array_equal(split.outputs, expected)
     write_record(path, seed=3)
     with refused(StoreError, "has changed since"):
@@ -184,11 +184,11 @@ def test_outputs_that_are_missing_cut_what_is_scored_but_not_what_leads_in(tmp_p
     assert longest_scored(recipe, source) == 99  # three in ten of the validation part are so few
     whole, parts = divided(recipe, source), ("train", "validation")
     for part in parts:
-        found = stretches(recipe, source, part)
+        found = segments(recipe, source, part)
         assert all(np.isfinite(one.trajectory.outputs[LEAD + 1 :]).all() for one in found)
         assert any(np.isnan(one.trajectory.outputs).any() for one in found)
         assert len(found) >= sum(b.stop - b.scored for b in whole[part]) // 200 - 1 > 0
-    tested = unseen_stretches(recipe, source)
+    tested = unseen_blocks(recipe, source)
     assert all(np.isfinite(one.trajectory.outputs[one.lead + 1 :]).all() for one in tested)
     count = sum(len(one.trajectory.inputs) - one.lead for one in tested)
     assert count == whole["test"][0].stop - whole["test"][0].scored - 3
@@ -233,7 +233,7 @@ def test_missing_outputs_are_refused_where_an_estimator_needs_them(
     lengths = {"data": {"duration": 3.5, "burn_in": 2.4}}
     estimated = begun.with_found(lengths, "bench.toml").guess
     with refused(RecipeError, "expected all of", "error estimator"):
-        stretches(estimated, source_of(estimated), "estimator")
+        segments(estimated, source_of(estimated), "estimator")
 
 
 def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_path: Path) -> None:

@@ -20,14 +20,14 @@ LARGEST = 1e300
 """Limit of a range's ends: its width, and what is computed from it, must be finite."""
 
 Hold = Literal["zero_order", "first_order"]
-"""How an input acts between samples.
+"""The action of an input between samples.
 
 ``zero_order``: inputs[k] is constant from t_k to t_k + h. ``first_order``: the value moves
 linearly from inputs[k-1] to inputs[k] and reaches inputs[k] at t_k + h.
 """
 
 Angle = Literal["cosine", "sine"]
-"""What an input is of an angle. The sine directly follows its cosine."""
+"""The part of an angle that an input gives. The sine directly follows its cosine."""
 
 UNUSABLE = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML cannot hold: control characters, and halves of surrogate pairs."""

@@ -22,7 +22,7 @@ MOST = {
     r"beside": 84,
 }
 """Largest number of each idiom in Python: in names, docstrings, comments and messages. Lower a
-number when a use has gone; never raise it. ``docs/contributing.md`` has the words to use instead."""
+number when a use has gone; never raise it. ``docs/contributing.md`` has the words instead."""
 
 MOST_CLAUSES = 19
 """Largest number of module docstrings that begin with a clause instead of a sentence."""

@@ -17,6 +17,7 @@ from slide_fmu.apps.compare.kept_comparison import KeptComparison, content_of_mo
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
+from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.fingerprint import data_fingerprint, identity
@@ -178,7 +179,7 @@ def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotio
     count = terms.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
     key = key_of(
-        data_fingerprint(recipe),
+        plain(data_fingerprint(recipe)),
         recipe.system.model_dump(mode="json", include={"reference"}),
         [stream.seed, stream.duration, count],
         probe(recipe, reference).tolist(),

@@ -68,5 +68,5 @@ def test_other_families_are_refused_on_a_device() -> None:
 
 
 def test_records_of_a_wrong_shape_are_refused() -> None:
-    with refused(ValueError, "records"):
+    with refused(ValueError, "sequences"):
         slide.device_surrogate(released("duffing"), "cpu").predict(np.zeros((3, 40, 2)))

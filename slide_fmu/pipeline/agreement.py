@@ -1,7 +1,7 @@
-"""What an FMU says of itself in several places is held against each other.
+"""This module compares the statements of an FMU about itself in several places.
 
 The model card follows from the surrogate and its provenance. So it is written again here, and
-compared with the one that the FMU carries; apps do so with what they have put into it.
+compared with the card in the FMU; apps compare their own files likewise.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHOWN = 3
-"""So many differences of each file are named."""
+"""Number of differences of each file that are named."""
 
 REMEDY = (
     "one of the two was edited, or another version of slide-fmu wrote them; get the file again, "
@@ -31,12 +31,12 @@ REMEDY = (
 
 
 def card_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
-    """Compare the model card of an FMU with what follows from its provenance.
+    """Compare the model card of an FMU with the card that follows from its provenance.
 
     Args:
         fmu: the file of an FMU, whose archive has no problems.
-        surrogate: what it runs.
-        provenance: what it says about its origin; None if it says nothing.
+        surrogate: its surrogate.
+        provenance: its origin; None if unknown.
 
     Returns:
         The problems, each one sentence with its remedy. An FMU without provenance
@@ -69,14 +69,13 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None
 def compared_with_provenance(
     fmu: Path, provenance: Provenance | None, compare: Callable[[Recipe], Iterable[str]]
 ) -> list[str]:
-    """Return what a comparison with the recipe of an FMU finds.
+    """Return the problems that a comparison with the recipe of an FMU finds.
 
     Args:
         fmu: the file of the FMU.
-        provenance: what it says about its origin; None, and nothing is compared, if it says
-            nothing.
-        compare: takes the recipe and gives the problems; where it fails, the provenance is said
-            to be damaged.
+        provenance: its origin; None, and nothing is compared, if unknown.
+        compare: takes the recipe and gives the problems; if it fails, the provenance counts as
+            damaged.
 
     Raises:
         FmuError: a member cannot be read.
@@ -93,7 +92,7 @@ def compared_with_provenance(
 
 
 def _lines(text: str) -> list[str]:
-    """Return the lines that are not empty; pictures that are left out leave empty ones."""
+    """Return the lines that are not empty; left-out pictures leave empty ones."""
     return [line for line in text.split("\n") if line.strip()]
 
 
@@ -106,7 +105,7 @@ def _other_lines(found: list[str], expected: list[str]) -> Iterator[tuple[str, s
 
 
 def disagreements(member: str, found: Iterable[str]) -> Iterator[str]:
-    """Say in which places a member of an FMU does not follow from its provenance."""
+    """Name the places in which a member of an FMU differs from its provenance."""
     others = list(found)
     for other in others[:SHOWN]:
         yield f"{member} does not say what {PROVENANCE} says: {other}; {REMEDY}"

@@ -1,7 +1,7 @@
-"""The apps that are installed, and what each of them adds to the way from a model to an FMU.
+"""This module finds installed apps and their additions to the way from a model to an FMU.
 
 An app is any package that registers an ``App`` under the entry-point group ``slide_fmu.apps``.
-Those of slide-fmu lie in ``slide_fmu/apps``; another package may register further ones.
+The apps of slide-fmu lie in ``slide_fmu/apps``; another package may register further ones.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:  # the console script reads this file before it knows what is 
     from slide_fmu.surrogate.surrogate import Surrogate
 
 GROUP = "slide_fmu.apps"
-"""Entry points of this group are apps; the name of each is that of its table ``[apps.NAME]``."""
+"""Entry points of this group are apps; each has the name of its table ``[apps.NAME]``."""
 
 
 @dataclass(frozen=True, eq=False)
 class Release:
-    """A Release is an FMU that is about to be written with all that people read about it.
+    """A Release is an FMU that is about to be written, with its documents for people.
 
     Attributes:
-        surrogate: what the FMU carries.
-        case: what it was made from, with all values resolved.
-        provenance: what it says about its origin, with measured figures if it was measured.
+        surrogate: the surrogate in the FMU.
+        case: the case that it was made from, with all values resolved.
+        provenance: its origin, with measured figures if it was measured.
         members: documents of the FMU by their names in it; empty if it was not measured.
         fmu: the FMU without documents, whose library may be run; None if nothing may be run.
         former: an FMU of the same surrogate, whose results are kept if it carries any.
@@ -50,10 +50,10 @@ class Release:
 
 @dataclass(frozen=True)
 class Repeated:
-    """This says how something that an FMU carries went when it was repeated here.
+    """This is the result of repeating a run that an FMU carries.
 
     Attributes:
-        table: what differs, with one line about what was repeated as its title.
+        table: the differences; its title names the repeated run.
         problems: one sentence each; empty if nothing differs.
         figures: the same as plain values.
     """
@@ -65,21 +65,21 @@ class Repeated:
 
 @dataclass(frozen=True)
 class App:
-    """An app says what it adds; what it leaves out it does not add.
+    """An App lists its additions; attributes that it leaves out add nothing.
 
     Attributes:
         subcommands: functions that become subcommands of ``slide-fmu``, by their names, each with
             its module.
         public: names that ``slide_fmu`` offers to Python, each with its module.
         check_table: raises a RecipeError if the app's table of a recipe cannot be used.
-        origin: returns what the provenance of an FMU keeps for this app; it may have keys of
+        origin: returns the part of the provenance of an FMU for this app, with keys of
             ``ORIGIN_KEYS`` only.
-        origin_keys: those keys.
+        origin_keys: these keys.
         check_origin: raises a ValueError if an FMU carries an origin that cannot be used.
-        members: returns further files of an FMU, or others in place of those that are there, by
-            their names in it.
-        problems: returns what is wrong with what an FMU carries; nothing of the FMU is run.
-        repeat: runs what an FMU carries to be repeated; None if there is nothing.
+        members: returns further files of an FMU, or replacements of its files, by their names in
+            it.
+        problems: returns faults in files of the FMU; the FMU is not run.
+        repeat: repeats a run that the FMU carries; None without one.
         section: returns HTML that ends the report of an FMU.
         services: functions that other apps may ask for by name.
     """
@@ -106,7 +106,7 @@ def apps() -> Mapping[str, App]:
     """Return all installed apps by their names, sorted.
 
     Raises:
-        AppError: one of them cannot be loaded.
+        AppError: an app cannot be loaded.
     """
     found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
     return {entry.name: _loaded(entry) for entry in found}
@@ -174,7 +174,7 @@ def check_app_tables(recipe: Recipe) -> None:
 
 
 def remarks_on_app_tables(recipe: Recipe) -> list[str]:
-    """Say which tables count for nothing here, since their apps are not installed."""
+    """Say which tables are not used here, since their apps are not installed."""
     return [
         f"[apps.{name}] counts for nothing here: no installed app has this name; expected one of "
         f"{sorted(apps())}: correct it, or install the package that has the app"
@@ -184,9 +184,9 @@ def remarks_on_app_tables(recipe: Recipe) -> list[str]:
 
 
 def with_origins(provenance: Provenance, recipe: Recipe, surrogate: Surrogate) -> Provenance:
-    """Return provenance with what each app keeps in it, in place of what was there of them.
+    """Return provenance in which each app has replaced its own part.
 
-    Errors are those of the apps.
+    Errors come from the apps.
     """
     found = dict(provenance)
     for app in apps().values():
@@ -198,10 +198,10 @@ def with_origins(provenance: Provenance, recipe: Recipe, surrogate: Surrogate) -
 
 
 def check_origins(surrogate: Surrogate, provenance: Provenance | None) -> None:
-    """Refuse an FMU that carries for some app what that cannot use.
+    """Refuse an FMU with a part of the provenance that its app cannot use.
 
     Raises:
-        ValueError: the message says what is wrong.
+        ValueError: the message names the fault.
     """
     for app in apps().values():
         if app.check_origin is not None:
@@ -209,7 +209,7 @@ def check_origins(surrogate: Surrogate, provenance: Provenance | None) -> None:
 
 
 def all_members(release: Release) -> dict[str, bytes]:
-    """Return the files of a release, with those of all apps, by their names in the FMU."""
+    """Return the files of a release and of all apps, by their names in the FMU."""
     found = dict(release.members)
     for app in apps().values():
         if app.members is not None:
@@ -218,7 +218,7 @@ def all_members(release: Release) -> dict[str, bytes]:
 
 
 def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> Iterator[str]:
-    """Say what is wrong with what apps have put into an FMU.
+    """Return the problems of files that apps have put into an FMU.
 
     Raises:
         FmuError: a member cannot be read.
@@ -229,7 +229,7 @@ def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None)
 
 
 def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, Repeated]:
-    """Repeat what an FMU carries to be repeated, by the names of the apps.
+    """Repeat the runs that an FMU carries, by the names of the apps.
 
     Raises:
         CoSimulationError: the FMU cannot be run.
@@ -239,5 +239,5 @@ def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, Repeated]:
 
 
 def last_section(fmu: Path) -> str:
-    """Return the HTML that apps put at the end of the report of an FMU; empty if none does."""
+    """Return the HTML that apps put at the end of the report of an FMU; may be empty."""
     return "".join(app.section(fmu) for app in apps().values() if app.section is not None)

@@ -1,4 +1,4 @@
-"""An FMU is checked: archive, description, library, credentials, experiment, and hashes."""
+"""This module checks an FMU: archive, description, library, hashes, and files of apps."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import Repeated, app_problems, repeated
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")
-"""Users may compile libraries of their own; what is run then is not known here."""
+"""Files that users may compile themselves; their content is then unknown here."""
 
 
 @dataclass(frozen=True)
 class CheckFigures:
-    """These are the figures of a check; what apps have repeated stands beside the problems."""
+    """These are the figures of a check: problems, and the results of apps."""
 
     fmu: str
     problems: tuple[str, ...]
@@ -31,18 +31,18 @@ class CheckFigures:
 
 @dataclass(frozen=True)
 class Checked:
-    """This says what came of checking an FMU.
+    """This is the result of checking an FMU.
 
     Attributes:
-        problems: one sentence each, with its remedy where there is one; empty when it is fine.
-        repeated: how what it carries to be repeated went here, by the names of the apps.
+        problems: one sentence each, with its remedy where there is one; empty without problems.
+        repeated: results of repeated runs, by the names of the apps.
     """
 
     problems: list[str]
     repeated: Mapping[str, Repeated] = field(default_factory=dict)
 
     def figures(self, fmu: Path) -> CheckFigures:
-        """Return what is written as JSON."""
+        """Return the figures that are written as JSON."""
         repeated = {k: v for run in self.repeated.values() for k, v in run.figures.items()}
         return CheckFigures(str(fmu), tuple(self.problems), repeated)
 
@@ -60,12 +60,12 @@ def check(fmu: Path, run: bool) -> Checked:
         surrogate, provenance = read_fmu(fmu)
         if archive_problems(fmu):
             return Checked(problems)
-    except (FmuError, OSError):  # check_fmu has said it
+    except (FmuError, OSError):  # check_fmu has reported it
         return Checked(problems)
     try:
         found = app_problems(fmu, surrogate, provenance)
         problems += dict.fromkeys([*found, *card_problems(fmu, surrogate, provenance)])
-        # what is said above says more of a member than that its hash is another one
+        # the problems above tell more about a member than a different hash
         problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
         if problems or not run:
             return Checked(problems)

@@ -1,4 +1,4 @@
-"""What can be found wrong with a recipe without data is refused before any are made."""
+"""This module refuses faults of a recipe that are found before data are made."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Arguments = ParamSpec("Arguments")
 
 
 def check_case(case: Case) -> None:
-    """Refuse what can be found wrong without data, before any are made.
+    """Refuse faults that are found before data are made.
 
     Raises:
         LoadError: one of the recipe's systems cannot be made, or records cannot be used.
-        RecipeError: they do not fit each other or the excitation, a network sees what the system
-            has not, or the FMU that the training begins with does not fit.
-        ContractError: the system that makes the data does not keep its word.
-        SimulationError: it could not be simulated on a short record, or its library crashes.
+        RecipeError: they do not fit each other or the excitation, a network has features that the
+            system lacks, or the FMU that the training begins with does not fit.
+        ContractError: the system that makes the data breaks its contract.
+        SimulationError: it could not be simulated on a short motion, or its library crashes.
     """
     recipe, source = case.recipe, case.source
     check_app_tables(recipe)
@@ -43,17 +43,17 @@ def check_case(case: Case) -> None:
 
 @asked_of_sources
 def check_systems(system: System, case: Case) -> None:
-    """Refuse systems that do not fit each other or the networks, or do not keep their word."""
+    """Refuse systems that do not fit each other or the networks, or break their contract."""
     _ = case.reference
     require_features(case.recipe, system)
     guarded_case(case, _keep_their_word)
 
 
 def require_names_in_fmu(recipe: Recipe, source: Source) -> None:
-    """Refuse signals and parameters with names that another variable of the FMU has.
+    """Refuse signals and parameters with the name of another variable of the FMU.
 
     Raises:
-        RecipeError: there is one; the message has the remedy.
+        RecipeError: a name is used twice; the message has the remedy.
     """
     parameters = [parameter.signal for parameter in recipe.physical()]
     try:
@@ -68,11 +68,11 @@ def guarded_case(
     *arguments: Arguments.args,
     **named: Arguments.kwargs,
 ) -> Result:
-    """Call a function with a case and arguments: apart where its system may crash, else here.
+    """Call a function with a case and arguments, in a separate program if its system may crash.
 
     Raises:
         SimulationError: the system ended the program that simulated it.
-        Exception: what the function raises; what knows no recipe is told with its name.
+        Exception: raised by the function; errors that name no recipe get its name.
     """
     recipe, system = case.recipe, case.system
     model = recipe.system.model, recipe.system.kind
@@ -87,7 +87,7 @@ def guarded_case(
 
 
 def _keep_their_word(case: Case) -> None:
-    """Check the system of a recipe on short records, the first on which it does not fail."""
+    """Check the system of a recipe on the first short motion on which it does not fail."""
     recipe, system = case.recipe, case.system
     failure = SimulationError("no motion was drawn")
     for drawn in probe_draws(recipe, system):

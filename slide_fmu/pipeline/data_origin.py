@@ -1,4 +1,4 @@
-"""An FMU says what its data came from, as far as that can be another one when it is measured."""
+"""An FMU names the files of its data, so that it is measured on the same files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slide_fmu.systems.base import System
 
 @asked_of_sources
 def origin_of_data(system: System) -> Provenance:
-    """Return the part of a provenance that names files of data; a system has none."""
+    """Return the part of a provenance that names files of data; empty for a system."""
     return {}
 
 
@@ -18,5 +18,5 @@ def require_same_origin(system: System, provenance: Provenance, fmu: str) -> Non
     """Refuse files of data that have changed since an FMU was learnt from them.
 
     Raises:
-        StageError: a file is another one, or the FMU does not say which ones there were.
+        StageError: a file has changed, or the FMU does not name its files.
     """

@@ -1,4 +1,4 @@
-"""What the subcommands and the Python interface take where nothing is said."""
+"""This module defines defaults of the subcommands and of the Python interface."""
 
 from __future__ import annotations
 

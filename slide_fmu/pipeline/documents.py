@@ -1,4 +1,4 @@
-"""An FMU is written with what people read about it: report, model card, and what apps add."""
+"""This module writes an FMU with report, model card and documents of apps."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ def documents(page: bytes, card: str) -> dict[str, bytes]:
 def write_release(
     release: Release, path: Path, fmi: FmiVersion = 2, sources: Sources = False
 ) -> Path:
-    """Write an FMU with its documents and with what apps add, and return its path.
+    """Write an FMU with its documents and files of apps, and return its path.
 
-    The version of FMI, whether C sources are added, and errors are as of
-    ``slide_fmu.fmu.export.export_fmu``.
+    The version of FMI, C sources and errors are as in ``slide_fmu.fmu.export.export_fmu``.
     """
     found = all_members(release)
     folders = {

@@ -1,6 +1,6 @@
-"""Whatever can become an FMU is exported: a trained recipe, or an FMU again.
+"""This module exports a trained recipe, or an existing FMU again.
 
-Each kind of source imports what it needs when it is exported: an FMU is written again without the
+Each kind of source imports its packages when it is exported: an FMU is written again without the
 packages of the training and of the figures.
 """
 
@@ -35,13 +35,13 @@ WRITTEN_ANEW = (BINARIES, f"{SOURCES}/", DESCRIPTION, "model.png", "terminalsAnd
 
 @dataclass(frozen=True)
 class Request:
-    """A request says what is to become an FMU; an option is None where nothing was said about it.
+    """A Request names the source of an FMU; an option is None if it was not given.
 
     Attributes:
         source: recipe that was trained, or FMU.
-        path: the FMU to write; a recipe's has a place of its own in its run folder.
+        path: the FMU to write; the FMU of a recipe has a place in its run folder.
         fmi: version of the standard.
-        sources: whether C sources are written too, and which.
+        sources: the C sources to write, if any.
         training_seed: seed of a trained recipe's training.
         data_seed: seed of its data.
         runs: folder that holds the work on recipes; ``runs`` if None.
@@ -58,7 +58,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Exported:
-    """An Exported FMU has a path, and perhaps a remark: what its user should know."""
+    """An Exported FMU has a path, and perhaps a remark for its user."""
 
     path: Path
     remark: str | None = None
@@ -72,7 +72,7 @@ def export(request: Request, bar: Stages) -> Exported:
             since it was written.
         RecipeError: the recipe cannot be used.
         StageError: the recipe was not trained.
-        ValueError: an option is missing, or means nothing for this source; or the source is a
+        ValueError: an option is missing, or has no meaning for this source; or the source is a
             network that was trained elsewhere.
     """
     if request.source.suffix in NETWORK_FILES:
@@ -104,7 +104,7 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
 
     seeds, runs = (request.training_seed, request.data_seed), request.runs or Path("runs")
     read = parse_open_recipe(read_recipe_text(request.source), request.source)
-    RunFolder(runs / read.guess.name).require_surrogate()  # before lengths are looked for
+    RunFolder(runs / read.guess.name).require_surrogate()  # before lengths are found
     job = open_job(request.source, runs, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained.versions)
@@ -126,10 +126,10 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
 
 
 def _is_of(fmu: Path, surrogate: Surrogate, origin: Provenance) -> bool:
-    """Tell whether an FMU holds this surrogate, and says that it comes from there.
+    """Tell whether an FMU holds this surrogate with the same provenance.
 
     Raises:
-        FmuError: it is damaged, or none.
+        FmuError: the file is damaged, or is not an FMU.
     """
     other, found = read_fmu(fmu)
     same = {key: value for key, value in (found or {}).items() if key in origin} == origin

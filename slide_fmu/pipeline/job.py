@@ -31,11 +31,11 @@ from slide_fmu.systems.base import System
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 
 Tell = Callable[[str], None]
-"""Says a sentence to people."""
+"""A function that shows a sentence to people."""
 
 
 def silent(sentence: str) -> None:
-    """Say nothing."""
+    """Show nothing."""
 
 
 @dataclass(frozen=True)
@@ -44,16 +44,16 @@ class Job:
 
     Attributes:
         text: the recipe file as it was read.
-        case: what it says, seeds of the command line included, with the systems made of it.
+        case: its recipe, with seeds of the command line, and the systems made from it.
         folder: folder in which its files lie.
         bar: opens the progress of a stage.
         open_keys: keys of the recipe that are still to be found; they hold first guesses.
         resolved: values that were found for what the recipe leaves open, as a table of tables.
-        sizing: how the window of this recipe was sized when it was found; None if it was not now.
+        sizing: sizing of the window, if it was found now; else None.
         recipe_folder: folder of the recipe file; None for a recipe that is not a file.
-        command: what was typed to make the surrogate, for people; paths are left out.
-        tell: says a sentence to people while the job is done.
-        is_checked: whether the recipe was held against its systems (``checked``).
+        command: command that makes the surrogate, for people; without paths.
+        tell: shows a sentence to people during the job.
+        is_checked: whether the recipe was checked with its systems (``checked``).
     """
 
     text: str = field(repr=False)
@@ -75,7 +75,7 @@ class Job:
 
     @property
     def open_recipe(self) -> OpenRecipe:
-        """The recipe, with what is still to be found in it."""
+        """The recipe with its open keys."""
         return OpenRecipe(self.recipe, self.open_keys)
 
 
@@ -88,17 +88,17 @@ def open_job(
     patience: float = math.inf,
     tell: Tell = silent,
 ) -> Job:
-    """Read a recipe, find its run folder, and what it leaves to be found about its lengths.
+    """Read a recipe, and find its run folder and its open lengths.
 
-    The training seed replaces those of initialisation and order of windows, the data seed that of
-    the trajectories. Lengths are looked for no longer than the patience, in s. The job
-    says sentences by ``tell``.
+    The training seed replaces the seeds of initialisation and order of windows; the data seed
+    replaces the seed of the trajectories. The search for lengths ends after the patience, in s.
+    The job shows sentences by ``tell``.
 
     Raises:
-        DamagedFileError: the run folder keeps a damaged file about it.
+        DamagedFileError: a file in the run folder is damaged.
         RecipeError: the recipe cannot be used.
         StageError: its run folder is a file.
-        LoadError, ShortWindowError, SimulationError, ValueError: as of ``resolved_lengths``.
+        LoadError, ShortWindowError, SimulationError, ValueError: as in ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
     make_importable(recipe_path.parent)
@@ -126,22 +126,22 @@ def job_of_text(
 ) -> Job:
     """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
 
-    The seeds are those of the training and of the data; the recipe's where they are None. A recipe
-    about an object of this session is about the system that is given.
+    The seeds of training and data are the recipe's where they are None. A recipe about an object
+    of this session uses the given system.
 
     Raises:
         DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
-            ValueError: as of ``open_job``.
+            ValueError: as in ``open_job``.
     """
     begun = bar("recipe")
-    begun(0, 1)  # a word at once: to find the lengths may take a minute
+    begun(0, 1)  # a message at once, since finding the lengths may take a minute
     read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
     folder = RunFolder(runs / read.guess.name)
     folder.require_folder()
     case, sizing = case_of(read.guess, given), None
     resolved: FoundValues = {}
     is_open = any(key in LENGTHS for key in read.open_keys)
-    if is_open:  # found for the recipe as it is written: other seeds keep the window
+    if is_open:  # found for the recipe as written, so that other seeds keep the window
         check_case(case)
         resolved, sizing = resolved_lengths(case, read.open_keys, folder.resolved, patience)
         read = read.with_found(resolved, str(source))
@@ -159,10 +159,10 @@ def job_of_text(
 
 
 def with_values(job: Job, values: FoundValues) -> Job:
-    """Return a job with values in the place of what its recipe left open.
+    """Return a job with values for open keys of its recipe.
 
     Raises:
-        RecipeError: the values do not fit what the recipe gives.
+        RecipeError: the values do not fit the recipe.
     """
     found = job.open_recipe.with_found(values, f"recipe {job.recipe.name!r}")
     tables = {**job.resolved, **values}
@@ -172,10 +172,10 @@ def with_values(job: Job, values: FoundValues) -> Job:
 
 
 def checked(job: Job) -> Job:
-    """Return a job whose recipe was held against its systems, which is done once.
+    """Return a job whose recipe was checked with its systems; this is done once.
 
     Raises:
-        LoadError, RecipeError, ContractError, SimulationError: as of ``check_case``.
+        LoadError, RecipeError, ContractError, SimulationError: as in ``check_case``.
     """
     if job.is_checked:
         return job
@@ -197,9 +197,9 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
 
 
 def provenance(job: Job, versions: Mapping[str, str]) -> Provenance:
-    """Return where the surrogate of a job comes from: recipe, seeds, versions of the training.
+    """Return the provenance of a job's surrogate: recipe, seeds, versions of the training.
 
-    What the recipe left to be found stands beside it, so that nobody need find it again.
+    Values of the recipe's open keys are included, so that they need not be found again.
     """
     recipe = job.recipe
     estimator = recipe.estimator

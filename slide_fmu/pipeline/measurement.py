@@ -1,4 +1,4 @@
-"""A released FMU is measured beside its reference system."""
+"""This module measures a released FMU against its reference system."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ if TYPE_CHECKING:  # it needs the packages of the training
 def validate_fmu_file(
     fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
 ) -> Validation:
-    """Run an FMU of a user beside its reference system (``released_case``).
+    """Compare an FMU of a user with its reference system (``released_case``).
 
-    Arguments and errors are those of ``measured``; and a ValueError where the FMU carries for some
-    app what that cannot use.
+    Arguments and errors are as in ``measured``. A ValueError is raised too if an app cannot use
+    its part of the FMU's provenance.
     """
-    check_origins(*read_fmu(fmu))  # the report shows it: a mistake is said before any work
+    check_origins(*read_fmu(fmu))  # the report shows it, so a mistake is reported before any work
     return measured(fmu, case, task, bar, workers)
 
 
@@ -51,7 +51,7 @@ def released_case(fmu: Path, system: System | None = None) -> Case:
     """Return the case of the recipe that an FMU of a user carries.
 
     Its models are looked for near the FMU. If it was learnt from an object of a Python session,
-    that is the system.
+    this object is the system.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
@@ -64,18 +64,18 @@ def released_case(fmu: Path, system: System | None = None) -> Case:
 def measured(
     fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
 ) -> Validation:
-    """Run an FMU beside the reference system of the case that it was made from.
+    """Compare an FMU with the reference system of the case that it was made from.
 
-    Errors are harmful, or not, beside those in range that the FMU carries, if it carries some.
-    Worker processes are one per core if None, none if 0.
+    Errors count as harmful relative to the usual errors in range that the FMU carries, if known.
+    ``workers`` is the number of processes: one per core if None, no processes if 0.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
         StageError: its records have changed since, or it is found under the name of its own
             reference.
         CoSimulationError: an FMU reports an error.
-        SimulationError: the reference cannot be simulated on what is drawn; the message begins
-            with what was being measured.
+        SimulationError: the reference cannot be simulated on drawn motions; the message begins
+            with the name of the validation.
     """
     surrogate, found = read_fmu(fmu)
     _require_another(fmu, case.recipe)
@@ -89,7 +89,7 @@ def measured(
 
 
 def _require_another(fmu: Path, recipe: Recipe) -> None:
-    """Refuse to measure an FMU beside itself: its error would be zero."""
+    """Refuse to measure an FMU against itself: its error would be zero."""
     name = recipe.system.model
     with suppress(FileNotFoundError):
         if name.endswith(".fmu") and find_file(name).samefile(fmu):
@@ -100,7 +100,7 @@ def _require_another(fmu: Path, recipe: Recipe) -> None:
 
 
 def _usual_error(provenance: Provenance | None) -> FloatArray | None:
-    """Return what 95 % of the errors in range were below when an FMU was released."""
+    """Return the 95 % quantile of the errors in range when an FMU was released."""
     measured = released_figures(provenance)
     if measured is None or IN_RANGE not in measured.validation:
         return None
@@ -112,9 +112,8 @@ def validation_report(
 ) -> tuple[Report, ValidationFigures]:
     """Return the report of one validation, and its figures.
 
-    In range, the plain call and constant inputs are measured too.
-
-    The case is that by which the FMU was validated.
+    In range, the plain call and constant inputs are measured too. ``case`` is the case by which
+    the FMU was validated.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -133,13 +132,13 @@ def validation_report(
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:
-    """Return what a released FMU is measured on.
+    """Return the tasks on which a released FMU is measured.
 
-    That is in range; beyond, if it tells its error and the recipe asks for inputs there; and on
-    kinds of excitation that the recipe holds out.
+    They are in range; beyond, if the FMU estimates its error and the recipe asks for inputs there;
+    and kinds of excitation that the recipe holds out.
 
-    An error estimator has its own range of amplitudes; with an error bound alone it is that of the
-    trajectories beyond the range. Nothing is known of what lies beyond records.
+    An error estimator has its own range of amplitudes; with an error bound alone, it is the range
+    of the trajectories beyond. The reference of records is unknown beyond them.
     """
     found = {IN_RANGE: Task(seed, trajectories)}
     tells = recipe.estimator is not None or recipe.bound is not None
@@ -154,11 +153,11 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
 
 
 def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
-    """Say which trajectories beyond the range the model failed on; none within it.
+    """Say on which trajectories beyond the range the model failed.
 
     Args:
         job: the recipe, whose data lie in its run folder.
-        beyond: what was measured beyond the range, if anything was.
+        beyond: the validation beyond the range, if there is one.
     """
     of_data = remark_on_beyond(job.recipe, job.folder.store)
     of_measured = [] if beyond is None else remarks_of_beyond(beyond)
@@ -166,7 +165,7 @@ def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
 
 
 def remarks_of_beyond(beyond: Validation) -> list[str]:
-    """Say how many trajectories of a validation the reference failed on beyond the range."""
+    """Say on how many trajectories of a validation beyond the range the reference failed."""
     if not beyond.left_out:
         return []
     count = len(beyond.left_out) + len(beyond.comparisons)

@@ -1,9 +1,9 @@
-"""Numbers of trajectories that a recipe leaves open are found from a learning curve, and kept.
+"""This module finds open numbers of trajectories from a learning curve, and keeps them.
 
-Trajectories are made, and learnt from, in stages of twice as many; the curve ends where a doubling
-does not pay, or cannot, since what was learnt holds on other motions too. What was found lies in
-the run folder, point by point, so that a curve that was killed goes on. So does the time that a
-trajectory takes, from which the numbers of an error bound follow.
+Each stage has twice as many trajectories as the one before. The curve ends where a doubling does
+not pay, or cannot pay since the error on unseen motions is not larger. Each point is kept in the
+run folder, so that an interrupted curve goes on. The time of a trajectory is kept too, from which
+the numbers of an error bound follow.
 """
 
 from __future__ import annotations
@@ -38,26 +38,26 @@ PAYS = 0.85
 doubles the time that everything after it takes."""
 ENOUGH = 64
 """Where a doubling did not pay, half the trajectories are learnt from, but no fewer than these:
-the final network is fitted for longer than those of the curve."""
+the final network is fitted for longer than the networks of the curve."""
 HOLDS = 1.1
 """More trajectories teach nothing new where the validation error is at most this many times the
-error on those that were learnt from."""
+training error."""
 VALIDATION, SHARE = 24, 4
-"""The curve is judged on the first number of validation trajectories: they shall hold every kind
-of the mix, also what is drawn seldom and is hard, such as a resonance that lasts. In the end there
-are as many, or one for so many trajectories to learn from, if that is more."""
+"""The curve is judged on VALIDATION trajectories, enough for every kind of the mix, also for rare
+and hard motions such as a lasting resonance. The final number is the same, or one for each SHARE
+training trajectories, if that is more."""
 ESTIMATOR, ESTIMATOR_SHARE = 128, 8
-"""An error estimator learns from at least the first number of trajectories, and from as many as
-the surrogate. It is judged by one for so many of them, at least as many as judge the curve."""
+"""An error estimator learns from at least ESTIMATOR trajectories, and from no fewer than the
+surrogate. It is judged by one for each ESTIMATOR_SHARE of them, but by no fewer than the curve."""
 BOUND_TIME = 60.0
-"""To simulate the trajectories of an error bound, one after the other, takes at most this time in
-s where the least numbers of them do."""
+"""The trajectories of an error bound, simulated one after the other, take at most this time in s,
+unless their least numbers take longer."""
 BOUND, CALIBRATION = (30, 200), (100, 100)
 """The least and the largest numbers of trajectories from which a bound learns, and by which it is
 calibrated."""
 DEAR, DEAR_CALIBRATION = 5.0, 60
-"""Where a trajectory takes more than the first in s, the second is the least number to calibrate
-by. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 has no bound."""
+"""If a trajectory takes more than DEAR s, at least DEAR_CALIBRATION trajectories calibrate the
+bound. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 has no bound."""
 
 
 def find_numbers(
@@ -68,7 +68,7 @@ def find_numbers(
     place: Workplace,
     recipe_folder: Path | None = None,
 ) -> FoundValues:
-    """Return the numbers of trajectories that a recipe leaves open; they are found if need be.
+    """Return the open numbers of trajectories of a recipe; unknown ones are found.
 
     The workplace makes the trajectories of a recipe in the folder ``recipe_folder``.
 
@@ -90,10 +90,10 @@ def find_numbers(
 
 
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
-    """Return the numbers that a recipe leaves open; None if its curve has not ended yet.
+    """Return the open numbers of a recipe; None if its curve has not ended yet.
 
     Raises:
-        RecipeError: there is too little to learn from.
+        RecipeError: too few samples to learn from.
     """
     if not any(key in open_keys for key in (*NUMBERS, *BOUND_NUMBERS)):
         return {}
@@ -104,7 +104,7 @@ def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> 
 def found_numbers(
     system: System, case: Case, open_keys: Collection[str], folder: RunFolder
 ) -> FoundValues | None:
-    """Return the numbers that a recipe leaves open, where it does; None if its curve goes on."""
+    """Return the open numbers of a recipe; None if its curve has not ended yet."""
     train = case.recipe.data.train
     if "data.train" in open_keys:
         curve = kept_curve(case, folder)
@@ -132,7 +132,7 @@ def _pays(points: Sequence[CurvePoint]) -> bool:
 
 @asked_of_sources
 def least_numbers(system: System, open_recipe: OpenRecipe, cost: float) -> FoundValues:
-    """Return the numbers that a recipe leaves open, if its curve ends as soon as it can.
+    """Return the open numbers of a recipe, if its curve ends as early as possible.
 
     The cost is the time in s in which one process simulates a trajectory.
     """
@@ -144,9 +144,9 @@ def least_numbers(system: System, open_recipe: OpenRecipe, cost: float) -> Found
 def _numbers_with(
     recipe: Recipe, open_keys: Collection[str], train: int, cost: float
 ) -> FoundValues:
-    """Return the numbers that a recipe leaves open, with so many trajectories to learn from.
+    """Return the open numbers of a recipe, given the number of training trajectories.
 
-    One of them is simulated in the time ``cost`` in s.
+    The simulation of one trajectory takes ``cost`` s.
     """
     estimator = recipe.data.estimator
     if "data.estimator" in open_keys:
@@ -165,8 +165,8 @@ def _numbers_with(
 def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
     """Return numbers of trajectories of an error bound: of companion, head and calibration.
 
-    They are as many as help where a trajectory costs little time in s. Where it costs more, the
-    companion learns from those of the surrogate, and the others are fewer.
+    If a simulation takes little time, the numbers are the largest useful ones. If it takes more,
+    the companion learns from the surrogate's trajectories, and the other numbers are smaller.
     """
     most = BOUND[1] + CALIBRATION[1]
     if cost * (train + most) <= BOUND_TIME:
@@ -220,7 +220,7 @@ def kept_curve(case: Case, folder: RunFolder) -> Curve:
 
 
 def _memo(case: Case, place: Path) -> Memo:
-    """Return the memo of what follows from the recipe but for numbers and seeds, and the model."""
+    """Return the memo of recipe and model, without numbers of trajectories and seeds."""
     recipe = case.recipe
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
@@ -235,7 +235,8 @@ def _memo(case: Case, place: Path) -> Memo:
 def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
     """Go on with the curve that the folder keeps, until it has ended.
 
-    It is found with one thread, so that every machine sums in the same order, and finds the same.
+    It is found with one thread, so that every machine sums in the same order, with the same
+    result.
     """
     import torch
 
@@ -253,7 +254,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
         staged.make(train, f"data of curve point {number}")
         stage = staged.bar(f"fit of curve point {number}")
         errors = learning.errors(train, VALIDATION, stage)
-        # of a point that was known, finding it again is no measure of what it takes
+        # a known point is found quickly again, so its time is no measure
         seconds = known.get(train, time.monotonic() - begin)
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points))
@@ -261,7 +262,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
 
 
 def _end(points: list[CurvePoint]) -> str | None:
-    """Return why a curve ends with its last point; None if it does not."""
+    """Return why a curve ends with its last point; None if it goes on."""
     last = points[-1]
     if last.validation_error <= HOLDS * last.training_error:
         return "what was learnt holds on other motions: more trajectories would teach nothing new"
@@ -274,7 +275,7 @@ def _end(points: list[CurvePoint]) -> str | None:
 
 @dataclass(frozen=True, eq=False)
 class _Staged:
-    """Makes the trajectories of a curve, stage by stage."""
+    """A _Staged workplace makes the trajectories of a curve, stage by stage."""
 
     case: Case
     folder: RunFolder
@@ -283,11 +284,11 @@ class _Staged:
     recipe_folder: Path | None
 
     def make(self, train: int, stage: str) -> None:
-        """Make so many trajectories to learn from, and those that judge; the stage has a name."""
+        """Make the training and validation trajectories of a stage with a name."""
         numbers = {"train": train, "validation": VALIDATION, "beyond": 0}
         recipe = self.case.recipe
         data = recipe.data.model_copy(update=numbers)
-        # those of error estimator and bound come when all numbers are known
+        # data of error estimator and bound are made when all numbers are known
         validation = recipe.validation.model_copy(update={"adversarial": 0})
         without = {"estimator": None, "bound": None, "validation": validation}
         changes = {"data": data, **without}

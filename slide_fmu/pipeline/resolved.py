@@ -1,4 +1,4 @@
-"""What a recipe leaves to be found is found once, and kept in its run folder."""
+"""This module finds open lengths of a recipe once, and keeps them in its run folder."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DECIDES = {"system", "window", "data", "estimator", "parameters"}
 
 
 class MadeFrom(TypedDict):
-    """This is what a memo of a recipe was made from, as its JSON holds it.
+    """MadeFrom holds the origin of a memo, as in its JSON.
 
     Attributes:
         recipe: tables of the recipe that it depends on.
@@ -40,20 +40,19 @@ class MadeFrom(TypedDict):
 def resolved_lengths(
     case: Case, open_keys: tuple[str, ...], place: Path, patience: float = math.inf
 ) -> tuple[FoundValues, AnySizing | None]:
-    """Return the lengths that a recipe leaves open, and how the window was sized, if it was now.
+    """Return the open lengths of a recipe, and the sizing of the window if it was done now.
 
-    The open keys of the case's recipe hold first guesses.
-
-    They are those that the file at ``place`` keeps, if it is about the same recipe and model; else
-    they are found from the system's motions, and kept there. Those that are found in a limited
-    time, the patience in s, are not kept if anything was left out for it.
+    The open keys of the case's recipe hold first guesses. Lengths are read from the file at
+    ``place`` if it belongs to the same recipe and model; else they are found from the system's
+    motions, and kept there. If motions were left out because of the patience, in s, the lengths
+    are not kept.
 
     Raises:
         DamagedFileError: the file is there, and damaged.
         LoadError: the source of the recipe cannot be made.
         ShortWindowError: no window can hold the system.
-        RecipeError: what the recipe gives does not fit the window that its system needs.
-        UnstableModeError, SimulationError, ValueError: as of ``size_window``.
+        RecipeError: the recipe does not fit the window that its system needs.
+        UnstableModeError, SimulationError, ValueError: as in ``size_window``.
     """
     recipe, source = case.recipe, case.source
     asked = {**recipe.model_dump(mode="json", include=DECIDES), "open_keys": list(open_keys)}
@@ -73,14 +72,14 @@ def resolved_lengths(
 def lengths_of_case(
     system: System, case: Case, open_keys: tuple[str, ...], patience: float
 ) -> Lengths:
-    """Find the lengths that a recipe leaves open, apart where its system may crash."""
+    """Find the open lengths of a recipe, in a separate program if its system may crash."""
     return guarded_case(case, _lengths, open_keys, patience)
 
 
 def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths:
-    """Find lengths; of a recipe with physical parameters those of the corner that asks for most.
+    """Find lengths; with physical parameters, of the corner with the longest memory.
 
-    There the memory is longest, and the eigenvalues alone do not tell it.
+    The eigenvalues alone do not show this corner.
     """
     cases = [case.at_ends(corner) for corner in case.corners()]
     found = [
@@ -91,7 +90,7 @@ def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths
 
 
 def memo_of(place: Path, asked: Tables, motion: FloatArray) -> Memo:
-    """Return the memo of what tables of a recipe, and its model's short motion, decide."""
+    """Return the memo that depends on tables of a recipe and its model's short motion."""
     made_from: MadeFrom = {"recipe": asked, "probe": motion.tolist()}
     return Memo(place, made_from, _same_model)
 

@@ -1,4 +1,4 @@
-"""The whole way leads from a recipe to an FMU that carries its report and its measured error."""
+"""This module makes an FMU from a recipe, with its report and its measured error."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ from slide_fmu.validation.plain_call import plain_call_figures
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
-"""Of the reference system in motion, where it draws itself; of another, who puts it into the run
-folder finds it on the card."""
+"""Picture of the reference system in motion. The model draws it if it can; otherwise a file of
+this name in the run folder is used."""
 
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished run has an FMU, the page of its report, the figures of ``report.json``, and what
-    a user must know of them (``slide_fmu.report.verdict``)."""
+    """A finished run has an FMU, the page of its report, the figures of ``report.json``, and
+    their verdict (``slide_fmu.report.verdict``)."""
 
     fmu: Path
     page: Path
@@ -65,12 +65,12 @@ def run_recipe(
     threads: int,
     overwrite: bool,
 ) -> Finished:
-    """Go the whole way with a recipe; what is there from an earlier run is not made again.
+    """Make the FMU of a recipe; results of an earlier run are used again.
 
     Args:
         job: the recipe and its run folder.
         seed: seed of the unseen trajectories that the FMU is measured on.
-        trajectories: their number; the recipe's if None.
+        trajectories: number of these trajectories; the recipe's if None.
         workers: processes that make the trajectories; one per core if None, and if 0 this one
             makes them.
         threads: threads of the training.
@@ -101,19 +101,19 @@ def run_recipe(
 
 
 def _is_trained(job: Job) -> bool:
-    """Tell whether all trajectories are there, and a surrogate that was trained of them."""
+    """Tell whether all trajectories exist, and a surrogate that was trained with them."""
     from slide_fmu.data.trajectories import require_trajectories
 
     try:
         require_trajectories(job.folder.store, job.recipe)
         job.folder.load_surrogate(job.recipe)
-    except ValueError:  # data or surrogate are missing, of another recipe, or damaged
+    except ValueError:  # data or surrogate are missing, belong to another recipe, or are damaged
         return False
     return True
 
 
 def _trainings(job: Job) -> set[str]:
-    """Name all trainings in the run folder; one of other code or data has another name."""
+    """Name all trainings in the run folder; other code or data change the name."""
     return {place.name for place in job.folder.checkpoints.glob("*.pt")}
 
 
@@ -126,21 +126,21 @@ def measure_trained(
     workers: int | None,
     search: SearchFigures | None = None,
 ) -> Finished:
-    """Write the FMU of a trained surrogate, measure it, and let it carry what was measured.
+    """Write the FMU of a trained surrogate, measure it, and add the figures to it.
 
     Args:
-        job: the recipe, and the run folder in which all is written.
+        job: the recipe, and the run folder for all files.
         trained: the surrogate; without histories the report says nothing of its training.
         origin: its provenance, without measured figures.
-        sizing: how its window was sized.
-        wanted: what it is measured on, by name; one of them is ``IN_RANGE``.
-        workers: processes that simulate; one per core if None, none if 0.
-        search: figures of a search for unnoticed errors that is known already; it is searched, if
-            the recipe asks for it, if None.
+        sizing: the sizing of its window.
+        wanted: the tasks of its validation, by name; one of them is ``IN_RANGE``.
+        workers: number of processes that simulate; one per core if None, no processes if 0.
+        search: known figures of a search for unnoticed errors; if None, the search is done if the
+            recipe asks for it.
 
     Raises:
         StageError: its records have changed since.
-        CoSimulationError: an FMU reports an error, or does not give what its surrogate gives.
+        CoSimulationError: an FMU reports an error, or differs from its surrogate.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
@@ -191,10 +191,10 @@ def measure_trained(
 
 
 def require_same_answers(surrogate: Surrogate, name: str) -> None:
-    """Refuse a surrogate of which the compiled library makes widely something else than numpy.
+    """Refuse a surrogate whose compiled library differs much from numpy.
 
     Raises:
-        CoSimulationError: it does.
+        CoSimulationError: the library differs.
     """
     with TemporaryDirectory(prefix="slide_fmu_run_") as folder:
         problems = wide_differences(export_fmu(surrogate, Path(folder) / f"{name}.fmu"))
@@ -208,7 +208,7 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
 def _searched(
     job: Job, surrogate: Surrogate, seed: int, known: SearchFigures | None
 ) -> tuple[SearchFigures | None, list[Attack]]:
-    """Search for unnoticed errors, if the recipe asks for it and nothing is known of it yet."""
+    """Search for unnoticed errors, if the recipe asks for it and no search was done yet."""
     starts = job.recipe.validation.adversarial
     if not starts or known is not None:
         return known if starts else None, []
@@ -221,10 +221,10 @@ def draw_mechanism(job: Job) -> str | None:
     """Draw the reference system into the run folder, if the recipe names a picture of it.
 
     Returns:
-        File name of the picture on the model card, perhaps of one that was there; None without.
+        File name of the picture on the model card, drawn now or found; None without one.
 
     Raises:
-        LoadError: there is no such picture.
+        LoadError: the function of the picture cannot be imported.
         SimulationError: the motion that is drawn could not be simulated.
     """
     place, name = job.folder.path / MECHANISM_PICTURE, job.recipe.system.picture

@@ -1,4 +1,4 @@
-"""The work on a recipe lies in one folder, which is resumable stage by stage."""
+"""A run folder holds the work on one recipe, which can be resumed stage by stage."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 KEPT = "surrogate", "recipe", "versions", "histories"
-"""Keys of what is kept about a training, beside the surrogate."""
+"""Keys of the file about a training."""
 
 
 TOGETHER_PATIENCE = 30.0
-"""Time in s for which a program waits for others that start to work together with it."""
+"""Time in s that a program waits for others that begin to work together with it."""
 
 
 class StageError(ValueError):
-    """A stage is asked for before the one it builds on, or while another program does one."""
+    """A stage is called before the one it builds on, or while another program does one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """A trained surrogate is kept by the run folder with how it was trained.
+    """A Trained surrogate is kept by the run folder with the history of its training.
 
     Attributes:
-        surrogate: with its error estimator, if it has one.
-        histories: course of the trainings, by stage; none of one that was trained elsewhere.
+        surrogate: the surrogate, with its error estimator if it has one.
+        histories: course of the trainings, by stage; empty if it was trained elsewhere.
         versions: versions of the packages that trained it.
     """
 
@@ -58,7 +58,7 @@ class RunFolder:
     path: Path
 
     def require_folder(self) -> None:
-        """Raise a StageError where something else than a folder is in the way."""
+        """Raise a StageError where the place is used by something other than a folder."""
         there = next(place for place in (self.path, *self.path.parents) if place.exists())
         if not there.is_dir():
             raise StageError(
@@ -67,7 +67,7 @@ class RunFolder:
             )
 
     def require_free(self) -> None:
-        """Raise a StageError where another program works in the folder now; make nothing."""
+        """Raise a StageError where another program works in the folder now; write nothing."""
         if self.path.exists():
             with self.alone():
                 pass
@@ -77,7 +77,7 @@ class RunFolder:
         """Keep other programs from working in the folder, until the block or this program ends.
 
         Raises:
-            StageError: another one does.
+            StageError: another program works in it.
             ClaimError: the disk cannot lock files.
         """
         with self._gate():
@@ -89,12 +89,12 @@ class RunFolder:
 
     @contextmanager
     def together(self, bar: Stages = lambda _: quiet) -> Iterator[None]:
-        """Work in the folder with others that do the same, and with none that works there alone.
+        """Work in the folder together with other programs, until the block or this program ends.
 
-        That lasts until the block or this program ends. The bar shows whom this program waits for.
+        No program may work there alone meanwhile. The bar shows which program this one waits for.
 
         Raises:
-            StageError: another one works there alone.
+            StageError: another program works there alone.
             ClaimError: the disk cannot lock files.
         """
         with ExitStack() as work:
@@ -111,14 +111,14 @@ class RunFolder:
         with ExitStack() as work:
             free = work.enter_context(locked(place))
             if not free and patience:
-                waiting = bar(f"waiting for another slide-fmu here ({_told(named)})")
+                waiting = bar(f"waiting for another slide-fmu here ({_described(named)})")
                 waiting(0, 1)
                 free = work.enter_context(locked(place, patience))
                 waiting(1, 1)
             if not free:
-                raise self._taken(_told(named))
+                raise self._taken(_described(named))
             work.callback(named.unlink, missing_ok=True)
-            # on a full disk the work itself says what it cannot write, the name is worth no error
+            # on a full disk the work itself reports what it cannot write
             with suppress(FullDiskError), writing(named):
                 named.write_text(_me(), encoding="utf-8")
             yield
@@ -136,42 +136,42 @@ class RunFolder:
 
     @property
     def store(self) -> Path:
-        """The trajectories lie here."""
+        """Place of the trajectories."""
         return self.path / "data.zarr"
 
     @property
     def checkpoints(self) -> Path:
-        """States of interrupted trainings lie here."""
+        """Place of the states of interrupted trainings."""
         return self.path / "checkpoints"
 
     @property
     def surrogate(self) -> Path:
-        """The trained surrogate lies here."""
+        """Place of the trained surrogate."""
         return self.path / "surrogate.slide"
 
     @property
     def training(self) -> Path:
-        """What the surrogate was trained from, and how that went, lies here."""
+        """Place of the recipe and history of the training."""
         return self.path / "training.json"
 
     @property
     def resolved(self) -> Path:
-        """What was found for keys that the recipe leaves open lies here."""
+        """Place of the values of open keys."""
         return self.path / "resolved.json"
 
     @property
     def numbers(self) -> Path:
-        """The learning curve by which numbers of trajectories are found lies here."""
+        """Place of the learning curve by which numbers of trajectories are found."""
         return self.path / "learning_curve.json"
 
     @property
     def cost(self) -> Path:
-        """The file that keeps how long a trajectory is simulated, where numbers follow from it."""
+        """Place of the simulation time of a trajectory, where numbers follow from it."""
         return self.path / "cost.json"
 
     @property
     def sizing(self) -> Path:
-        """The figures of the last sizing of the window lie here."""
+        """Place of the figures of the last sizing of the window."""
         return self.path / "window.json"
 
     def fmu(self, recipe: Recipe) -> Path:
@@ -185,7 +185,7 @@ class RunFolder:
         histories: Mapping[str, History],
         versions: Mapping[str, str],
     ) -> None:
-        """Keep a trained surrogate, how its trainings went, and where it comes from."""
+        """Keep a trained surrogate, the history of its trainings, and its provenance."""
         data = surrogate.to_bytes()
         record = {
             "surrogate": hashlib.sha256(data).hexdigest(),
@@ -197,7 +197,7 @@ class RunFolder:
         write_whole(self.training, json.dumps(sealed(record)).encode("utf-8"))
 
     def require_surrogate(self) -> None:
-        """Raise a StageError where nothing was trained."""
+        """Raise a StageError without a trained surrogate."""
         if not (self.surrogate.exists() and self.training.exists()):
             raise StageError(
                 f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
@@ -207,8 +207,8 @@ class RunFolder:
         """Return the trained surrogate of a recipe.
 
         Raises:
-            DamagedFileError: how it was trained cannot be read.
-            StageError: nothing was trained here, or it was trained from another recipe.
+            DamagedFileError: the file about its training cannot be read.
+            StageError: no surrogate was trained here, or it was trained from another recipe.
         """
         self.require_surrogate()
         record = read_kept(self.training, KEPT, "train again (slide-fmu train RECIPE)")
@@ -234,13 +234,13 @@ def _me() -> str:
 
 
 def _program(name: str) -> str:
-    """Say which process a name as of ``_me`` means."""
+    """Describe the process of a name made by ``_me``."""
     host, _, process = name.rpartition(".")[0].rpartition(".")
     return f"process {process}" + ("" if host == socket.gethostname() else f" on {host}")
 
 
-def _told(place: Path) -> str:
-    """Say which process a file names."""
+def _described(place: Path) -> str:
+    """Describe the process that a file names."""
     try:
         name = place.read_text(encoding="utf-8")
     except OSError:
@@ -253,7 +253,7 @@ def _told(place: Path) -> str:
 
 
 def _learnt(recipe: Tables) -> Tables:
-    """Return what a recipe says about learning: not how the result is tested and measured."""
+    """Return the part of a recipe about learning, without tests and measurements."""
     untaught = ("description", "equations", "stability", "validation", "apps")
     learnt = {k: v for k, v in recipe.items() if k not in untaught}
     system = recipe["system"].items()
@@ -265,10 +265,10 @@ def _learnt(recipe: Tables) -> Tables:
 def recipe_of_provenance(provenance: Provenance | None, source: str) -> Recipe:
     """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
-    What the recipe left to be found has the values that it was resolved to (``resolved``).
+    Open keys have the values that were found (``resolved``).
 
     Raises:
-        StageError: it carries none.
+        StageError: the FMU carries no recipe.
         RecipeError: it is no valid recipe, or its values do not fit it.
     """
     if not provenance or not isinstance(provenance.get("recipe"), str):

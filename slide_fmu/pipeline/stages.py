@@ -1,4 +1,4 @@
-"""The stages up to the surrogate: window, data, training, and the test of stability.
+"""This module does the stages up to the surrogate: window, data, training, test of stability.
 
 Their jobs have been checked (``slide_fmu.pipeline.job.checked``), once for all stages.
 """
@@ -40,10 +40,10 @@ class DataFigures:
     """These are the figures of the data of a recipe.
 
     Attributes:
-        trajectories: their numbers by what they are for.
-        made_now: how many were made by this program, which took ``wall_time_s``.
-        failed: how many had failed, of which others took the place.
-        remark: what one should know of those beyond the range.
+        trajectories: numbers of trajectories by their use.
+        made_now: number that this program made in ``wall_time_s``.
+        failed: number of failed trajectories, which were replaced.
+        remark: remark on failed trajectories beyond the range.
     """
 
     trajectories: Mapping[str, int]
@@ -63,8 +63,8 @@ class TrainingFigures:
     Attributes:
         validation_error: the best one by stage, in scaled units.
         parameters: number of the network's parameters.
-        sizes_tried: what a search for sizes has judged.
-        remark: what one should know of the result.
+        sizes_tried: sizes that a search has tried.
+        remark: remark on the result.
     """
 
     validation_error: Mapping[str, float]
@@ -75,9 +75,9 @@ class TrainingFigures:
 
 
 def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
-    """Return the decay times of the recipe's system along its motions, of a seed or the data's.
+    """Return the decay times of the recipe's system along its motions, with a seed or the data's.
 
-    When the patience, in s, is gone, the rest of the motions is left out.
+    After the patience, in s, the remaining motions are left out.
 
     Raises:
         LoadError: the system cannot be made.
@@ -87,12 +87,12 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
 
 @asked_of_sources
 def size_case(system: System, case: Case, seed: int | None, patience: float) -> AnySizing:
-    """Size the window of a case, as ``size_recipe`` does, apart where its system may crash."""
+    """Size the window of a case, in a separate program if its system may crash."""
     return guarded_case(case, _sizing, seed, patience)
 
 
 def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
-    """Size the window; with physical parameters at the corner whose memory is longest."""
+    """Size the window; with physical parameters, at the corner with the longest memory."""
     found = []
     for corner in case.corners():
         at = case.at_ends(corner)
@@ -101,14 +101,14 @@ def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
 
 
 def _memory(sizing: Sizing) -> tuple[bool, float]:
-    """Sizings compare by whether a window is refused, then by the longest decay time in s."""
+    """Sort key of sizings: refused windows last, then by longest decay time in s."""
     times = sizing.measured.times
     met = times[np.isfinite(times)]
     return sizing.refusal is not None, max(sizing.needed, float(met.max(initial=0.0)))
 
 
 def remark_on_step(case: Case) -> str | None:
-    """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
+    """Say that a recipe's step is too coarse or wastes samples; else None.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -118,7 +118,7 @@ def remark_on_step(case: Case) -> str | None:
 
 @asked_of_sources
 def step_of_case(system: System, case: Case) -> str | None:
-    """Say what ``remark_on_step`` says, apart where the system may crash."""
+    """Return ``remark_on_step``, in a separate program if the system may crash."""
     return guarded_case(case, step_remark)
 
 
@@ -136,8 +136,7 @@ def check_window(job: Job) -> AnySizing:
 def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
     """Return the job with all its numbers of trajectories; those left open are found.
 
-    The workplace makes the trajectories that this takes. With ``overwrite`` the store is removed
-    first.
+    The workplace makes the trajectories for this. With ``overwrite`` the store is removed first.
 
     Raises:
         StoreError: the store was made from other values.
@@ -219,7 +218,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     """Test a state-space surrogate beyond its amplitude; the charts of a failure are kept.
 
     Raises:
-        UnstableSurrogateError: it failed, and the recipe does not allow that.
+        UnstableSurrogateError: the test failed, and the recipe does not allow that.
     """
     tests = check_stability(surrogate, job.recipe, job.case.source)
     page = job.folder.path / STABILITY_REPORT
@@ -247,15 +246,15 @@ def generate_recipe(
         job: the recipe and its run folder.
         workers: number of processes of this machine; one per core if None.
         executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
-        overwrite: whether data that are there are made again.
+        overwrite: whether existing data are made again.
 
     Raises:
         ClaimError: the disk cannot lock files.
         ClusterError: the cluster cannot be used.
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
-            of ``check_window``, ``choose_numbers`` and ``generate_data``.
+            in ``check_window``, ``choose_numbers`` and ``generate_data``.
         StageError: another program works in the run folder alone.
-        ValueError: workers and executor do not go together, or the address is of another form.
+        ValueError: both workers and executor are given, or the address is invalid.
     """
     place = Workplace(workers, executor)
     job = checked(job)

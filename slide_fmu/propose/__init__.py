@@ -1,5 +1,5 @@
-"""This room begins with a model or a record that has no recipe yet: ``init``, ``try``.
+"""This room proposes a recipe for a model or a record, and tries it: ``init``, ``try``.
 
-It looks at the system, proposes a recipe and says what was assumed. A recipe is run in
+It simulates the system, proposes a recipe and names its assumptions. A recipe is run in
 ``pipeline``; nothing is trained or exported here.
 """

@@ -1,4 +1,4 @@
-"""The inputs and outputs of a first recipe, with their ranges and where these come from."""
+"""This module proposes inputs and outputs of a first recipe, with ranges and their origins."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from slide_fmu.recipe.writing import DraftSignal, recipe_name
 from slide_fmu.systems.declared import Declared, SignalTable, SignalTables
 
 MARGIN = 0.2
-"""Ranges of outputs are wider than what was seen, by this part of it at both ends."""
+"""Ranges of outputs are wider than the seen values, by this part of them at both ends."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
 FINE = ("function", "fmu")
 """Models of these kinds step more finely than their surrogate, and let inputs move meanwhile."""
 
 Ranges = Mapping[str, tuple[float, float] | None]
-"""Ranges of inputs by name, in their units; None where the model shall say them."""
+"""Ranges of inputs by name, in their units; None for the model's range."""
 
 
 def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     """Read inputs of the command line: ``NAME=LOW..HIGH``, or ``NAME`` for the model's range.
 
     Raises:
-        RecipeError: a text is neither of them.
+        RecipeError: a text has neither form.
     """
     found: dict[str, tuple[float, float] | None] = {}
     for text in texts:
@@ -57,13 +57,13 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
 
 
 def draft_inputs(found: Declared, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
-    """Return the inputs that the surrogate shall have, with the user's ranges or the model's.
+    """Return the inputs of the surrogate, with the user's ranges or the model's.
 
-    Inputs of which the model says no hold move between samples, where it steps more finely than
-    its surrogate; ``hold`` is what the user says instead.
+    Inputs without a hold in the model move between samples if the model steps more finely than its
+    surrogate; ``hold`` is the user's choice instead.
 
-    They are those that the user names, in that order, where a recipe may leave out inputs of the
-    model, and all inputs of the model in its order elsewhere.
+    If a recipe may leave out inputs of the model, the result has the inputs that the user names,
+    in that order; else all inputs of the model in its order.
 
     Raises:
         RecipeError: a name is not one of the model, a range is not known, or the model declares
@@ -85,7 +85,7 @@ def draft_inputs(found: Declared, given: Ranges, hold: Hold | None = None) -> li
 
 
 def draft_outputs(found: Declared, names: Sequence[str]) -> list[DraftSignal]:
-    """Return the outputs that the surrogate shall have, without what is to be seen of ranges.
+    """Return the outputs of the surrogate, without ranges that are still to be found.
 
     Raises:
         RecipeError: a name is not one of the model, or the model declares its signals itself.
@@ -98,10 +98,10 @@ def draft_outputs(found: Declared, names: Sequence[str]) -> list[DraftSignal]:
 def ranged_outputs(
     outputs: list[DraftSignal], seen: FirstLook, chosen: bool
 ) -> tuple[list[DraftSignal], list[str]]:
-    """Return outputs with ranges that hold what was seen, and remarks on those that are left out.
+    """Return outputs with ranges around the seen values, and remarks on left-out outputs.
 
-    Outputs that never moved are left out, unless the user has chosen them or nothing moved at all.
-    Nothing changes where ranges were not asked for (``seen.motions`` is 0).
+    Outputs that never moved are left out, unless the user has chosen them or no output moved.
+    Nothing changes if no ranges were to be found (``seen.motions`` is 0).
     """
     if not seen.motions:
         return outputs, []
@@ -119,7 +119,7 @@ def ranged_outputs(
 
 
 def require_name(name: str | None) -> None:
-    """Refuse a name that no recipe can have, before anything is simulated or read.
+    """Refuse an invalid name of a recipe, before anything is simulated or read.
 
     Raises:
         RecipeError: the name is no C identifier.
@@ -137,14 +137,14 @@ def names_of(signals: Iterable[DraftSignal]) -> str:
 
 
 def _require_declared(what: str, found: Declared, wanted: Mapping[str, str]) -> None:
-    """Refuse to choose signals of a class; ``wanted`` are names with what was said of each."""
+    """Refuse to choose signals of a class; ``wanted`` are names with the option of each."""
     if not wanted:
         return
     declared: SignalTables = getattr(found, f"{what}s")
-    name, said = next(iter(wanted.items()))
+    name, option = next(iter(wanted.items()))
     own = ", ".join(f"{one} ({_ends(table.range)})" for one, table in declared.items())
     raise RecipeError(
-        f"--{what} {name}{said and f'={said}'}: a class declares its signals itself, and "
+        f"--{what} {name}{option and f'={option}'}: a class declares its signals itself, and "
         f"{found.model!r} has the {what}s {own}; expected no --{what}: leave it out, or change "
         f"self.{what}s in the class"
     )
@@ -155,10 +155,10 @@ def _ends(limits: tuple[float, float] | None) -> str:
 
 
 def require_models(names: Sequence[str]) -> None:
-    """Refuse recipes and spreadsheets by their names, before anything else is said of them.
+    """Refuse recipes and spreadsheets by their names, before any other message.
 
     Raises:
-        RecipeError: a name is neither that of a model nor that of a measured record.
+        RecipeError: a name belongs neither to a model nor to a measured record.
     """
     for name in names:
         other = file_of_another_kind(name, "a model (.py, .fmu) or a measured record (.csv)")
@@ -172,7 +172,7 @@ def proposed_name(model: str, name: str | None) -> str:
 
 
 def _chosen(what: str, found: Declared, names: Iterable[str]) -> dict[str, SignalTable]:
-    """Return the inputs or outputs that are named, in that order; all of the model if none are."""
+    """Return the inputs or outputs that are named, in that order, else all."""
     offered: SignalTables = getattr(found, f"{what}s")
     wanted: list[str] = []
     for name in names:
@@ -231,13 +231,14 @@ _ACTS: dict[Hold, str] = {
         'step: hold = "first_order" lets it move.'
     ),
 }
-"""What a recipe says of each hold."""
+"""Comment of a recipe for each hold."""
 
 
 def _with_given_range(table: SignalTable, given: tuple[float, float]) -> tuple[SignalTable, str]:
-    """Return an input with the user's range, and what is said of it.
+    """Return an input with the user's range, and the comment on it.
 
-    A model's start value is often 0, whatever its inputs may be: the nearest end takes its place.
+    A model's start value is often 0, even if this is out of the range: then the nearest end is
+    used.
     """
     start, origin = table.start, "The range was given."
     if start is not None and not given[0] <= start <= given[1]:
@@ -247,7 +248,7 @@ def _with_given_range(table: SignalTable, given: tuple[float, float]) -> tuple[S
 
 
 def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:
-    """Return an output with a range: its own, or one that holds what was seen in motions."""
+    """Return an output with a range: its own, or one around its values in motions."""
     if draft.table.range is not None:
         return replace(draft, origin="The model declares the range.")
     count = "one motion" if motions == 1 else f"{motions} motions"
@@ -257,7 +258,7 @@ def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> 
 
 
 def widened(low: float, high: float) -> tuple[float, float]:
-    """Return a range a little wider, its ends with two digits that count."""
+    """Return a range a little wider, its ends with two significant digits."""
     margin = MARGIN * (high - low) or max(1.0, abs(high))
     digits = 1 - math.floor(math.log10(high - low + 2 * margin))
     unit = 10.0**-digits

@@ -1,4 +1,4 @@
-"""A model is simulated for some seconds before it has a recipe: its step, and where outputs go."""
+"""This module simulates a model before it has a recipe, for its step and ranges of outputs."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ FIRST_STEP = 0.01
 SAMPLES = 1000
 """Each motion by which ranges of outputs are found has this many samples."""
 INSIDE = 4
-"""Inputs are held constant at so many points inside of their ranges, beside all corners."""
+"""Number of points inside of the ranges where inputs are held, in addition to all corners."""
 ABOVE_MODES = 3.0
 """A weakly damped resonance has a bandwidth of up to this many times its own frequency."""
 PATIENCE = 20.0
-"""No further motion is begun after this time in s, nor a further rest after as much again."""
+"""No further motion is begun after this time in s, nor a further rest after twice this time."""
 
 MakeTables = Callable[[float], Sequence[KindTable]]
 """Makes the tables of the excitation for a sample step in s."""
@@ -45,15 +45,15 @@ MakeTables = Callable[[float], Sequence[KindTable]]
 
 @dataclass(frozen=True, eq=False)
 class FirstLook:
-    """A FirstLook is what was found by simulating a model.
+    """A FirstLook holds the results of simulating a model.
 
     Attributes:
         step: sample step h in s.
-        origin: where the step comes from.
+        origin: origin of the step.
         low, high: least and greatest outputs that were seen, shape (n_outputs,).
         still: whether an output moved in the later half of no motion, shape (n_outputs,).
-        motions: how many motions showed them; 0 if none were asked for.
-        remarks: one sentence each on what failed.
+        motions: number of motions; 0 if no ranges were to be found.
+        remarks: one sentence for each failure.
     """
 
     step: float
@@ -67,11 +67,11 @@ class FirstLook:
 
 @dataclass(frozen=True)
 class Looking:
-    """Looking says what a model is looked at for.
+    """Looking holds the settings with which a model is simulated.
 
     Attributes:
-        specification: what it is made from; its step is proposed if None.
-        origin: where that step comes from.
+        specification: specification of the model; its step is proposed if None.
+        origin: origin of that step.
         excitation: makes the tables by which ranges of outputs are found; None if they are known.
     """
 
@@ -81,7 +81,7 @@ class Looking:
 
 
 def look(looking: Looking, progress: Progress) -> FirstLook:
-    """Simulate a model: for its step if there is none, and for the ranges of its outputs.
+    """Simulate a model to find its step, if it has none, and the ranges of its outputs.
 
     Raises:
         LoadError: the model cannot be made.
@@ -107,7 +107,7 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
 
 
 def _step(looking: Looking) -> tuple[float, str, str | None]:
-    """Return the sample step in s, where it comes from, and a remark or None."""
+    """Return the sample step in s, its origin, and a remark or None."""
     given = looking.specification
     if given.step is not None:
         return given.step, looking.origin, None
@@ -161,7 +161,7 @@ def _step_of_modes(system: System, bandwidth: float | None) -> tuple[float, str]
 def _outputs(
     system: System, kinds: Sequence[Kind], progress: Progress
 ) -> tuple[FloatArray, str | None]:
-    """Return outputs of motions, one of each kind of excitation, and of rests, and what failed.
+    """Return outputs of motions, one of each kind of excitation, and of rests, and remarks.
 
     The shape is (motions, SAMPLES + 1, n_outputs). Where the system fails on a motion, another one
     takes its place.
@@ -196,7 +196,7 @@ def _outputs(
 def _constant_inputs(system: System, kinds: Sequence[Kind]) -> list[FloatArray]:
     """Return inputs held at the corners of their ranges and at points inside, (SAMPLES, n_inputs).
 
-    There are none of a system whose inputs are moved as drives move them, or are angles.
+    The result is empty if the inputs are set points of drives, or angles.
     """
     if not any(isinstance(kind, Box) for kind in kinds):
         return []
@@ -239,11 +239,11 @@ def _idle_inputs(system: System, kind: Kind) -> list[str]:
             still[:, index] = inputs[0, index]
             still = on_circles(system.inputs, still)
             if np.array_equal(still, inputs):
-                continue  # it did not move, which shows nothing
+                continue  # it did not move, so its effect is unknown
             if np.array_equal(simulate(system, still).outputs, outputs):
                 remarks.append(
                     f"input {signal.name!r} changes no output: the surrogate does not need it"
                 )
     except SimulationError:
-        return remarks  # the system fails on some motions, which another remark tells
+        return remarks  # another remark reports motions on which the system fails
     return remarks

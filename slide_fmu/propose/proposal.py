@@ -1,4 +1,4 @@
-"""A first recipe is proposed for a model: what it declares is found, the rest is assumed."""
+"""This module proposes a first recipe from the declarations of a model and assumptions."""
 
 from __future__ import annotations
 
@@ -39,34 +39,35 @@ from slide_fmu.systems.specification import Specification
 FIRST_STEP = 0.01
 """A model without a step is made with this one, in s, to see what it offers."""
 MOVING: tuple[InputKind, ...] = ("moving", "rates")
-"""What inputs are that may bend between samples."""
+"""Kinds of inputs that may bend between samples."""
 SUBSTEPS, STAIRS = 4, 10
-"""Moving inputs bend in so many parts of a sample step: what is left of a bend is a sixteenth. An
-FMU that is stepped through a sample by so many stairs anyway (``fmu-substeps``) gets as many."""
+"""Parts of a sample step for moving inputs: with SUBSTEPS, a sixteenth of a bend is left. An FMU
+that is stepped through a sample by up to STAIRS steps anyway (``fmu-substeps``) gets the same
+number."""
 UNSEEN = (-1.0, 1.0)
-"""Outputs whose range is still to be found are made with this one, which nothing depends on."""
+"""Range of outputs until their range is found; no result depends on it."""
 
 
 @dataclass(frozen=True)
 class Wish:
-    """A Wish is what the user said about the recipe to be.
+    """A Wish holds the options of a user for a first recipe.
 
     Attributes:
         model: path of an FMU or a Python file, or ``"package.module:Class"``.
-        inputs: ranges of inputs by name, None where the model shall say it. Of an FMU the
-            surrogate has these inputs in this order, if there are any here, else all.
+        inputs: ranges of inputs by name, None for the model's range. For an FMU, the
+            surrogate has these inputs in this order, or all if empty.
         outputs: names of the outputs that the surrogate has, in its order; all if empty.
-        kind: kind of the system; found out if None.
-        step: sample step in s; found out if None.
-        name: name of the recipe; that of the model if None.
-        folder: folder of the recipe to be, from which its model is found.
-        chain: URDF of the robot whose joints' set points the inputs are; the only one beside the
-            model if None, where it fits.
-        hold: how inputs act between samples; by what the model can take if None.
-        fmu_step: step in s by which the FMU is run for which the surrogate stands in, whose inputs
-            are held over it; None if they move smoothly.
-        further: more models, of a kind of which there may be several.
-        time: column of times, of files that have them.
+        kind: kind of the system; found if None.
+        step: sample step in s; found if None.
+        name: name of the recipe; the name of the model if None.
+        folder: folder of the new recipe; the path of its model is relative to it.
+        chain: URDF of the robot whose joints' set points the inputs are; if None, the only URDF in
+            the model's folder, where it fits.
+        hold: hold of the inputs; if None, it follows from the model.
+        fmu_step: step in s of the importer that runs the replaced FMU, over which its inputs are
+            held; None if they move smoothly.
+        further: further models, of a kind that may have several.
+        time: column of times, for files that have one.
     """
 
     model: str
@@ -85,12 +86,12 @@ class Wish:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A Proposal is a first recipe, and what was found and assumed on the way.
+    """A Proposal is a first recipe with its findings and assumptions.
 
     Attributes:
         text: the recipe as TOML.
-        draft: what it says.
-        remarks: one sentence each on what was assumed.
+        draft: its contents.
+        remarks: one sentence for each assumption.
     """
 
     text: str
@@ -100,16 +101,16 @@ class Proposal:
 
 @dataclass(frozen=True, eq=False)
 class _Begun:
-    """This says what is known of a recipe before the model is simulated.
+    """_Begun holds the known parts of a recipe before the model is simulated.
 
     Attributes:
-        found: what the model declares.
-        inputs, outputs: signals that the surrogate shall have.
+        found: declarations of the model.
+        inputs, outputs: signals of the surrogate.
         chain: the serial chain whose set points the inputs are, if there is one.
-        specification: what the system is made from; its step is None if it is to be proposed.
+        specification: specification of the system; its step is None if it is to be proposed.
         system: the system, with some step.
         tables: makes the tables of the excitation.
-        kind: what the inputs are.
+        kind: kind of the inputs.
     """
 
     found: Declared
@@ -128,11 +129,11 @@ class _Begun:
 
 
 def propose_unsimulated(wish: Wish) -> Proposal | None:
-    """Propose a recipe for what nobody simulates; None where the wish is of a model.
+    """Propose a recipe for data that are not simulated; None where the wish names a model.
 
     Raises:
-        LoadError, RecipeError: as of the kind that is wished.
-        ValueError: the wish says how a model acts.
+        LoadError, RecipeError: the data cannot be used.
+        ValueError: the wish has options for models only.
     """
     for room in UNSIMULATED.values():
         module = import_module(f"{room}.proposal")
@@ -148,8 +149,8 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     Raises:
         LoadError: the model cannot be made.
         RecipeError: the range of an input is not known, a name is not one of the model, signals of
-            a class are chosen, the inputs are not the set points of the chain that is given, or a
-            recipe cannot have the name that is wished.
+            a class are chosen, the inputs are not the set points of the given chain, or the name
+            of the recipe is invalid.
         UrdfError: that chain cannot be read.
         FmuError: an FMU of slide-fmu is damaged.
         NotForgettingError: its outputs integrate, so that no window can hold it.
@@ -162,8 +163,9 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     seen = _look(begun, wish, progress)
     outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
     draft = _draft(wish, begun, seen, outputs)
-    told = [] if begun.chain.remark is None else [begun.chain.remark]
-    remarks = (*begun.found.remarks, *_on_inputs(begun, draft), *told, *seen.remarks, *left_out)
+    on_chain = [] if begun.chain.remark is None else [begun.chain.remark]
+    before = (*begun.found.remarks, *_on_inputs(begun, draft), *on_chain)
+    remarks = (*before, *seen.remarks, *left_out)
     return Proposal(recipe_text(draft), draft, remarks)
 
 
@@ -186,10 +188,10 @@ def _require_fmu_step(wish: Wish) -> None:
 
 
 def _as_it_runs(found: Declared, wish: Wish) -> Declared:
-    """Return what a model declares, with inputs that act as where an importer runs it by steps.
+    """Return a model's declarations, with the hold of inputs as its importer runs it.
 
-    They are held where the surrogate has the same step, and move over longer ones. Inputs that the
-    model declares as held stay so.
+    Inputs are held if the surrogate has the same step, and move over longer steps. Inputs that the
+    model declares as held stay held.
     """
     if wish.fmu_step is not None:
         found = replace(found, step=None, held_step=wish.fmu_step)
@@ -204,7 +206,7 @@ def _as_it_runs(found: Declared, wish: Wish) -> Declared:
 
 
 def _on_inputs(begun: _Begun, draft: ModelDraft) -> list[str]:
-    """Say how the inputs of an FMU act as the recipe has them."""
+    """Return remarks on the hold of an FMU's inputs in the recipe."""
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
     made = replace(begun.specification, step=draft.step, parameters=parameters)
     remark = load_system(made).input_remark if begun.found.kind == "fmu" else None
@@ -212,7 +214,7 @@ def _on_inputs(begun: _Begun, draft: ModelDraft) -> list[str]:
 
 
 def _begin(wish: Wish) -> _Begun:
-    """Find out what a model declares, and make a system of it."""
+    """Find the declarations of a model, and make a system of it."""
     declared = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
     found = _as_it_runs(declared, wish)
     inputs, outputs = (
@@ -232,13 +234,13 @@ def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
     found, system = begun.found, begun.system
     looking = Looking(begun.specification, _origin(wish), None if begun.own else begun.tables)
-    # what shows progress cannot cross to another program
+    # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress
     return guarded(system, (found.model, found.kind), look, looking, shown)
 
 
 def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> ModelDraft:
-    """Return what the recipe says."""
+    """Return the contents of the recipe."""
     found, chain = begun.found, begun.chain.path
     step, origin, fmu_step = _run_by_steps(begun, wish, seen)
     name = proposed_name(found.model, wish.name)
@@ -260,9 +262,9 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
 
 
 def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, str, float | None]:
-    """Return sample step in s, its origin, and the step of an importer that recipe names.
+    """Return sample step in s, its origin, and the importer's step for the recipe.
 
-    A proposed step becomes a whole number of those, which can be divided where it is large.
+    A proposed step becomes an integer multiple of the importer's step, divisible if it is large.
     """
     own, step = begun.found.held_step, seen.step
     if own is None:
@@ -288,15 +290,15 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
     parts = STAIRS if begun.system.climbs else SUBSTEPS
     try:
         finer = load_system(replace(begun.specification, step=step / parts))
-    except LoadError:  # the model has a step of its own
+    except LoadError:  # the model has its own step
         return 1
     return parts if math.isclose(finer.step, step / parts) else 1
 
 
 def kind_of_inputs(system: System) -> InputKind:
-    """Return what the inputs of a system are.
+    """Return the kind of the inputs of a system.
 
-    They are set points of drives where they are those of its chain, or all are angles.
+    They are set points of drives if they belong to its chain, or if all are angles.
     """
     if chain_of(system) is not None or are_angles(system.inputs):
         return "set_points"
@@ -308,7 +310,7 @@ def kind_of_inputs(system: System) -> InputKind:
 
 
 def _from_folder(model: str, folder: Path) -> str:
-    """Return how a recipe in a folder names a model: a file by its path from there."""
+    """Return the name of a model in a recipe: a file has its path from the folder."""
     file, colon, name = model.partition(":")
     if not Path(file).is_file():
         return model
@@ -318,7 +320,7 @@ def _from_folder(model: str, folder: Path) -> str:
 def _specification(
     found: Declared, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
 ) -> Specification:
-    """Return what the system is made from; its step is None where it is to be proposed."""
+    """Return the specification of the system; its step is None if it is to be proposed."""
     own, unseen = found.kind == "class", SignalTable(range=UNSEEN)
     return Specification(
         found.model,
@@ -330,7 +332,7 @@ def _specification(
 
 
 def _origin(wish: Wish) -> str:
-    """Say where a step comes from that is not proposed."""
+    """Return the origin of a step that is not proposed."""
     if wish.step is not None:
         return "The sample step in s that was given."
     return "The sample step in s that the model suggests."

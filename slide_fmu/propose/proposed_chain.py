@@ -1,4 +1,4 @@
-"""Whether the inputs of a model are the set points of a robot whose URDF is there."""
+"""This module finds the URDF of a robot whose set points are the inputs of a model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ProposedChain:
 
     Attributes:
         path: the file, or None.
-        remark: what was found beside the model; None if nothing was.
+        remark: remark on URDFs in the model's folder; None without any.
     """
 
     path: Path | None
@@ -29,11 +29,11 @@ class ProposedChain:
 
 
 def proposed_chain(model: str, given: Path | None, inputs: Sequence[DraftSignal]) -> ProposedChain:
-    """Find the URDF of a model: the one that is given, else the only one beside the model's file.
+    """Find the URDF of a model: the given one, else the only one in the model's folder.
 
     Raises:
-        UrdfError: the file that is given is no URDF of a serial chain.
-        RecipeError: its joints are not what the inputs set.
+        UrdfError: the given file is no URDF of a serial chain.
+        RecipeError: its joints are not set by the inputs.
     """
     if given is not None:
         mismatch = _mismatch(given, inputs)
@@ -44,25 +44,25 @@ def proposed_chain(model: str, given: Path | None, inputs: Sequence[DraftSignal]
             )
         return ProposedChain(given)
     file = Path(model.partition(":")[0])
-    beside = sorted(file.parent.glob("*.urdf")) if file.is_file() else []
-    if len(beside) > 1:
-        names = [path.name for path in beside]
-        return ProposedChain(None, f"the files {names} lie beside the model; --chain takes one")
-    if not beside:
+    found = sorted(file.parent.glob("*.urdf")) if file.is_file() else []
+    if len(found) > 1:
+        names = [path.name for path in found]
+        return ProposedChain(None, f"the files {names} lie next to the model; --chain takes one")
+    if not found:
         return ProposedChain(None)
     try:
-        mismatch = _mismatch(beside[0], inputs)
+        mismatch = _mismatch(found[0], inputs)
     except UrdfError as error:
         mismatch = str(error)
     if mismatch is not None:
-        return ProposedChain(None, f"{beside[0].name} beside the model is not used: {mismatch}")
+        return ProposedChain(None, f"{found[0].name} next to the model is not used: {mismatch}")
     return ProposedChain(
-        beside[0], f"{beside[0].name} lies beside the model: its joints are what the inputs set"
+        found[0], f"{found[0].name} lies next to the model: its joints are what the inputs set"
     )
 
 
 def are_angles(inputs: Sequence[Signal]) -> bool:
-    """Tell whether all inputs are angles as such, none their cosines or sines."""
+    """Tell whether all inputs are angles themselves, not their cosines or sines."""
     return all(signal.unit in ANGLES for signal in inputs)
 
 

@@ -1,4 +1,4 @@
-"""An FMU of slide-fmu may be the model itself: its surrogate says more than its description."""
+"""This module reads what an FMU of slide-fmu, used as a model, declares in its surrogate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REMARK = (
 
 
 def as_surrogate(found: Declared, outputs_chosen: bool) -> Declared:
-    """Return what is known of an FMU of slide-fmu; what else was found stays as it is.
+    """Return declarations from the surrogate of an FMU of slide-fmu; all others stay as found.
 
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen
     outputs; they have the ranges that the recipe intended, which the FMU does not declare. Its

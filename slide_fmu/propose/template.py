@@ -1,4 +1,4 @@
-"""Small models that run, for who has none yet."""
+"""This module writes small models that run, for users without a model."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ TEMPLATES = ("function", "exudyn")
 def write_template(name: str, kind: str | None) -> str | None:
     """Write a small model that runs, for a name that is no model yet, and return its path.
 
-    None is returned where the name is that of a file or module already, or the kind has no
-    template.
+    None is returned if a file or module has the name already, or if the kind has no template.
 
     Raises:
-        ValueError: a new file cannot have that name, or there is no such FMU.
+        ValueError: the name is invalid for a new file, or the named FMU does not exist.
         OSError: the file cannot be written.
     """
     if kind == "fmu" and not _is_there(name):
@@ -51,10 +50,10 @@ def _is_there(name: str) -> bool:
 
 
 def _require_module(name: str, stem: str, kind: str) -> None:
-    """Refuse a name that is neither that of a new file nor that of a module, maybe in a package.
+    """Refuse a name that is valid neither for a new file nor for a module.
 
     Raises:
-        ValueError: with a name that would do.
+        ValueError: the message has a valid name.
     """
     module = stem.partition(":")[0]
     if all(part.isidentifier() for part in module.split(".")):

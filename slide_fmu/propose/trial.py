@@ -1,4 +1,4 @@
-"""A recipe is tried before it is run: whether everything fits, and what it will cost."""
+"""This module tries a recipe before it is run: its tables, its window, and its time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from slide_fmu.validation.plain_call import cost_of_holding
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
 MOST_TIME = 10.0
-"""Each kind that a run needs is simulated once, for about this time in s at most, together."""
+"""Approximate limit in s for simulating all kinds that a run needs once."""
 OFFERS: dict[str, type] = {
     "steps": Stepping,
     "states": Restorable,
@@ -49,14 +49,14 @@ OFFERS: dict[str, type] = {
     "linearization": Linearizable,
     "geometry of a serial chain": Chained,
 }
-"""What a system may offer beside its outputs, by its name for people."""
+"""Offers of a system in addition to its outputs, by their names for people."""
 STEPS = 4
-"""A trial shows its progress in so many steps, the first of which ends with the lengths."""
+"""Number of steps of a trial's progress; the first one ends with the lengths."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TriedSystem:
-    """This is the system that was tried, with its signals and what it offers besides."""
+    """This is the tried system with its signals and further offers."""
 
     kind: str
     model: str
@@ -67,13 +67,13 @@ class TriedSystem:
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """These are the data of a recipe and what they cost.
+    """These are the data of a recipe and the time that they take.
 
     Attributes:
-        trajectories: their numbers by what they are for.
-        at_least: whether there may be more.
-        wall_time_per_simulated_second_s: in one process; None of records.
-        expected_wall_time_s: with so many workers.
+        trajectories: numbers of trajectories by their use.
+        at_least: whether the numbers may grow.
+        wall_time_per_simulated_second_s: time in one process; None for records.
+        expected_wall_time_s: time with ``workers`` processes.
     """
 
     trajectories: Mapping[str, int]
@@ -99,14 +99,14 @@ class TrialFigures:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A Trial is what was found out about a recipe without data.
+    """A Trial holds the findings about a recipe without data.
 
     Attributes:
         open_recipe: the recipe with its lengths; numbers of trajectories may still be open.
         system: the system that makes its data, or the records of one.
-        sizing: how long the system remembers, and whether the window holds that.
-        seconds: wall time in s that a simulated second takes in one process; None of records.
-        remarks: what the user should know, one sentence each.
+        sizing: memory of the system, compared with the window.
+        seconds: wall time in s that a simulated second takes in one process; None for records.
+        remarks: remarks for the user, one sentence each.
     """
 
     open_recipe: OpenRecipe
@@ -155,7 +155,7 @@ def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job
     """Read a recipe, and find its lengths, in a limited time, as the first step of a trial.
 
     Raises:
-        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as of ``open_job``.
+        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as in ``open_job``.
     """
     progress(0, STEPS)
     job = open_job(recipe, runs, bar, patience=PATIENCE)
@@ -166,15 +166,15 @@ def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job
 def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     """Try a recipe: its system, its window, its step, and the cost of its data.
 
-    The seed is that of the motions by which the window is sized; the data's if None.
+    The window is sized by motions with the seed, or with the data's seed if None.
 
     Raises:
-        LoadError, RecipeError: the system cannot be made, or breaks its word.
+        LoadError, RecipeError: the system cannot be made, or breaks its contract.
         SimulationError: it cannot be simulated.
         UnstableModeError, ValueError: it does not forget its initial state.
     """
     job = checked(job)
-    known = job.sizing if seed is None else None  # from finding what the recipe leaves open
+    known = job.sizing if seed is None else None  # found with the open lengths of the recipe
     sizing = known or size_recipe(job, seed, PATIENCE)
     progress(2, STEPS)
     case, recipe = job.case, job.recipe
@@ -183,18 +183,18 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     of_step = remark_on_step(case), *remarks_on_sampling(recipe)
     remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks
     progress(STEPS, STEPS)
-    told = tuple(remark for remark in remarks if remark is not None)
-    return Trial(job.open_recipe, case.source, sizing, tried.seconds, told)
+    given = tuple(remark for remark in remarks if remark is not None)
+    return Trial(job.open_recipe, case.source, sizing, tried.seconds, given)
 
 
 @dataclass(frozen=True)
 class Tried:
-    """This says what came of trying the motions of a recipe, beside its window.
+    """Tried holds the results of simulating the motions of a recipe.
 
     Attributes:
-        remarks: one sentence each; None stands for nothing to say.
+        remarks: one sentence each; None stands for no remark.
         seconds: wall time in s that a simulated second takes; None if nothing is simulated.
-        failed: what is said of motions that failed while that was measured.
+        failed: remark on motions that failed in this measurement.
     """
 
     remarks: tuple[str | None, ...]
@@ -204,16 +204,16 @@ class Tried:
 
 @asked_of_sources
 def tried_motions(system: System, case: Case) -> Tried:
-    """Simulate what a run will need of a system."""
-    seconds, failed, said = guarded_case(case, simulation_time)
+    """Simulate a short motion of each kind that a run needs."""
+    seconds, failed, own_remarks = guarded_case(case, simulation_time)
     of_kinds = guarded_case(case, _failures_of_kinds)
     beyond = guarded_case(case, _failures_beyond_parameters)
     holding = guarded_case(case, _cost_of_holding)
-    return Tried((*said, *of_kinds, beyond, holding), seconds, failed)
+    return Tried((*own_remarks, *of_kinds, beyond, holding), seconds, failed)
 
 
 def _cost_of_holding(case: Case) -> str | None:
-    """Say what a smooth input costs where inputs are held; nothing where the model fails."""
+    """Return the error of smooth inputs where inputs are held; None where the model fails."""
     try:
         return cost_of_holding(case)
     except SimulationError:
@@ -229,7 +229,7 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
     Some trajectories are simulated late in a run, and drive a system further than the usual ones.
     """
     recipe, system = case.recipe, case.system
-    begin, said, untried = time.perf_counter(), list[str](), 0
+    begin, remarks, untried = time.perf_counter(), list[str](), 0
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
     for table, kinds, factor in _needed_kinds(recipe):
         stream, failed = Stream(PROBE, recipe.data.seed, (factor, factor), short), list[str]()
@@ -248,18 +248,18 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
                 f"{factor:g} times the amplitude, for which {table} asks; trajectories that fail "
                 f"beyond the range are left out. First {failed[0]}"
             ]
-        said += failed
+        remarks += failed
     if untried:
-        said.append(
+        remarks.append(
             f"there was no time to simulate {untried} of the kinds of motions that the run needs"
         )
-    return tuple(said)
+    return tuple(remarks)
 
 
 def _failures_beyond_parameters(case: Case) -> str | None:
-    """Say where beyond the ranges of its parameters, as far as data go, a model fails.
+    """Say where a model fails beyond the ranges of its parameters, as far as data go.
 
-    At the ends of the ranges themselves the window is sized.
+    The ends of the ranges themselves are tested by the sizing of the window.
     """
     recipe = case.recipe
     shares = {name: table.beyond for name, table in recipe.parameters.items() if table.beyond}
@@ -286,9 +286,10 @@ def _failures_beyond_parameters(case: Case) -> str | None:
 
 
 def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:
-    """Give the kinds of excitation that a run needs, with their table and amplitude factor.
+    """Return the kinds of excitation that a run needs, with their table and amplitude factor.
 
-    Those that the networks learn from come last: motions of them were simulated already.
+    Kinds that the networks learn from come last, since some of their motions were simulated
+    already.
     """
     yield "bound.excitation", recipe.further_kinds(), 1.0
     yield "validation.excitation", recipe.validation.excitation, 1.0
@@ -301,10 +302,10 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
 
 
 def remarks_on_sampling(recipe: Recipe) -> list[str]:
-    """Say which kinds of excitation ask for frequencies that samples cannot show.
+    """Say which kinds of excitation have frequencies above the Nyquist frequency.
 
-    There is one sentence for each of them. Sampled, a sine beyond the frequency of Nyquist, which
-    is pi over the step, becomes a slower one.
+    There is one sentence for each of them. A sampled sine above the Nyquist frequency, pi over the
+    step, looks like a slower one.
     """
     tables = {
         "data": recipe.data.excitation,

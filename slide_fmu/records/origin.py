@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slide_fmu.core.figures import JsonObject
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.records.model import MeasuredRecords
 
@@ -21,7 +22,7 @@ def record_origin(source: MeasuredRecords) -> JsonObject:
     return found
 
 
-def require_same_records(source: MeasuredRecords, provenance: JsonObject, fmu: str) -> None:
+def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: str) -> None:
     """Refuse records that have changed since an FMU was learnt from them.
 
     They would be divided at other samples, so samples that are called unseen might have been

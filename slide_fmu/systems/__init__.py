@@ -1,4 +1,4 @@
-"""This room says what a reference system is, and makes one from its name.
+"""This room defines reference systems, and makes one from its name.
 
 The models themselves are elsewhere: in ``mbs_models``, or the user's own.
 """

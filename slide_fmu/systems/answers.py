@@ -1,9 +1,9 @@
 """Some questions have another answer where nothing is simulated: for measured records.
 
-A room asks such a question by a function about a system, marked ``asked_of_sources``. Whoever
-calls it may have any ``Source``. A source that is no system names its own answers in the table
-``answers_elsewhere``, and an answer is imported when it is first asked for, so that who simulates
-models need know nothing of it.
+A room asks such a question by a function about a system, marked ``asked_of_sources``. The
+caller may have any ``Source``. A source that is not a system names its own answers in the table
+``answers_elsewhere``. An answer is imported when it is first needed, so that the simulation of
+models does not depend on it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A reference system takes inputs and gives outputs; everything else is an offer.
 
 ``System`` is the least interface; records of a system, which cannot be simulated, are another
-``Source`` of trajectories. The classes behind ``System`` are offers: a system inherits those that
-it can keep, and whoever needs one asks with ``isinstance``. What is not offered is measured
-instead, or left out, and the report says so.
+``Source`` of trajectories. The classes behind ``System`` are offers: a system inherits the
+offers that it fulfils, and callers test for one with ``isinstance``. A missing offer is replaced
+by a measurement, or its result is left out, and the report says so.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ Linearized = Linearization | StateMatrix
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A State is all that the future depends on at one sample, beside the inputs to come.
+    """A State is all that the future depends on at one sample, except later inputs.
 
     Attributes:
         coordinates: generalized coordinates q, or the states x of a system of first order, shape
@@ -75,7 +75,7 @@ class State:
 
 
 class Source(abc.ABC):
-    """A Source is where trajectories come from: a system that is simulated, or records of one.
+    """A Source gives trajectories: a system that is simulated, or records of one.
 
     Interface: never instantiated.
 
@@ -83,13 +83,13 @@ class Source(abc.ABC):
         step: sample step h in s.
         inputs, outputs: signals in channel order; inputs say how they act between samples and
             which of them are an angle (``check_inputs``).
-        remarks: one sentence each on what had to be assumed so far, for people.
-        may_crash: whether it runs a library of somebody else, which may end the process.
-        sampled_only: whether nothing is known of what is between the samples.
+        remarks: one sentence for each assumption so far, for people.
+        may_crash: whether it runs a foreign library, which may end the process.
+        sampled_only: whether the signals between the samples are unknown.
         lacks_outputs: whether an output is missing somewhere.
         noise_at_rest: samples of the outputs' noise alone, (N, n_outputs) each, in their units;
             None where it is not known.
-        answers_elsewhere: where such a source answers otherwise than a system that is simulated
+        answers_elsewhere: functions that answer for such a source in place of a simulated system
             (``slide_fmu.systems.answers``).
     """
 
@@ -118,7 +118,7 @@ class Finer:
 
     @cached_property
     def system(self) -> System:
-        """The system whose step is that part of the other one's."""
+        """The system with the finer step."""
         return self.make()
 
 
@@ -126,13 +126,13 @@ class System(Source):
     """A System is a reference system, sampled with the step h. Interface: never instantiated.
 
     Implementations are final, cheap to construct (heavy work on first use) and are made again
-    in every worker process from what the recipe says about them.
+    in every worker process from their specifications.
 
     Attributes:
-        own_step: the step in s by which it goes on inside, where it names one, as an FMU may.
-        follows_rates: whether it says that the rates of its inputs act too, as of a damper whose
-            end is an input.
-        input_remark: how its inputs act, for people; None where that needs no word.
+        own_step: its internal step in s, where it names one, as an FMU may.
+        follows_rates: whether it declares that the rates of its inputs act too, for example in a
+            damper whose end is an input.
+        input_remark: remark on how its inputs act, for people; or None.
         climbs: whether its steps hold their inputs, so that moving ones are stairs.
         finer: the same system between its samples; None where inputs go straight from one to the
             next.
@@ -224,7 +224,7 @@ class Bending(Restorable):
             points: inputs at the ends of equal parts of the step, shape (parts, n_inputs).
 
         Raises:
-            SimulationError, ValueError: as of ``advance``.
+            SimulationError, ValueError: as in ``advance``.
         """
 
 
@@ -238,7 +238,7 @@ class RandomStates(Restorable):
         """Draw an initial state from the range in which the system is used.
 
         Args:
-            first_input: what acts first, shape (n_inputs,), if it is known; a system that is made
+            first_input: the first input, shape (n_inputs,), if it is known; a system that is made
                 to follow its inputs starts somewhere near.
         """
 
@@ -296,7 +296,7 @@ def go_on(
 def _row(
     system: System, method: str, call: Callable[..., FloatArray], k: int = -1, *inputs: FloatArray
 ) -> FloatArray:
-    """Call a method that gives one row of outputs; whatever it raises or gives says where."""
+    """Call a method that gives one row of outputs; errors name the sample."""
     time = max(k, 0) * system.step
     try:
         row = call(*inputs)
@@ -325,7 +325,7 @@ def _row(
 
 
 def read_only(values: FloatArray) -> FloatArray:
-    """Give a view that nobody can write to: a model that changes its arguments fails."""
+    """Return a read-only view, so that a model that changes its arguments fails."""
     view = values.view()
     view.setflags(write=False)
     return view
@@ -346,7 +346,7 @@ def finite_vector(label: str, values: FloatArray, size: int) -> FloatArray:
 
 
 def real_numbers(values: object) -> FloatArray:
-    """Return what code of a user gave as an array of its own.
+    """Return a result of user code as a new array.
 
     Raises:
         TypeError, ValueError: these are no real numbers.
@@ -362,13 +362,13 @@ def real_numbers(values: object) -> FloatArray:
 def raised(
     system: System, method: str, error: BaseException, k: int = -1, *inputs: FloatArray
 ) -> str:
-    """Say what a method of a user raised, in which step, and where in which file."""
+    """Describe an exception of a user's method, with its step, file and line."""
     name, place = type(system).__qualname__, _place(system, k, *inputs)
     return f"{name}.{method} raised {error_text(error)}{place}: correct the model"
 
 
 def _place(system: System, k: int, *inputs: FloatArray) -> str:
-    """Say in which sample something went wrong, and under which input, from the first on."""
+    """Name the sample and the input of an error."""
     if k < 0:
         return ""
     return f" in sample {k} (t = {k * system.step:.6g} s) under {inputs[0].tolist()}"

@@ -1,4 +1,4 @@
-"""A system must say rightly what it is: its sample step, its inputs and its outputs."""
+"""This module checks the declarations of a system: its sample step, inputs and outputs."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from slide_fmu.systems.errors import LoadError
 
 
 class ContractError(LoadError):
-    """A system does not do what it promises; the message says which method, and the remedy."""
+    """A system breaks its contract; the message names the method and the remedy."""
 
 
 def check_self_description(system: System, step: float | None, model: str) -> None:
-    """Refuse a system whose step or signals are not what they should be.
+    """Refuse a system with an invalid step or invalid signals.
 
     Args:
-        system: what was made.
+        system: the system.
         step: the sample step in s that it should have, or None where any will do.
-        model: what the recipe calls it, at the beginning of messages.
+        model: its name in the recipe, at the beginning of messages.
 
     Raises:
-        ContractError: as of ``check_step`` and ``check_signals``.
+        ContractError: as in ``check_step`` and ``check_signals``.
     """
     try:
         check_step(system, step)
@@ -38,11 +38,11 @@ def check_step(system: System, step: float | None) -> None:
     """Refuse a sample step that is no positive number, or not the one that was asked for.
 
     Args:
-        system: what was made.
+        system: the system.
         step: the sample step in s that it should have, or None where any will do.
 
     Raises:
-        ContractError: it has another step, or none.
+        ContractError: its step is missing or different.
     """
     found: Any = getattr(system, "step", None)
     number = isinstance(found, float | int) and not isinstance(found, bool)
@@ -61,7 +61,7 @@ def check_signals(system: System) -> None:
     """Refuse inputs and outputs that are no tuples of signals, or two signals of one name.
 
     Raises:
-        ContractError: some are not what they should be.
+        ContractError: some signals are invalid.
     """
     names = []
     for what in ("inputs", "outputs"):
@@ -83,7 +83,7 @@ def check_signals(system: System) -> None:
 def contract_error(
     system: Any, method: str, found: str, expected: str, remedy: str
 ) -> ContractError:
-    """Make the error that says what a method or an attribute of a system does wrong."""
+    """Return the error about a fault of a method or an attribute of a system."""
     return ContractError(f"{class_name(system)}.{method} {found}; expected {expected}: {remedy}")
 
 

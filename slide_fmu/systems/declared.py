@@ -1,4 +1,4 @@
-"""What users declare about a model is read here: its signals, parameters and sample step.
+"""This module reads users' declarations about a model: signals, parameters and sample step.
 
 Recipes, model files in Python and the descriptions of FMUs share one table of a signal.
 """
@@ -25,11 +25,11 @@ Parameter = float | int | str | bool
 
 
 class SignalTable(Table):
-    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` says what a model leaves open.
+    """A table ``system.inputs.NAME`` or ``system.outputs.NAME`` completes a signal of a model.
 
     Attributes:
-        range: lowest and highest value of the intended range, in ``unit``; that of the model if
-            not given, and likewise for the keys below.
+        range: lowest and highest value of the intended range, in ``unit``; the model's if not
+            given, and likewise for the keys below.
         unit: unit of the values, as FMI names it (``"N"``, ``"m"``, ``"rad"``).
         description: one line for people.
         start: value before anybody sets one, within the range; the one nearest to 0 if neither the
@@ -38,9 +38,9 @@ class SignalTable(Table):
             ``"first_order"`` moves it linearly to its next value. All inputs have the same.
         angle: ``"cosine"`` or ``"sine"`` of an input that is the one of an angle; the sine follows
             its cosine, and both turn on the circle between samples.
-        period: of an input that means the same after so much more, in ``unit``; inputs in rad or
+        period: for an input with the same meaning after this period, in ``unit``; inputs in rad or
             deg are angles without it.
-        column: of records, the name of the signal's column; that of the signal if not given.
+        column: for records, the name of the signal's column; the signal's name if not given.
     """
 
     range: tuple[float, float] | None = None
@@ -63,12 +63,12 @@ class SignalTable(Table):
 
     @staticmethod
     def of(signal: Signal) -> SignalTable:
-        """Give the table that says everything about a signal."""
-        said = {key: _plain(value) for key, value in vars(signal).items() if key in SIGNAL_KEYS}
-        return SignalTable(range=(float(signal.low), float(signal.high)), **said)
+        """Return the complete table of a signal."""
+        given = {key: _plain(value) for key, value in vars(signal).items() if key in SIGNAL_KEYS}
+        return SignalTable(range=(float(signal.low), float(signal.high)), **given)
 
     def over(self, other: SignalTable) -> SignalTable:
-        """Give the table that says what this one says, and elsewhere what the other one says."""
+        """Return this table, with values of the other one where this one has none."""
         return other.model_copy(update=self.model_dump(exclude_none=True))
 
     def signal(self, label: str, name: str) -> Signal:
@@ -82,9 +82,9 @@ class SignalTable(Table):
                 f"{label} {name!r} has no range; expected one in the recipe: add "
                 f"system.{label}s.{name}.range = [LOW, HIGH]"
             )
-        said = self.model_dump(exclude_none=True, include=SIGNAL_KEYS)
+        given = self.model_dump(exclude_none=True, include=SIGNAL_KEYS)
         try:
-            return Signal(name, **{"unit": "1", **said}, low=self.range[0], high=self.range[1])
+            return Signal(name, **{"unit": "1", **given}, low=self.range[0], high=self.range[1])
         except ValueError as error:
             raise LoadError(f"{label} {str(error).removeprefix('signal ')}") from error
 
@@ -97,7 +97,7 @@ SignalTables = Mapping[str, SignalTable]
 
 
 class ModelFile(Table):
-    """A model file is what a Python file of a user declares about its model.
+    """A ModelFile holds the declarations of a user's Python file about its model.
 
     Attributes:
         inputs, outputs: its signals; what it leaves open is None.
@@ -125,7 +125,7 @@ File = TypeVar("File", bound=ModelFile)
 
 
 def read_declared(kind: type[File], label: str, values: Mapping[str, Any]) -> File:
-    """Read what a Python file declares, from everything that it defines, by name.
+    """Read the declarations of a Python file from all its definitions, by name.
 
     A signal is its table, or its unit alone; the file's ``hold`` is that of all inputs.
 
@@ -168,7 +168,7 @@ def _table(value: Any) -> dict[str, Any]:
 class Parameters(SimpleNamespace):
     """Parameters are attributes, as ``p.name``, for functions and models of the user.
 
-    Whoever asks for another one, or in brackets, learns what there is.
+    The error for another name, or for brackets, lists the parameters.
     """
 
     def __getitem__(self, name: object) -> NoReturn:
@@ -221,17 +221,17 @@ class DeclaredParameter:
 
 @dataclass(frozen=True)
 class Declared:
-    """A Declared says what a model declares before there is a recipe for it.
+    """A Declared holds the declarations of a model that has no recipe yet.
 
     Attributes:
         kind: one of ``slide_fmu.systems.loading.KINDS``.
-        model: what a recipe calls the model.
+        model: name of the model in a recipe.
         parameters: parameters of the model, in its order.
         inputs, outputs: its signals, in its order; what it leaves open is None.
         step: sample step h in s that the model suggests; None where it suggests none.
         held_step: the step in s by which an importer runs it, its inputs held over it, where a
             co-simulation FMU names one and its inputs are not discrete.
-        remarks: one sentence each on what was assumed, for people.
+        remarks: one sentence for each assumption, for people.
         inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
             their start values.
     """

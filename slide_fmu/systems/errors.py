@@ -1,4 +1,4 @@
-"""A reference system that cannot be made or simulated raises these errors."""
+"""This module defines the errors of reference systems that cannot be made or simulated."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ class SimulationError(RuntimeError):
     """A reference system could not be simulated.
 
     Attributes:
-        time: when it failed, in s from the beginning of the record; None where that is not known.
+        time: time of the failure in s from the start of the motion; None if unknown.
     """
 
     def __init__(self, message: str, time: float | None = None) -> None:

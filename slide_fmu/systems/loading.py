@@ -1,4 +1,4 @@
-"""A reference system is made from what a recipe says about it, whatever its kind."""
+"""This module makes a reference system of any kind from its specification."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ whose models are no files has neither of the last two, and records have no ``des
 may be an input or an output.
 """
 UNSIMULATED: dict[str, str] = {"record": "slide_fmu.records"}
-"""Kinds that nobody simulates, with their room: its module ``rules`` has the ``RULES`` of their
+"""Kinds that are not simulated, with their room: its module ``rules`` has the ``RULES`` of their
 recipes (``slide_fmu.recipe.kind_rules``), and ``proposal`` proposes a first one."""
 NAMED = sorted(set(KINDS) - {"object"})
 """Kinds that a recipe can name: an object is one of a Python session (``slide.learn``)."""
@@ -45,7 +45,7 @@ def load_system(specification: Specification) -> System:
     """Make a system that is simulated.
 
     Raises:
-        LoadError: as of ``load_source``; or there are only records of the system.
+        LoadError: as in ``load_source``; or there are only records of the system.
     """
     return require_system(load_source(specification), specification.model)
 
@@ -89,7 +89,7 @@ def load_source(specification: Specification) -> Source:
 
 
 def _require_kind(kind: str) -> None:
-    """Refuse a kind of system that there is not."""
+    """Refuse an unknown kind of system."""
     if kind not in KINDS:
         raise LoadError(
             f"kind of system {kind!r}; expected one of {NAMED}: correct it{or_meant(kind, NAMED)}"
@@ -100,7 +100,7 @@ def kind_module(kind: str) -> ModuleType:
     """Import the module of a kind, one of ``KINDS``.
 
     Raises:
-        LoadError: what it needs is not installed.
+        LoadError: a package that it needs is not installed.
     """
     try:
         return import_module(KINDS[kind])
@@ -112,7 +112,7 @@ def kind_module(kind: str) -> ModuleType:
 
 
 def describe_model(model: str, kind: str | None = None) -> Declared:
-    """Find what a model declares, before there is a recipe for it.
+    """Return the declarations of a model that has no recipe yet.
 
     Args:
         model: path of an FMU or a Python file, or ``"package.module:Name"``.
@@ -129,7 +129,7 @@ def describe_model(model: str, kind: str | None = None) -> Declared:
             continue
         if kind is not None or module.recognises(model):
             return cast(Declared, module.describe(model))
-    if ":" in model:  # it can only be meant as a class, of which that kind says what is wrong
+    if ":" in model:  # it can only be a class, and that kind reports its fault
         return cast(Declared, kind_module("class").describe(model))
     raise LoadError(
         f"model {model!r} is of no known kind; expected an FMU (.fmu), a Python file that defines "

@@ -1,4 +1,4 @@
-"""Reference systems of the kind "class" are classes of Python, in mbs_models or of the user."""
+"""This module makes reference systems of the kind "class" from Python classes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def make(specification: Specification) -> System:
     The parameters and the sample step are the keyword arguments of the class.
 
     Raises:
-        LoadError: module or class is not there, or the parameters do not fit.
+        LoadError: module or class is missing, or the parameters do not fit.
     """
     model, found = specification.model, _find_class(specification.model)
     if specification.inputs or specification.outputs:
@@ -56,7 +56,7 @@ def recognises(model: str) -> bool:
 
 
 def describe(model: str) -> Declared:
-    """Find what a class declares: its parameters with their defaults, and its signals.
+    """Return the declarations of a class: its parameters with their defaults, and its signals.
 
     A file or module without the name of a class stands for the only class of systems in it.
 
@@ -124,7 +124,7 @@ def _find_class(model: str) -> type[System]:
 
 
 def _why_none(module: ModuleType, name: str, found: object) -> str:
-    """Say why a name of a module is no reference system that can be made."""
+    """Say why a name of a module is not a usable reference system."""
     lacks = sorted(getattr(found, "__abstractmethods__", ()))
     if inspect.isclass(found) and issubclass(found, System) and lacks:
         asks = ", ".join(base.__name__ for base in found.__bases__)
@@ -140,7 +140,7 @@ def _why_none(module: ModuleType, name: str, found: object) -> str:
 
 
 def _one_of(classes: list[str]) -> str:
-    """Say which classes of a module could be meant."""
+    """Name the classes of a module that could be meant."""
     return f"one of {classes}" if classes else "a class of reference systems"
 
 

@@ -1,7 +1,7 @@
 """Reference systems of the kind "object": a Python session gives them itself.
 
-Recipes hold plain values, so a recipe can name such an object, but not hold it. The object travels
-beside the recipe, in the specification of what is made, and to worker processes as a pickle.
+Recipes hold plain values, so a recipe can name such an object, but not hold it. The object
+is a part of the specification, and is sent to worker processes as a pickle.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ def make(specification: Specification) -> System:
     """Return the object that is given: itself, and no copy.
 
     Raises:
-        LoadError: there is none, or the recipe says about it what it says itself.
+        LoadError: no object is given, or the recipe repeats its own declarations.
     """
     name, system = specification.model, specification.given
     if system is None:

@@ -1,4 +1,4 @@
-"""Whole records are simulated here, whoever asks: what a system raises or gives is checked."""
+"""This module simulates whole motions, and checks errors and outputs of the system."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def simulate(
     initial: State | None = None,
     states: list[State] | None = None,
 ) -> Trajectory:
-    """Simulate a system over a whole input record.
+    """Simulate a system over a whole sequence of inputs.
 
     Args:
         inputs: shape (N, n_inputs), in the units of ``system.inputs``.
@@ -71,7 +71,7 @@ def simulate_between(
 
     Raises:
         LoadError: the system cannot be made with a finer step.
-        SimulationError, ValueError: as of ``simulate``.
+        SimulationError, ValueError: as in ``simulate``.
     """
     if not isinstance(system, Bending):
         if system.finer is None or system.finer.parts != parts:
@@ -90,7 +90,7 @@ def simulate_between(
 
 @contextmanager
 def _range_named(system: System, inputs: FloatArray) -> Iterator[None]:
-    """Name the input that lies outside of its range, if any does, where the block fails."""
+    """Name an input outside of its range, if there is one, where the block fails."""
     try:
         yield
     except SimulationError as error:
@@ -116,7 +116,7 @@ def _check_inputs(system: System, inputs: FloatArray) -> None:
 
 
 def _whole(system: System, inputs: FloatArray) -> FloatArray:
-    """Simulate from the system's own start; whatever it raises says where."""
+    """Simulate from the system's own start; errors name the sample."""
     try:
         outputs = system.simulate(read_only(inputs))
     except (SimulationError, LoadError):

@@ -1,6 +1,6 @@
-"""A specification is what a recipe says about its reference system, as plain values.
+"""A Specification describes the reference system of a recipe by plain values.
 
-It crosses to other processes, also as text.
+It can be sent to other processes, also as text.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from slide_fmu.systems.errors import LoadError
 
 @dataclass(frozen=True)
 class Specification:
-    """A Specification is all that a reference system is made from.
+    """A Specification holds all that a reference system is made from.
 
     Attributes:
-        model: what the kind makes a system from; of a class, ``"package.module:Class"``.
+        model: name or path of the model; of a class, ``"package.module:Class"``.
         parameters: values of the model's parameters, by name.
-        step: sample step h in s; that of the model if None, where it has one.
+        step: sample step h in s; the model's own if None, where it has one.
         kind: one of ``slide_fmu.systems.loading.KINDS``.
-        inputs, outputs: what the recipe says about signals, in its order.
-        further: of records, further files beside ``model``.
+        inputs, outputs: tables of signals in the recipe, in its order.
+        further: for records, files in addition to ``model``.
         part_of: number of such steps in a sample step of the surrogate; more than one of a system
             that is simulated between samples too.
-        noise_record: of records, a file that was taken while nothing moved; None if there is none.
-        given: of an object, the system itself, which no text holds.
+        noise_record: for records, a file that was measured at rest; None without one.
+        given: for an object, the system itself, which no text holds.
     """
 
     model: str
@@ -55,14 +55,14 @@ class Specification:
 
     @staticmethod
     def from_json(text: str) -> Specification:
-        """Read what ``to_json`` wrote."""
+        """Read the text of ``to_json``."""
         return TypeAdapter(Specification).validate_json(text)
 
     def sample_step(self) -> float:
         """Give the sample step h in s, which models of most kinds have not themselves.
 
         Raises:
-            LoadError: there is none.
+            LoadError: the step is missing.
         """
         if self.step is None or not self.step > 0:
             raise LoadError(
@@ -73,12 +73,12 @@ class Specification:
 
 
 def chosen_signals(label: str, offered: SignalTables, chosen: SignalTables) -> tuple[Signal, ...]:
-    """Give the signals that a model offers, with what the recipe says about them.
+    """Return the signals that a model offers, completed by the recipe.
 
     Args:
         label: ``"input"`` or ``"output"``, for messages.
         offered: all that the model has, in its order; all of them become signals.
-        chosen: what the recipe says.
+        chosen: the tables of the recipe.
 
     Raises:
         LoadError: the recipe names signals that are not there, or a range is not known.

@@ -1,4 +1,4 @@
-"""Models are code of the user: it is imported here, and its errors name file and line."""
+"""This module imports models as code of the user; errors name file and line."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def imported(label: str, name: str) -> tuple[ModuleType, str]:
             refuse_other_file(label, module_name)
             raise LoadError(
                 f"{label}: module {module_name!r} cannot be imported ({error}); expected an "
-                "installed module, or one beside the recipe or in a folder on PYTHONPATH: check "
-                "the name"
+                "installed module, or one in the recipe's folder or in a folder on PYTHONPATH: "
+                "check the name"
             ) from error
         raise LoadError(
             f"{label}: {error_text(error)}: correct the name of the import, or install what it "
@@ -114,7 +114,7 @@ def find_file(label: str, name: str) -> Path:
 
 
 def error_text(error: BaseException) -> str:
-    """Say what a user's code raised, and where: the innermost line that is not of this package."""
+    """Describe an exception of a user's code, with its innermost line outside of this package."""
     name = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     if isinstance(error, SyntaxError) and error.filename:
         return f"{name.split(' (')[0]} ({error.filename}, line {error.lineno})"

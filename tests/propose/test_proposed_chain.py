@@ -65,7 +65,7 @@ def test_robot_beside_its_urdf_gets_chain_drive_and_motions(arm: Path) -> None:
     assert recipe.system.chain.urdf == "../two_link_arm.urdf"
     assert kinds(recipe) == {"point_to_point"}
     assert recipe.stability.amplitudes == (1.0, 1.5, 2.0)
-    assert any("lies beside the model" in remark for remark in proposal.remarks)
+    assert any("lies next to the model" in remark for remark in proposal.remarks)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(arm / "recipes"))
         (arm / "recipes").mkdir()
@@ -112,7 +112,7 @@ def test_angles_without_a_urdf_that_fits_are_set_points_too(
     (arm / "crank.py").write_text(TURNING.replace("UNIT", unit))
     proposal, recipe = proposed(model="crank.py")
     assert recipe.system.chain is None
-    assert any("two_link_arm.urdf beside the model is not used" in r for r in proposal.remarks)
+    assert any("two_link_arm.urdf next to the model is not used" in r for r in proposal.remarks)
     low, high = recipe.system.outputs["angle"].range or (0.0, 0.0)
     assert -3.0 < low < 0.0 < high < 3.0
     if expected is None:

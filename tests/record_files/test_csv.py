@@ -125,7 +125,7 @@ def test_lines_that_end_with_a_separator_have_no_further_column(tmp_path: Path) 
         ("t,u,u\n0,1,2\n1,2,3\n", "twice the name 'u'"),
         ("t,,u\n0,1,2\n1,2,3\n", "no name for column 2"),
         ("t,u\n0,1\n", "1 samples.*expected at least two samples"),
-        ("t\n0\n1\n", "at least one column beside the time"),
+        ("t\n0\n1\n", "at least one column other than the time"),
         ("u,y\n0,1\n1,2\n", r"no column of times among \['u', 'y'\].*give the step"),
         ("t [kg],u\n0,1\n1,2\n", "no column of times"),
         ("t,u", "1 lines.*expected a header"),

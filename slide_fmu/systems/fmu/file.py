@@ -1,4 +1,4 @@
-"""Files of FMUs are read here, and unpacked once in every process."""
+"""This module reads files of FMUs, and unpacks them once in every process."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Solver = Literal["CVode", "Euler"]
 
 
 PREFIX = "fmu-"
-"""What the names of options begin with among the parameters of a recipe."""
+"""Prefix of the names of options among the parameters of a recipe."""
 
 
 class FmuOptions(Table):

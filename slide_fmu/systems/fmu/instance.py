@@ -79,14 +79,14 @@ class Instance:
                 else:
                     calls.instantiate(callbacks=callbacks_of_fmi2(self.messages))
         except Exception as error:  # fmpy raises bare Exception
-            said = "; ".join([str(error), *self.messages])
+            messages = "; ".join([str(error), *self.messages])
             needs = (
                 "; it needs the tool that made it: install that, and its licence"
                 if file.type.needsExecutionTool
                 else ""
             )
             raise LoadError(
-                f"FMU {file.path.name!r} cannot be instantiated: {said}{needs}"
+                f"FMU {file.path.name!r} cannot be instantiated: {messages}{needs}"
             ) from error
         return calls
 

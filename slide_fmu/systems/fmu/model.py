@@ -1,4 +1,4 @@
-"""Reference systems of the kind "fmu" are FMUs of FMI 2.0 and 3.0, whoever made them.
+"""This module makes reference systems of the kind "fmu" from FMUs of FMI 2.0 and 3.0.
 
 Both interfaces work: co-simulation, and model exchange with fmpy's solvers. Inputs, outputs,
 units, ranges and parameters are those of the model description.
@@ -92,7 +92,7 @@ def recognises(model: str) -> bool:
 
 
 def describe(model: str) -> Declared:
-    """Find out what an FMU says about itself.
+    """Return the declarations of an FMU.
 
     Raises:
         LoadError: there is no such FMU, or it does not run here.
@@ -222,8 +222,8 @@ def _remarks_on(file: FmuFile) -> tuple[str, ...]:
     version = file.description.fmiVersion
     kind = "co-simulation" if file.interface == "co_simulation" else "model exchange"
     other = next((i for i in offered_interfaces(file.description) if i != file.interface), None)
-    beside = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
-    remarks = [f"the FMU is used for {kind}, FMI {version}{beside}"]
+    other_one = f'; {PREFIX}interface = "{other}" takes the other one' if other else ""
+    remarks = [f"the FMU is used for {kind}, FMI {version}{other_one}"]
     if file.interface == "model_exchange":
         solver = f"fmpy's {file.options.solver} integrates it, anew from each sample on"
         states = (

@@ -1,4 +1,4 @@
-"""An FMU is run again and again: its instance is used again where that is safe."""
+"""This module runs an FMU repeatedly, and uses its instance again where that is safe."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COMPARED = 1000, 20
 its first record come out the same after a reset."""
 
 FAILURES = (FMICallException, RuntimeError, OSError)
-"""What calls of an FMU and fmpy's solver raise."""
+"""Exceptions of calls of an FMU and of fmpy's solver."""
 
 
 class Runs:

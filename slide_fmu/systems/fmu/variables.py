@@ -1,4 +1,4 @@
-"""Variables of an FMU become signals and parameters, with units, ranges and starts as it says."""
+"""This module makes signals and parameters of an FMU's variables, with units, ranges, starts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def signals_of(
     Args:
         file: the FMU.
         causality: ``"input"`` or ``"output"``. An output may also be a local variable.
-        chosen: what the recipe says.
+        chosen: the tables of the recipe.
         hold: of inputs for which it does not say one.
 
     Raises:
@@ -63,25 +63,25 @@ def signals_of(
 
 
 def tables_of(file: FmuFile, causality: str) -> dict[str, SignalTable]:
-    """Give all real inputs or outputs of an FMU with what its description says about them."""
+    """Give all real inputs or outputs of an FMU with their descriptions."""
     variables = file.description.modelVariables
     return {v.name: table_of(v) for v in variables if _is_signal(v, causality)}
 
 
 def table_of(variable: ModelVariable) -> SignalTable:
-    """Give what the description of an FMU says about a variable; its display unit is left out.
+    """Return the table of a variable from an FMU's description, without its display unit.
 
     A range needs both ends; a start value outside of an end that there is counts as none.
     """
     declared = variable.declaredType
-    said = {
+    given = {
         key: getattr(variable, key) or (declared and getattr(declared, key)) or None
         for key in ("unit", "min", "max", "description")
     }
-    low, high = _number(said.pop("min")), _number(said.pop("max"))
+    low, high = _number(given.pop("min")), _number(given.pop("max"))
     start = _number(variable.start) if variable.causality == "input" else None
     ends = (low, high) if low is not None and high is not None and low < high else None
-    return SignalTable(**said, range=ends, start=_within(start, low, high))
+    return SignalTable(**given, range=ends, start=_within(start, low, high))
 
 
 def parameters_of(file: FmuFile) -> tuple[DeclaredParameter, ...]:
@@ -180,7 +180,7 @@ def _value(variable: ModelVariable) -> Parameter:
 
 
 def _number(text: str | None) -> float | None:
-    """Read a bound; one that is not finite, or no number that a range can have, is none."""
+    """Read a bound; the result is None if it is not finite, or invalid for a range."""
     value = math.nan if text is None else float(text)
     return value if math.isfinite(value) and abs(value) < 1e300 else None
 

@@ -1,4 +1,4 @@
-"""Equations x' = f(x, u, p) of the user are integrated over sample steps, and brought to rest."""
+"""This module integrates equations x' = f(x, u, p) over sample steps, and finds their rest."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from slide_fmu.systems.function.integration import Solver
 from slide_fmu.systems.function.user_function import FunctionError, UserFunction
 
 SETTLING = (16, 48, 192, 768, 3072)
-"""An equilibrium is looked for from the start, and each time the system has gone on from there by
-so many more samples under the same input."""
+"""Further samples under the same input, after each of which an equilibrium is searched again; the
+first search begins at the start."""
 LONG = Solver("LSODA", 1e-6)
 """Integrates until the system rests: its steps become long when little moves."""
 

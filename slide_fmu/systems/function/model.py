@@ -1,7 +1,7 @@
 """Reference systems of the kind "function" are made from files with f and g, or with simulate.
 
-The file, or installed module, says what ``docs/own_model_function.md`` lists, as plain variables
-and functions.
+The file, or installed module, defines what ``docs/own_model_function.md`` lists, as plain
+variables and functions.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from slide_fmu.systems.specification import Specification, chosen_outputs, chose
 from slide_fmu.systems.user_code import imported
 
 SOLVER_KEYS = ("method", "rtol", "atol")
-"""What a model may say about its integration, as of ``integration.Solver``."""
+"""Keys of a model about its integration, as in ``integration.Solver``."""
 
 
 def make(specification: Specification) -> System:
-    """Make a system from a user's file: ``"file.py"`` here or beside the recipe, or a module.
+    """Make a system from a user's file, here or in the recipe's folder, or from a module.
 
     Raises:
-        LoadError: the file is not there or cannot be run, or does not say what is needed; the
+        LoadError: the file is not there or cannot be run, or lacks a needed definition; the
             parameters do not fit; a range is not known.
     """
     label = f"system {specification.model!r}"
@@ -75,7 +75,7 @@ def describe(model: str) -> Declared:
     """Say what a user's file declares, without making a system of it.
 
     Raises:
-        LoadError: the file is not there or cannot be run, or does not say what is needed.
+        LoadError: the file is not there or cannot be run, or lacks a needed definition.
     """
     file, _ = read_model(model)
     parameters = tuple(DeclaredParameter(name, value) for name, value in file.parameters.items())
@@ -86,7 +86,7 @@ def read_model(name: str) -> tuple[ModelFile, Mapping[str, Any]]:
     """Run a user's file; give what it declares, and everything that it defines by name.
 
     Raises:
-        LoadError: the file is not there or cannot be run, or does not say what is needed.
+        LoadError: the file is not there or cannot be run, or lacks a needed definition.
     """
     label = f"system {name!r}"
     module, wanted = imported(label, name)
@@ -112,6 +112,6 @@ def _require_parts(label: str, values: Mapping[str, Any]) -> None:
     lacks = [name for name in needed if name not in values]
     if lacks:
         raise LoadError(
-            f"{label} does not define {', '.join(lacks)}; expected {', '.join(needed)} beside "
+            f"{label} does not define {', '.join(lacks)}; expected {', '.join(needed)} with "
             f"{ways[0]}"
         )

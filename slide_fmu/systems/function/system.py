@@ -36,8 +36,8 @@ PROBED_SAMPLES = 50
 """The motion that shows how large the states become has twice as many samples."""
 
 STIFF_CALLS, STIFF_SAMPLES = 80, 100
-"""An explicit method that calls f so often in a sample, in the mean over its first so many, is
-remarked: most systems that are sampled by their bandwidth need 12 to 40."""
+"""An explicit method is remarked if it calls f STIFF_CALLS times in a sample, in the mean over the
+first STIFF_SAMPLES: most systems that are sampled by their bandwidth need 12 to 40."""
 
 Start = Sequence[float] | FloatArray | Callable[..., Any]
 """The state to look for an equilibrium from, or a function of (u, p) that gives the start."""

@@ -1,4 +1,4 @@
-"""Functions of the user are called here, and what they give is checked."""
+"""This module calls functions of the user, and checks their results."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def with_columns(
 
 
 def numbers_of(name: str, result: object, expected: str) -> FloatArray:
-    """Give what a function gave as an array of its own.
+    """Return the result of a function as a new array.
 
     Raises:
         FunctionError: these are no real numbers; the message says what came.
@@ -174,10 +174,10 @@ def _require_order(
 
 
 def require_signals(system: System) -> None:
-    """Refuse signals that a system made of functions cannot have, and a step that is none.
+    """Refuse signals that a system made of functions cannot have, and an invalid step.
 
     Raises:
-        LoadError: there is none, they do not belong together, or the step is not positive.
+        LoadError: no signal is given, they do not belong together, or the step is not positive.
     """
     check_step(system, None)
     check_signals(system)

@@ -44,7 +44,7 @@ def test_system_is_loaded_by_name_with_its_parameters() -> None:
         ("pendulum.mo", {}, "'pendulum.mo' is a file of Modelica by its name", "expected an FMU"),
         (":DuffingOscillator", {}, "expected", "'package.module:Class'"),
         ("mbs_models.missing:Model", {}, "'mbs_models.missing'", "cannot be imported"),
-        ("my_model:Model", {}, "installed module, or one", "beside the recipe"),
+        ("my_model:Model", {}, "installed module, or one", "in the recipe's folder"),
         ("mbs_models.oscillators:Missing", {}, "expected one of", "'LinearOscillator'"),
         ("mbs_models.oscillators:System", {}, "there is no 'System'", "expected one of"),
         (

@@ -222,7 +222,7 @@ def _is_row(fields: list[str], decimal: str) -> bool:
 
 
 def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
-    """Return the index of the first row of samples; the number of rows if there is none.
+    """Return the index of the first row of samples; the number of rows without one.
 
     A line with numbers is a title if the next line that is not empty has other fields than it.
     """

@@ -172,7 +172,7 @@ def numbers_or_dates(series: Any, decimal: str = ".", are_dates: bool = False) -
 
 
 def text_among(name: str, series: Any, values: NDArray[Any], before: int = 0) -> Text | None:
-    """Return the text in a series of pandas, whose values have NaN there; None if there is none.
+    """Return the text in a series of pandas, whose values have NaN there, or None.
 
     Args:
         name: name of the column.

@@ -11,13 +11,7 @@ import sys
 def main() -> None:
     """Run the console script, and say so where it ends before anything else can say it."""
     try:
-        from slide_fmu.pipeline.apps import AppError
-
-        try:
-            from slide_fmu.cli.app import main as run
-        except AppError as error:
-            sys.stderr.write(f"error: {error}\n")
-            raise SystemExit(1) from None
+        from slide_fmu.cli.app import main as run
     except KeyboardInterrupt:
         sys.stderr.write("stopped\n")
         raise SystemExit(130) from None

@@ -14,7 +14,7 @@ from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import check, export, info, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
-from slide_fmu.pipeline.apps import subcommands_of_apps
+from slide_fmu.pipeline.apps import AppError, subcommands_of_apps
 from slide_fmu.report.table import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
@@ -54,8 +54,19 @@ class _Subcommands(TyperGroup):
 app = typer.Typer(
     name=NAME, cls=_Subcommands, help=HELP, no_args_is_help=True, rich_markup_mode=None
 )
-OF_APPS: tuple[Callable[..., None], ...] = tuple(subcommands_of_apps().values())
-"""The subcommands of installed apps, which follow the others."""
+
+
+def _of_apps() -> tuple[tuple[Callable[..., None], ...], str | None]:
+    """Return the subcommands of installed apps, or why an app stands in their way."""
+    try:
+        own = [subcommand.__name__.rstrip("_") for subcommand in SUBCOMMANDS]
+        return tuple(subcommands_of_apps(own).values()), None
+    except AppError as error:
+        return (), str(error)
+
+
+OF_APPS, PROBLEM = _of_apps()
+"""The subcommands of installed apps, which follow the others; and why there are none."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):
     # a short help is never cut; a word of Python's own has a mark behind it
@@ -84,6 +95,9 @@ def _options(
 def main() -> None:
     """Run the console script; its help is wrapped only on a terminal."""
     quick_completion()
+    if PROBLEM is not None:
+        remark = f"remark: {PROBLEM}. Until then no app has subcommands here."
+        typer.echo(remark, err=True)
     try:
         app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
     except ModuleNotFoundError:  # of what a subcommand imports first

@@ -200,9 +200,9 @@ def _read_provenance(path: Path) -> Provenance | None:
         versions = provenance.get("versions")
         by = versions.get("slide-fmu") if isinstance(versions, dict) else None
         raise FmuError(
-            f"{path} was made by slide-fmu {by or 'of another version'}, in a form that this "
-            "version does not read; run its recipe again with this version, or use the version "
-            "that made it"
+            f"{path} was made by another state of slide-fmu ({by or 'its version is not known'}), "
+            "in a form that this version does not read; run its recipe again with this version, "
+            "or use the version that made it"
         )
     return provenance
 

@@ -6,7 +6,7 @@ The apps of slide-fmu lie in ``slide_fmu/apps``; another package may register fu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -115,8 +115,9 @@ def apps() -> Mapping[str, App]:
 def _loaded(entry: EntryPoint) -> App:
     try:
         app = entry.load()
-    except (ImportError, AttributeError) as error:
-        raise AppError(_unusable(entry.name, entry.value, str(error))) from error
+    except Exception as error:  # it is code of others, which may raise anything
+        reason = f"{type(error).__name__}: {error}"
+        raise AppError(_unusable(entry.name, entry.value, reason)) from error
     if not isinstance(app, App):
         raise AppError(_unusable(entry.name, entry.value, f"it is {app!r}"))
     return app
@@ -129,21 +130,24 @@ def _unusable(name: str, place: str, reason: str) -> str:
     )
 
 
-def subcommands_of_apps() -> dict[str, Callable[..., None]]:
+def subcommands_of_apps(others: Collection[str] = ()) -> dict[str, Callable[..., None]]:
     """Return the subcommands of all installed apps by their names.
 
     Raises:
-        AppError: an app or its subcommand cannot be loaded, or two apps have the same one.
+        AppError: an app or its subcommand cannot be loaded, or its name is one of the ``others``
+            or that of another app.
     """
     found: dict[str, Callable[..., None]] = {}
     for owner, app in apps().items():
         for name, module in app.subcommands.items():
-            if name in found:
-                raise AppError(_unusable(owner, module, f"another app has {name!r} already"))
+            if name in found or name in others:
+                reason = f"there is a subcommand {name!r} already"
+                raise AppError(_unusable(owner, module, reason))
             try:
                 found[name] = getattr(import_module(module), name)
-            except (ImportError, AttributeError) as error:
-                raise AppError(_unusable(owner, module, str(error))) from error
+            except Exception as error:  # as above
+                reason = f"{type(error).__name__}: {error}"
+                raise AppError(_unusable(owner, module, reason)) from error
     return found
 
 

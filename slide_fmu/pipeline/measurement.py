@@ -23,6 +23,7 @@ from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
@@ -55,10 +56,36 @@ def released_case(fmu: Path, system: System | None = None) -> Case:
 
     Raises:
         FmuError: the file is no FMU of slide-fmu.
-        StageError: it carries no recipe.
+        StageError: it carries no recipe, or an object is given that is not the one it needs.
     """
     make_models_importable(fmu)
-    return case_of(recipe_of_provenance(read_fmu(fmu)[1], str(fmu)), system)
+    surrogate, provenance = read_fmu(fmu)
+    recipe = recipe_of_provenance(provenance, str(fmu))
+    if system is not None:
+        _require_object(surrogate, recipe, system, fmu)
+    return case_of(recipe, system)
+
+
+def _require_object(surrogate: Surrogate, recipe: Recipe, system: System, fmu: Path) -> None:
+    """Refuse an object in the place of a reference system that it cannot be."""
+    if recipe.system.kind != "object":
+        raise StageError(
+            f"{fmu} was learnt from {recipe.system.model!r}, which its recipe names, and system = "
+            f"{system!r} was given; expected no system: leave it out"
+        )
+    if not isinstance(system, System):
+        raise StageError(
+            f"system = {system!r}; expected the object that {fmu} was learnt from, a System"
+        )
+    wanted, found = (
+        [(s.name, s.unit, s.hold) for s in (*one.inputs, *one.outputs)]
+        for one in (surrogate, system)
+    )
+    if wanted != found:
+        raise StageError(
+            f"system has the signals {found} (name, unit, hold); expected those of {fmu}, "
+            f"{wanted}: give the object that it was learnt from"
+        )
 
 
 def measured(

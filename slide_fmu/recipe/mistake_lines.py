@@ -15,6 +15,21 @@ from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
 
+FORMER = {
+    "system.drawing": "is drawing of the table [apps.page] now: move it",
+    "training.stretches": "is refinements of the table [training.expert] now: move it",
+    "training.newest_weight": "is gone: remove it",
+    "training.flip_signs": (
+        "is flip_signs of [training.expert] now, of feed-forward networks alone: move it there; "
+        "for a state-space network set network.bias = false in its place"
+    ),
+    "data.further": "is further of the table [bound.expert] now: move it",
+    "data.budget_minutes": "is gone: give data.train a number where a learning curve is too long",
+    "stability.growth": "is a constant now: remove it",
+    "stability.contraction": "is a constant now: remove it",
+    "bound.companion": "is the table [bound.expert.companion] now: rename it",
+}
+"""What became of keys that recipes once had, where no other message would say so."""
 MOST_TABLES = 3
 """Largest number of tables that a message names for a key of other tables."""
 
@@ -78,6 +93,8 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
         return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
     if item["type"] == "missing":
         return f"{place} is missing"
+    if item["type"] == "extra_forbidden" and place in FORMER:
+        return f"{place} {FORMER[place]}"
     if item["type"] == "extra_forbidden":
         return f"{place} {_unknown_key(item['loc'], file)}"
     message = item.get("several") or expectation(item)

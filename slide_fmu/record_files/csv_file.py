@@ -224,14 +224,30 @@ def _is_row(fields: list[str], decimal: str) -> bool:
 def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
     """Return the index of the first row of samples; the number of rows without one.
 
-    A line with numbers is a title if the next line that is not empty has other fields than it.
+    A line with numbers is a title if the next line that is not empty has other fields than it, or
+    if most lines have another number of fields. It holds the names if no line above has as many
+    fields, and a field is a text where the next line has a number, as in ``time,1,2``.
     """
     filled = [k for k, row in enumerate(rows) if any(row)]
+    widths = Counter(len(rows[k]) for k in filled)
+    width = max(widths, key=lambda each: widths[each], default=0)
     for k, following in zip(filled, [*filled[1:], *filled[-1:]], strict=True):
         is_like = len(rows[following]) == len(rows[k]) or _is_row(rows[following], decimal)
-        if _is_row(rows[k], decimal) and is_like:
+        # above the names there may be titles of other widths, but no line as wide as samples
+        is_like = is_like and (len(rows[k]) == width or width in map(len, rows[:k]))
+        named_above = any(len(row) == len(rows[k]) for row in rows[:k])
+        is_sample = named_above or not _holds_names(rows[k], rows[following], decimal)
+        if _is_row(rows[k], decimal) and is_like and is_sample:
             return k
     return len(rows)
+
+
+def _holds_names(row: list[str], following: list[str], decimal: str) -> bool:
+    """Tell whether a field of a row is a text where the row below has a number or a date."""
+    return any(
+        one and not _is_row([one], decimal) and _is_row([below], decimal)
+        for one, below in zip(row, following, strict=False)
+    )
 
 
 def _completed(header: list[str]) -> list[str]:

@@ -121,7 +121,7 @@ def _division(records: int, comes_again: bool) -> tuple[By, str]:
         return "record", "There are many records: each of them is in one part as a whole."
     origin = "The records are cut in the order of time: training first, test last."
     if comes_again:
-        origin += " Inputs that come again are in the part in which they came first."
+        origin += " Samples of inputs that come again are in one part, if enough others are left."
     return "block", origin
 
 

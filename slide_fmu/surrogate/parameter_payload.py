@@ -1,7 +1,7 @@
 """Physical parameters in a surrogate file have bytes in the section PARA and rows in META.
 
 The contract is in ``payload.py``; the second reader is the C runtime,
-``slide_fmu/fmu/runtime/bytes/parameters.c``.
+``slide_fmu/fmu/runtime/network/parameters.c``.
 """
 
 from __future__ import annotations

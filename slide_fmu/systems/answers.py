@@ -33,7 +33,12 @@ def asked_of_sources(
     def asked(source: Source, /, *args: Arguments.args, **named: Arguments.kwargs) -> Answer:
         place = source.answers_elsewhere.get(question)
         if place is None:
-            return of_systems(cast(System, source), *args, **named)
+            if not isinstance(source, System):
+                raise TypeError(
+                    f"{type(source).__name__} has no answer to {question!r}; expected a System, "
+                    "or an entry in answers_elsewhere"
+                )
+            return of_systems(source, *args, **named)
         module, _, function = place.partition(":")
         return cast(Answer, getattr(import_module(module), function)(source, *args, **named))
 

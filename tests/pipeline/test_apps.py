@@ -46,7 +46,7 @@ def test_app_that_cannot_be_loaded_is_named_with_the_remedy(
                 "one": App(subcommands={"QualityError": NOWHERE}),
                 "two": App(subcommands={"QualityError": NOWHERE}),
             },
-            "another app has",
+            "is a subcommand",
         ),
     ],
 )

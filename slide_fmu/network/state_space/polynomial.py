@@ -2,7 +2,7 @@
 
 The parameters are constant along a run, or change now and then. The weights are formed once for
 their values; then the cell is a plain one (``cell.py``), at the same cost per step. The C
-runtime forms them too (``slide_fmu/fmu/runtime/network/polynomial.c``).
+runtime forms them too (``slide_fmu/fmu/runtime/network/parameters.c``).
 """
 
 from __future__ import annotations

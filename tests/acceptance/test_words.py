@@ -14,17 +14,17 @@ FILES = sorted(
 )
 
 MOST = {
-    r"[a-z_]*told": 17,
-    r"said": 45,
-    r"errs": 3,
-    r"so many": 33,
-    r"stretch(es)?": 123,
-    r"beside": 84,
+    r"[a-z_]*told": 0,
+    r"said": 0,
+    r"errs": 0,
+    r"so many": 0,
+    r"stretch(es)?": 1,
+    r"beside": 2,
 }
 """Largest number of each idiom in Python: in names, docstrings, comments and messages. Lower a
 number when a use has gone; never raise it. ``docs/contributing.md`` has the words instead."""
 
-MOST_CLAUSES = 19
+MOST_CLAUSES = 0
 """Largest number of module docstrings that begin with a clause instead of a sentence."""
 CLAUSE = re.compile(r"(What|Whether|How|Which|Where|When|Who|Why)\b")
 """Beginning of such a docstring."""

@@ -193,5 +193,5 @@ def test_fmu_of_another_version_is_refused_with_the_remedy(
     monkeypatch.setattr("slide_fmu.fmu.export.PROVENANCE_FORMAT", 0)
     export_fmu(surrogate, old, provenance={"versions": {"slide-fmu": "0.2.0"}})
     monkeypatch.undo()
-    with refused(FmuError, "made by slide-fmu 0.2.0", "run its recipe again"):
+    with refused(FmuError, "slide-fmu (0.2.0)", "run its recipe again"):
         read_fmu(old)

@@ -34,10 +34,7 @@ def asked_of_sources(
         place = source.answers_elsewhere.get(question)
         if place is None:
             if not isinstance(source, System):
-                raise TypeError(
-                    f"{type(source).__name__} has no answer to {question!r}; expected a System, "
-                    "or an entry in answers_elsewhere"
-                )
+                raise TypeError(f"{type(source).__name__}: no answer to {question!r}")
             return of_systems(source, *args, **named)
         module, _, function = place.partition(":")
         return cast(Answer, getattr(import_module(module), function)(source, *args, **named))

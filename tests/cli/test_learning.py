@@ -150,7 +150,7 @@ def test_excitation_of_an_object_follows_from_its_inputs() -> None:
 
 
 def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:
-    with refused(RecipeError, "slide.learn of"):
+    with refused(RecipeError, "slide.learn of 'car'", "windows is not a known key"):
         learn(oscillator(), "car", runs=tmp_path, windows={"n_in": 3})
     with refused(RecipeError, "data", "expected numbers, texts, lists"):
         learn(oscillator(), "car", runs=tmp_path, data={"train": {1, 2}})

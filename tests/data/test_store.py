@@ -82,7 +82,7 @@ def test_missing_trajectories_are_reported(store: Path) -> None:
     write_trajectory(store, "train", 2, trajectory(2), kind=0)
     assert missing_trajectories(store, "train", 4) == [0, 1, 3]
     assert missing_trajectories(store, "validation", 1) == [0]
-    with refused(StoreError, "3 of 4", "trajectories of"):
+    with refused(StoreError, "3 of 4", "split 'train'"):
         read_split(store, "train", 4)
 
 
@@ -171,7 +171,7 @@ def test_missing_store_is_reported(tmp_path: Path) -> None:
 
 
 def test_store_of_a_changed_model_is_refused(store: Path) -> None:
-    with refused(StoreError, "generate again"):
+    with refused(StoreError, "the model has changed", "generate again"):
         open_store(store, RECIPE, SHAPES, MOTION * 1.001)
     open_store(store, RECIPE, SHAPES, MOTION)
 
@@ -285,9 +285,9 @@ def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
     open_store(store, surrogate_only(6), SHAPES, MOTION)
     assert missing_trajectories(store, "train", 6) == [4, 5]
     assert missing_trajectories(store, "train", 3) == []
-    with refused(StoreError, "2 of 6", "trajectories of"):
+    with refused(StoreError, "2 of 6", "split 'train'"):
         read_split(store, "train", 6)
-    with refused(StoreError, "9 of 9", "trajectories of"):
+    with refused(StoreError, "9 of 9", "split 'beyond'"):
         read_split(store, "beyond", 9)
     before = content(store)
     open_store(store, surrogate_only(2), SHAPES, MOTION)
@@ -385,5 +385,5 @@ def test_key_of_a_store_that_a_flipped_bit_has_changed_is_reported(
 ) -> None:
     place = store / "zarr.json"
     place.write_text(place.read_text().replace(old, new, 1))
-    with refused(StoreError, "trajectory store"):
+    with refused(StoreError, "not a trajectory store", "remove it"):
         open_store(store, RECIPE, SHAPES, MOTION)

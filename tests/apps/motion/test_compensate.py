@@ -64,7 +64,7 @@ def test_a_wish_beyond_the_range_of_the_force_is_refused_with_the_limit() -> Non
     duffing = released("duffing")
     time = duffing.window.step * np.arange(200)
     wished = 1.5 * np.sin(3 * time[:, None]) * np.minimum(time, 1.0)[:, None] ** 3
-    with refused(MotionError, "expected at most 100 %", "the limit"):
+    with refused(MotionError, "limit of range", "expected at most 100 %"):
         compensate(duffing, np.zeros((200, 1)), unlimited(duffing), wished)
 
 
@@ -72,7 +72,7 @@ def test_limits_that_the_correction_breaks_are_named() -> None:
     robot = released("robot_6r")
     path = read_path(str(CLOSED), coordinates_of(robot.inputs), robot).motion
     slow = unlimited(robot, speed=np.full(6, 0.1))
-    with refused(MotionError, "expected at most 100 %", "the limit"):
+    with refused(MotionError, "limit of speed", "expected at most 100 %"):
         compensate(robot, path, slow)
 
 
@@ -171,5 +171,5 @@ def test_corrections_that_gain_less_than_the_margin_are_refused() -> None:
 def test_a_path_that_is_off_already_and_one_without_error_are_told_apart() -> None:
     duffing = released("duffing")
     outside = np.full((50, 1), 3000.0)
-    with refused(MotionError, "300 % of", "the limit"):
+    with refused(MotionError, "300 %", "limit of range"):
         compensate(duffing, outside, unlimited(duffing), np.zeros((50, 1)))

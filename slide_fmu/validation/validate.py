@@ -203,15 +203,14 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
 
 
 def _true_outputs(system: System, drawn: Draw) -> tuple[FloatArray, FloatArray]:
-    """Return true outputs, (N + 1, n_outputs), and the CPU time in s of every step, (N,).
+    """Return true outputs, (N + 1, n_outputs), and the wall time in s of every step, (N,).
 
-    Other programs do not count: a whole trajectory takes long enough to be interrupted by some.
     No times are returned where inputs bend: the system then goes by finer steps than it needs for
     other inputs.
     """
-    begin = time.process_time()
+    begin = time.perf_counter()
     outputs = drawn_outputs(system, drawn)
-    seconds = (time.process_time() - begin) / len(drawn.inputs)
+    seconds = (time.perf_counter() - begin) / len(drawn.inputs)
     return outputs, np.full(len(drawn.inputs) if drawn.between is None else 0, seconds)
 
 

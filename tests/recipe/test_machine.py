@@ -62,7 +62,7 @@ def test_urdf_is_found_where_models_are(tmp_path: Path, monkeypatch: pytest.Monk
     recipe = robot(chain="arm.urdf")
     system = case_of(recipe).system
     scaling = range_scaling(system.inputs)
-    with refused(UrdfError, "system.chain: no file 'arm.urdf' in", "or beside"):
+    with refused(UrdfError, "system.chain: no file 'arm.urdf' in", "or next to"):
         offered_features(recipe, system, scaling)
     text = (REPOSITORY / URDF).read_text(encoding="utf-8")
     (tmp_path / "arm.urdf").write_text(text, encoding="utf-8")

@@ -132,7 +132,7 @@ def test_inputs_that_come_again_are_remarked_and_leave_no_estimator(
     proposal = propose_record(repeated(tmp_path, waves, period))
     recipe = parse_open_recipe(proposal.text, "proposed").guess
     assert (recipe.data.by, recipe.estimator) == ("block", None)
-    assert "in the part in which they came first" in proposal.draft.by_origin
+    assert "are in one part" in proposal.draft.by_origin
     [remark] = [remark for remark in proposal.remarks if "come again" in remark]
     assert f"mostly {STEP * period:g} s ({period} samples) later" in remark
     assert meaning in remark

@@ -65,7 +65,7 @@ OWN = model("own: state space", 0.02)
 def test_linear_model_would_do_up_to_a_fifth_more_error() -> None:
     remark = linear_remark([OWN, model("ARX", 0.0238, linear=True), model("NARX", 0.3)])
     assert remark is not None
-    assert "ARX errs 1.19 times" in remark
+    assert "ARX has 1.19 times the error" in remark
     assert "own: state space" in remark
     assert linear_remark([OWN, model("ARX", 0.0241, linear=True)]) is None
 
@@ -81,7 +81,7 @@ def test_linear_model_would_do_where_no_other_one_stays_bounded() -> None:
 def test_errors_of_rounding_count_as_equal() -> None:
     remark = linear_remark([model("ARX", 5e-7, linear=True), model("NARX", 1e-15), OWN])
     assert remark is not None
-    assert "ARX errs 1 times" in remark
+    assert "ARX has 1 times the error" in remark
 
 
 def test_best_of_the_other_models_counts_not_the_own_one_alone() -> None:

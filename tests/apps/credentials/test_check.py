@@ -28,7 +28,7 @@ def test_check_repeats_the_experiment_only_if_asked() -> None:
     checked = check(LINEAR, run=True)
     assert checked.problems == []
     assert list(checked.repeated) == ["credentials"]
-    assert "replay" in checked.figures(LINEAR)
+    assert "replay" in checked.figures(LINEAR).repeated
 
 
 def test_check_command_says_how_outputs_differ() -> None:

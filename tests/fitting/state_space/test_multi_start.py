@@ -157,7 +157,7 @@ def test_training_error_of_a_start_that_nothing_improves_counts_likewise(
         return Descent(theta, torch.zeros_like(theta), theta, error, rate=1e30)
 
     monkeypatch.setattr(Descent, "begin", staticmethod(wild))
-    monkeypatch.setattr(preconditioned_descent, "STRETCH", 4)
+    monkeypatch.setattr(preconditioned_descent, "STEPS", 4)
     network = {"order": 2, "hidden": 12}
     problem = problem_of(tmp_path, beyond=spring(4, 6, 160, CUBIC, 2.0))
     found = fit(problem, network, dense_limit=100, stretches=2)
@@ -211,7 +211,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int, last: int
 ) -> None:
     """After the linear models: starts, the kept ones, and one of both refinements."""
-    monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
+    monkeypatch.setattr(preconditioned_descent, "STEPS", 2)
     problem, states = problem_of(tmp_path), list[tuple[int, int]]()
     fit(
         problem,
@@ -231,7 +231,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
 def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "FIRST_UNITS", 12)
     monkeypatch.setattr(sizes, "MOST_UNITS", 24)
-    monkeypatch.setattr(preconditioned_descent, "STRETCH", 2)
+    monkeypatch.setattr(preconditioned_descent, "STEPS", 2)
     problem = problem_of(tmp_path)
     found = fit(problem, {"order": 2}, dense_limit=100, stretches=1)
     assert len(found.network.cell.w) == 12  # 24 units start as the same few

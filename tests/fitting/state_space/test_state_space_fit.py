@@ -141,7 +141,7 @@ def test_broken_fit_goes_on_without_a_trace(
 
 def quicken(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short stretches."""
-    monkeypatch.setattr(preconditioned_descent, "STRETCH", 4)
+    monkeypatch.setattr(preconditioned_descent, "STEPS", 4)
 
 
 @pytest.fixture(scope="module")

@@ -126,9 +126,10 @@ def test_without_an_estimator_there_are_no_figures_of_estimates() -> None:
     assert validation(ONE, surrogate=plain).figures().error_estimate is None
 
 
-def test_times_are_medians_over_all_steps() -> None:
-    slow = replace(TWO, step_seconds=(np.full(4, 10e-6), np.full(4, 40e-6)))
-    timing = validation(ONE, slow).figures().timing
+def test_fmu_is_timed_by_its_median_step_and_the_reference_by_its_fastest_trajectory() -> None:
+    one = replace(ONE, step_seconds=(np.full(3, 5e-6), np.full(3, 90e-6)))
+    two = replace(TWO, step_seconds=(np.full(4, 10e-6), np.full(4, 40e-6)))
+    timing = validation(one, two).figures().timing
     assert timing.fmu_step_us == pytest.approx(10.0)
     assert timing.reference_step_us == pytest.approx(40.0)
     assert timing.speedup == pytest.approx(4.0)

@@ -99,7 +99,7 @@ def test_card_names_the_file_and_the_linear_fit(place: Path) -> None:
     assert "| bench.csv | |" in card
     assert "by the slowest pole of a linear fit of the records" in card
     assert "is noise of what was measured" in card
-    assert "freely along the record" in card
+    assert "runs freely along the record has an error of" in card
 
 
 def test_fmu_is_measured_again_where_its_record_lies(

@@ -16,6 +16,7 @@ from slide_fmu.cli.learning import _recipe_tables
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
+from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
@@ -96,6 +97,16 @@ def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: Learnt) -> N
         validate(learnt.fmu, trajectories=1, workers=0)
     found = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
     assert found["outputs"][0]["relative_rmse"] == learnt.errors["position"]
+
+
+def test_object_that_the_fmu_was_not_learnt_from_is_refused(learnt: Learnt) -> None:
+    linear = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    with refused(StageError, "expected no system", "leave it out"):
+        validate(linear, system=oscillator())
+    with refused(StageError, "system = 3", "a System"):
+        validate(learnt.fmu, system=3)  # type: ignore[arg-type]
+    with refused(StageError, "first_order", "give the object"):
+        validate(learnt.fmu, system=oscillator(hold="first_order"))
 
 
 @pytest.mark.extended

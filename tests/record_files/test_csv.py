@@ -170,6 +170,22 @@ def test_lines_of_a_title_above_the_names_are_passed_over(tmp_path: Path) -> Non
         assert f"line {8 if unit else 7}," in record.place(2)
 
 
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("Sample rate,100\nChannels,2\n\nt,u,y\n", ["u", "y"]),  # titles with numbers
+        ("t,1,2\n", ["1", "2"]),  # names that are numbers
+    ],
+)
+def test_numbers_above_the_samples_are_no_samples(
+    tmp_path: Path, text: str, names: list[str]
+) -> None:
+    as_csv(tmp_path / "a.csv", f"{text}0,1,2\n0.1,2,3\n0.2,3,4\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert list(record.columns) == names
+    assert record.columns[names[0]].tolist() == [1, 2, 3]
+
+
 def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "Run 13 of day 7\nwith oil\n# t u y\n0,0 1 2\n0,1 2 3\n")
     record = read_record(str(tmp_path / "a.csv"))

@@ -17,6 +17,7 @@ from slide_fmu.records.answer_table import ANSWERS
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 from tests.memory.plain_systems import Lag
+from tests.refusals import refused
 
 PACKAGE = Path(slide_fmu.__file__).parent
 
@@ -71,3 +72,12 @@ def test_system_answers_where_it_is_asked() -> None:
 
 def test_other_source_answers_by_its_own_function() -> None:
     assert whose(Other(), more="asked") == "another source, asked"
+
+
+class Silent(Source):
+    """A source that answers nothing."""
+
+
+def test_source_without_an_answer_is_an_error() -> None:
+    with refused(TypeError, "Silent", "whose"):
+        whose(Silent(), "asked")

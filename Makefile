@@ -50,7 +50,8 @@ release: setup
 # A worker takes whole files, since tests of a file share what they build. Files keep their order:
 # sorted by their numbers of tests, the tutorials, which are few and long, would come last.
 WORKERS ?= 2
-PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+# What is compiled is kept, since tests start many programs, each of which would compile it again.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 test: setup
 	$(PYTEST) -m "not extended"

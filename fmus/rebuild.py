@@ -38,8 +38,8 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import IN_RANGE
 from slide_fmu.validation.error_figures import SearchFigures
+from slide_fmu.validation.task import IN_RANGE
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"

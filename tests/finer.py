@@ -11,10 +11,10 @@ from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.results import Validation
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
-from tests.validation.measured import FINER, PLAIN, measured
+from tests.validation.tiny_validation import FINER, PLAIN, measured
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from _pytest.mark import ParameterSet
@@ -27,6 +28,22 @@ def essential(names: Iterable[str], *kept: str) -> list[str | ParameterSet]:
     return [
         name if name in kept else pytest.param(name, marks=pytest.mark.extended) for name in listed
     ]
+
+
+def first(cases: Iterable[Any], count: int = 1) -> list[Any]:
+    """Return all cases as parameters of a test; those after the first ones are ``extended``."""
+    listed = list(cases)
+    return listed[:count] + [_extended(case) for case in listed[count:]]
+
+
+def every(n: int, cases: Iterable[Any]) -> list[Any]:
+    """Return all cases as parameters of a test; all but every nth one are ``extended``."""
+    return [case if index % n == 0 else _extended(case) for index, case in enumerate(cases)]
+
+
+def _extended(case: Any) -> ParameterSet:
+    values = case if isinstance(case, tuple) else (case,)
+    return pytest.param(*values, marks=pytest.mark.extended)
 
 
 def needs_app(name: str) -> pytest.MarkDecorator:

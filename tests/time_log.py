@@ -1,7 +1,8 @@
 """Hooks of pytest that keep how much CPU time each test file took, in ``build/test_times``.
 
-The time is that of the process and of its finished children, so that it says the same on a busy
-machine. What several tests share counts for the one that asks for it first.
+A run of ``make test`` fails where a file takes more than ``BUDGET_S``. The time is that of the
+process and of its finished children, so that it says the same on a busy machine. What several
+tests share counts for the one that asks for it first.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections import defaultdict
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,12 @@ import pytest
 
 LOGS = Path(__file__).parents[1] / "build" / "test_times"
 CPU = "cpu_seconds"
+ESSENTIAL = "not extended"
+"""The marks of ``make test``."""
+
+BUDGET_S = 30.0
+"""Largest CPU time of a file in ``make test``, in s: twice what the slowest one takes alone. A
+slower file marks its longest tests ``extended``, or shares a finished run with others."""
 
 _begun = pytest.StashKey[float]()
 
@@ -63,10 +70,27 @@ class Times:
             file = report.nodeid.partition("::")[0]
             self.taken[file] += dict(report.user_properties).get(CPU, 0.0)
 
-    def pytest_sessionfinish(self) -> None:
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
         whole = [Path(name).name for name in self.config.args] == ["tests"]
-        if whole and not hasattr(self.config, "workerinput"):
+        if whole and self.taken and not hasattr(self.config, "workerinput"):
             path = log_of(self.config.option.markexpr)
             path.parent.mkdir(parents=True, exist_ok=True)
             longest = sorted(self.taken.items(), key=lambda found: -found[1])
             path.write_text(json.dumps(dict(longest), indent=1) + "\n", encoding="utf-8")
+            if self.config.option.markexpr == ESSENTIAL and over_budget(self.taken):
+                session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        if self.config.option.markexpr == ESSENTIAL:
+            for line in over_budget(self.taken):
+                terminalreporter.write_line(line, red=True)
+
+
+def over_budget(taken: Mapping[str, float]) -> list[str]:
+    """Return a line for each file that took more CPU time, in s, than ``BUDGET_S``."""
+    return [
+        f"{file} took {seconds:.1f} s of CPU time; expected at most {BUDGET_S:g} s: mark its "
+        "longest tests extended, or share a finished run"
+        for file, seconds in taken.items()
+        if seconds > BUDGET_S
+    ]

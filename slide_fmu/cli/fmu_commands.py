@@ -95,7 +95,7 @@ def validate(
         validation_report,
     )
     from slide_fmu.report.console import print_box, print_plain_call, print_validation
-    from slide_fmu.validation.comparison import Task
+    from slide_fmu.validation.task import Task
 
     with progress_bars() as bar:
         if report is not None:

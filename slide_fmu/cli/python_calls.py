@@ -211,7 +211,7 @@ def validate(
         ValueError: a number is not valid.
     """
     from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
-    from slide_fmu.validation.comparison import Task
+    from slide_fmu.validation.task import Task
 
     processes, _ = simulating_processes(system or {}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)

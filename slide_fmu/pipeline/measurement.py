@@ -27,9 +27,10 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.comparison import BEYOND, HELD_OUT, IN_RANGE, Task, Validation
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.plain_call import plain_call_figures
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE, Task
 from slide_fmu.validation.validate import validate
 
 if TYPE_CHECKING:  # it needs the packages of the training

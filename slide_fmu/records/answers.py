@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
     from slide_fmu.report.html_report import Section
-    from slide_fmu.validation.comparison import Validation
     from slide_fmu.validation.error_figures import PlainCallFigures, ResponseFigures
+    from slide_fmu.validation.results import Validation
 
 
 def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:

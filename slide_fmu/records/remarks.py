@@ -19,7 +19,7 @@ from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.segments import inputs_beyond
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.results import Validation
 
 CUT_OFF = 1.5
 """A window is too short where the FMU's error is this many times that of the free network."""

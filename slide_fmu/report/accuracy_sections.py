@@ -14,15 +14,16 @@ from slide_fmu.report.frequency_charts import frequency_sections
 from slide_fmu.report.html_report import Section
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
+from slide_fmu.report.limits import meaning_of
 from slide_fmu.report.trajectory_charts import phase_charts, trajectory_charts
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
 from slide_fmu.report.validity import RULE, is_ruled, judgement_table, judgements
 from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation.comparison import Validation, meaning_of
 from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigures
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
+from slide_fmu.validation.results import Validation
 
 PHASE = (
     "Every output over its speed, around the largest error of its worst trajectory, as splines "

@@ -9,8 +9,8 @@ from slide_fmu.core.units import ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.report.html_report import Section
 from slide_fmu.report.trajectory_charts import own_line, true_line
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
+from slide_fmu.validation.results import Validation
 
 FREQUENCY = Axis("frequency", "Hz", log=True)
 

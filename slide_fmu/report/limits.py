@@ -8,7 +8,6 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import meaning_of
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range above which a limit is given."""
@@ -25,6 +24,16 @@ def useless_beyond(measured: RunFigures) -> list[str]:
                 f"{percent(validation.worst)}"
             )
     return found
+
+
+def meaning_of(surrogate: Surrogate) -> str:
+    """Say how the FMU uses inputs that an importer sets to their values at the start of a step."""
+    if surrogate.inputs_at_step_end:
+        return (
+            "the FMU takes them as reached by the step's end, as its parameter inputs_at_step_end "
+            "says, and answers one step late"
+        )
+    return "the FMU forecasts what they do within the step, until they are set again"
 
 
 def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[str]:

@@ -17,7 +17,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import about_parameters
 from slide_fmu.report.error_tables import box_table, parameter_table, plain_call_table
 from slide_fmu.report.importer_sections import box_text, whole
-from slide_fmu.report.limits import useless_beyond
+from slide_fmu.report.limits import meaning_of, useless_beyond
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.table import Table, markdown
 from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
@@ -30,7 +30,6 @@ from slide_fmu.report.trust_tables import (
 from slide_fmu.report.validity import judgement_sentences, judgements
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import meaning_of
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.plain_call import TEXT
 

@@ -9,8 +9,8 @@ from slide_fmu.fitting.history import History, TriedSize
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.validation.comparison import IN_RANGE
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.task import IN_RANGE
 
 LINEAR_DOES = 1.2
 """A linear model would do where its error is at most this factor above the best other one."""

@@ -22,7 +22,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.comparison import IN_RANGE, Validation
 from slide_fmu.validation.error_figures import (
     BoxFigures,
     PlainCallFigures,
@@ -30,6 +29,8 @@ from slide_fmu.validation.error_figures import (
     SearchFigures,
 )
 from slide_fmu.validation.response import is_affine
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import IN_RANGE
 
 
 @dataclass(frozen=True, eq=False)

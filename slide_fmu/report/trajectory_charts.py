@@ -12,7 +12,8 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.results import Validation
 
 MOST_SAMPLES = 3000
 """Largest number of samples of a chart; of a longer trajectory it shows the worst part."""

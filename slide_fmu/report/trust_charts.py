@@ -15,7 +15,7 @@ from slide_fmu.report.trajectory_charts import parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
 

@@ -16,8 +16,8 @@ from slide_fmu.report.trust_tables import (
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import SearchFigures, ValidationFigures
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import BROKEN
 
 

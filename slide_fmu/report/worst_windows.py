@@ -15,7 +15,8 @@ from slide_fmu.report.trajectory_charts import (
     outputs_panel,
     outside_parts,
 )
-from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
 

@@ -26,8 +26,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import BoxFigures, RestFigures, RestOutput
+from slide_fmu.validation.results import Validation
 
 INSIDE = 8
 """Number of measured points inside of the box."""

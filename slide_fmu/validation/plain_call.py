@@ -24,8 +24,8 @@ from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import PlainCallFigures, PlainError, PlainOutput
+from slide_fmu.validation.results import Validation
 
 SAMPLES = 16
 """A smooth input has at least this many samples in a period."""

@@ -23,8 +23,10 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.known_truth import compare_with_truth
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 
 WORTH_PROCESSES = 20.0
 """Work in s above which worker processes are used; they take seconds to start."""

@@ -20,6 +20,8 @@ from tests.libraries import build_libraries
 from tests.limits import HANGS
 from tests.marks import needs_app
 
+pytestmark = pytest.mark.extended
+
 METADATA = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
 
 TUTORIALS = Path(__file__).parents[2] / "docs/tutorials"

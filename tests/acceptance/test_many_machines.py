@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from slide_fmu.data import cluster as data_cluster
 from tests.acceptance.conftest import invoke
 from tests.limits import HANGS
 from tests.own_models.lag_beside import write_lag
@@ -172,7 +173,11 @@ def test_array_and_composition_name_what_there_is() -> None:
     assert any("--executor" in file.read_text() for file in EXAMPLES.iterdir())
 
 
-def test_scheduler_that_is_not_there_ends_the_command_with_a_message(tmp_path: Path) -> None:
+@pytest.mark.extended
+def test_scheduler_that_is_not_there_ends_the_command_with_a_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(data_cluster, "CONNECT", 1.0)
     recipe = write_lag(tmp_path)
     result = invoke("generate", recipe, "--runs", tmp_path, "--executor", "dask://127.0.0.1:9")
     assert result.exit_code == 1

@@ -98,10 +98,10 @@ def test_model_beside_the_recipe_is_found_and_its_free_direction_refused(tmp_pat
     assert figures["sufficient"] is False
 
 
-def test_training_refuses_data_of_another_recipe(linear: Finished, tmp_path: Path) -> None:
+def test_training_refuses_data_of_another_recipe(duffing: Finished, tmp_path: Path) -> None:
     other = tmp_path / "other.toml"
-    other.write_text(SMALL_LINEAR.replace("0.03125", "0.04"), encoding="utf-8")
-    result = invoke("train", other, "--runs", linear.runs)
+    other.write_text(SMALL_DUFFING.replace("step = 0.03\n", "step = 0.035\n"), encoding="utf-8")
+    result = invoke("train", other, "--runs", duffing.runs)
     assert result.exit_code == 1
     assert "generated from other values" in result.output
 

@@ -19,7 +19,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.report.model_card import variable_table
 from slide_fmu.report.table import markdown
-from slide_fmu.validation.comparison import Task
+from slide_fmu.validation.task import Task
 from tests.acceptance.conftest import invoke
 from tests.marks import essential
 

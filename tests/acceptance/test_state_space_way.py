@@ -6,6 +6,7 @@ import json
 import re
 
 import numpy as np
+import pytest
 
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.trajectories import read_split
@@ -13,6 +14,9 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
 from tests.estimates import kept_estimates
+
+pytestmark = pytest.mark.extended
+"""``test_error_bound_way`` takes a state-space network the whole way in ``make test``."""
 
 LEARNT = {"in range": 0.03, "beyond the range": 0.2}
 """Relative RMSE after some two seconds of training; without learning it would be 1."""

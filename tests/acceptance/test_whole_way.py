@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.recipe.case import case_of
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
-from tests.marks import APPS, needs_app
+from tests.marks import APPS, essential, needs_app
 
 METADATA = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
 
@@ -44,6 +44,7 @@ def test_error_and_its_estimate_grow_beyond_the_range(duffing: Finished) -> None
         assert 0 < estimate["mean"] < 10
 
 
+@pytest.mark.extended
 def test_linear_recipe_finds_the_exact_response(linear: Finished) -> None:
     # the window truncates 2 s: initial effects of exp(-4 * 2) = 3e-4 remain
     assert linear.figures["validation"]["in range"]["outputs"][0]["relative_rmse"] < 1e-3
@@ -66,11 +67,10 @@ def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     assert (folder / "side_by_side.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished, linear: Finished) -> None:
-    for finished in (duffing, linear):
-        result = invoke("check", finished.fmu, "--json", "-")
-        assert result.exit_code == 0, result.output
-        assert json.loads(result.stdout)["problems"] == []
+def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished) -> None:
+    result = invoke("check", duffing.fmu, "--json", "-")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["problems"] == []
 
 
 @needs_app("credentials")
@@ -124,7 +124,18 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
     assert set(figures["timing"]) == {"fmu_step_us", "reference_step_us", "speedup"}
     assert figures["trajectories"] == 3
     assert figures["seed"] == 5
-    again = json.loads(invoke(*call).stdout)
+    assert (tmp_path / "runs" / duffing.name / "validation" / "report.html").is_file()
+
+
+@pytest.mark.extended
+def test_validate_is_repeated_by_its_seed_and_keeps_reports_of_other_amplitudes(
+    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone = tmp_path / "alone.fmu"
+    shutil.copy(duffing.fmu, alone)
+    monkeypatch.chdir(tmp_path)
+    call = ("validate", alone, "--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
+    figures, again = (json.loads(invoke(*call).stdout) for _ in range(2))
     assert again["outputs"] == figures["outputs"]
     other = json.loads(invoke(*call[:5], 6, *call[6:]).stdout)
     assert other["outputs"] != figures["outputs"]
@@ -194,11 +205,11 @@ def test_export_again_gives_the_same_surrogate_and_the_same_bytes(
 
 
 @needs_app("reference")
-def test_reference_fmu_of_a_recipe_is_valid(linear: Finished, tmp_path: Path) -> None:
+def test_reference_fmu_of_a_recipe_is_valid(duffing: Finished, tmp_path: Path) -> None:
     from fmpy.validation import validate_fmu
 
     path = tmp_path / "reference.fmu"
-    assert invoke("reference", linear.recipe, "-o", path).exit_code == 0
+    assert invoke("reference", duffing.recipe, "-o", path).exit_code == 0
     assert validate_fmu(str(path)) == []
 
 
@@ -234,7 +245,7 @@ MISTAKES = {
 }
 
 
-@pytest.mark.parametrize("case", MISTAKES)
+@pytest.mark.parametrize("case", essential(MISTAKES, "unknown key", "nothing trained"))
 def test_mistake_in_a_recipe_is_answered_with_a_remedy(
     duffing: Finished, tmp_path: Path, case: str
 ) -> None:

@@ -44,7 +44,7 @@ from slide_fmu.pipeline.job import checked, open_job, with_training_seed
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.case import case_of
-from slide_fmu.validation.comparison import IN_RANGE
+from slide_fmu.validation.task import IN_RANGE
 from slide_fmu.validation.validate import validate
 
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 from seed_study import draw_curve, studies
 
-from slide_fmu.validation.comparison import IN_RANGE
+from slide_fmu.validation.task import IN_RANGE
 from tests.libraries import build_libraries
 from tests.progress import no_stages
 from tests.recipes import TINY

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.limits import HANGS
-from tests.marks import needs_app
+from tests.marks import essential, needs_app
 
 WITHOUT = """
 import sys
@@ -45,8 +45,8 @@ def called(folder: Path, program: str, *arguments: str) -> subprocess.CompletedP
 @pytest.mark.parametrize(
     "subcommand",
     [
-        *("try", "run", "train", "generate", "window", "learn"),
-        pytest.param("compare", marks=needs_app("compare")),
+        *essential(("try", "run", "train", "generate", "window", "learn"), "run", "learn"),
+        pytest.param("compare", marks=[needs_app("compare"), pytest.mark.extended]),
     ],
 )
 def test_what_needs_training_packages_names_the_extra_in_one_line(

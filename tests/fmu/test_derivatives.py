@@ -30,11 +30,13 @@ from tests.fmu.derivatives import (
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
 from tests.fmu.samples import SEEN, STEP, CellShape, random_surrogate
+from tests.marks import every
 
 SINGLE = 2e-5
 """Of single precision, relative to the largest derivative of an input sample."""
 
 CASES = list(itertools.product(SEEN, FAMILIES))
+NAMES = [" ".join(case) for case in CASES]
 LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 1, 8, 1, 7.7, 1, 1]
 """Steps in units of h; shorter ones than 1/32 are joined to the next."""
 
@@ -55,7 +57,7 @@ def plain_newest(surrogate: Surrogate, record: FloatArray) -> FloatArray:
     return np.asarray(surrogate.output_scaling.invert(values))
 
 
-@pytest.mark.parametrize(("seen", "family"), CASES, ids=map(" ".join, CASES))
+@pytest.mark.parametrize(("seen", "family"), every(3, CASES), ids=NAMES)
 def test_derivatives_are_those_of_plain_loops(load: Load, seen: str, family: str) -> None:
     """After single steps, at all ages of the younger state."""
     surrogate = surrogate_of(seen, family)
@@ -76,7 +78,7 @@ def test_derivatives_are_those_of_plain_loops(load: Load, seen: str, family: str
 
 
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-@pytest.mark.parametrize(("seen", "family"), CASES, ids=map(" ".join, CASES))
+@pytest.mark.parametrize(("seen", "family"), every(3, CASES), ids=NAMES)
 def test_derivatives_are_those_of_the_fmu(load: Load, seen: str, family: str, hold: str) -> None:
     """Finite differences by rollback, over steps of all lengths; inputs set later do not count."""
     surrogate = surrogate_of(seen, family, hold=hold)

@@ -13,6 +13,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.memory.bandwidth import proposed_step, tidy_step
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
+from tests.marks import first
 from tests.memory.plain_systems import Acceleration, FixedStep, Lag, Through
 from tests.refusals import refused
 
@@ -28,7 +29,7 @@ def test_lag_is_sampled_some_times_in_its_time_constant(time_constant: float) ->
     assert 0.5 < found.step * 5.0 * found.bandwidth <= 1.0
 
 
-@pytest.mark.parametrize("first", [1e-4, 0.01, 1.0])
+@pytest.mark.parametrize("first", first([0.01, 1e-4, 1.0]))
 def test_oscillator_is_sampled_some_ten_times_in_its_period(first: float) -> None:
     found = proposed_step(lambda step: LinearOscillator(step=step), first)
     assert found.bandwidth is not None

@@ -35,6 +35,7 @@ from slide_fmu.report.learning_sections import sizing_section
 from slide_fmu.report.learning_tables import decay_table
 from slide_fmu.systems.base import Linearization, State
 from tests.figures import filled
+from tests.marks import first
 from tests.recipes import TINY, tiny_recipe
 from tests.refusals import refused
 
@@ -80,12 +81,14 @@ def oscillator(model: str, **window: Any) -> Recipe:
 
 @pytest.mark.parametrize(
     ("recipe", "agreement"),
-    [
-        (oscillator("LinearOscillator"), CLOSE),
-        (oscillator("DuffingBaseMotion"), AGREEMENT),
-        (duffing(), AGREEMENT),
-    ],
-    ids=["linear", "base_motion", "duffing"],
+    first(
+        [
+            (duffing(), AGREEMENT),
+            (oscillator("LinearOscillator"), CLOSE),
+            (oscillator("DuffingBaseMotion"), AGREEMENT),
+        ]
+    ),
+    ids=["duffing", "linear", "base_motion"],
 )
 def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: float) -> None:
     found = size_window(recipe, case_of(recipe).system)

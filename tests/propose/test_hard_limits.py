@@ -23,7 +23,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.system import FunctionSystem
-from slide_fmu.validation.comparison import Task
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries

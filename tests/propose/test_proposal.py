@@ -298,16 +298,23 @@ def test_recipe_that_is_there_is_refused_before_the_model_is_run(tmp_path: Path)
     assert "exists already" in result.output
 
 
-def test_init_and_try_go_from_a_model_to_figures(lag: Path, tmp_path: Path) -> None:
-    command = ("init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml")
-    done = invoke(*command)
+INIT = "init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml"
+
+
+def test_init_writes_a_recipe_once_and_names_the_next_command(lag: Path) -> None:
+    done = invoke(*INIT)
     assert done.exit_code == 0, done.output
     assert "next    slide-fmu try recipes/lag.toml" in done.output
     recipe = load_open_recipe("recipes/lag.toml").guess
     assert recipe.system.model == "../slow_lag.py"
-    again = invoke(*command)
+    again = invoke(*INIT)
     assert again.exit_code == 1
     assert "recipes/lag.toml exists already" in again.output
+
+
+@pytest.mark.extended
+def test_try_gives_figures_of_the_recipe_that_init_wrote(lag: Path, tmp_path: Path) -> None:
+    assert invoke(*INIT).exit_code == 0
     tried = invoke("try", "recipes/lag.toml", "--json", "figures.json")
     assert tried.exit_code == 0, tried.output
     figures = json.loads((tmp_path / "figures.json").read_text())

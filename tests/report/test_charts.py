@@ -30,7 +30,8 @@ from slide_fmu.report.trajectory_charts import (
 )
 from slide_fmu.report.trust_charts import bound_charts, estimate_charts, novelty_charts
 from slide_fmu.report.worst_windows import worst_section
-from slide_fmu.validation.comparison import Comparison, Validation
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.results import Validation
 from tests.charts import line_of, panel_of
 from tests.recipes import tiny_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation

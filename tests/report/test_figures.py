@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain, read_figures
-from slide_fmu.validation.comparison import Comparison, Task
+from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.task import Task
 from tests.validation.handmade import comparison, surrogate_of, validation
 
 NAN = math.nan

@@ -12,10 +12,10 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.results import Validation
 from tests.recipes import tiny_recipe
-from tests.validation.measured import FINER, PLAIN, figures_of
+from tests.validation.tiny_validation import FINER, PLAIN, figures_of
 
 
 def test_report_and_card_show_the_error_of_the_model(finer: Validation) -> None:

@@ -18,7 +18,7 @@ from slide_fmu.report.quality import (
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import with_training
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import IN_RANGE
+from slide_fmu.validation.task import IN_RANGE
 from tests.figures import run_figures
 from tests.fmu.samples import random_surrogate, sum_surrogate
 from tests.fmu.small_shapes import CELLS

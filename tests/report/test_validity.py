@@ -19,13 +19,13 @@ from slide_fmu.report.validity import (
     judgements,
 )
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Validation
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.results import Validation
 from tests.figures import filled
 from tests.own_records import RECIPE as RECORDS
 from tests.recipes import tiny_state_space_recipe
 from tests.validation.handmade import KINDS, surrogate_of
-from tests.validation.measured import FINER, figures_of
+from tests.validation.tiny_validation import FINER, figures_of
 
 RANDOM = "u takes random values of up to 1 N, each for 0.015625 s"
 SWEEP = "u is a sine that sweeps from 1 to 9 rad/s, or back, with an amplitude of 1 N"

@@ -15,7 +15,9 @@ from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.trust import TrustOutputs
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape, sum_surrogate

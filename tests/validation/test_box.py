@@ -14,7 +14,8 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.report.importer_sections import box_sections
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries

@@ -21,7 +21,8 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Comparison, Task
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries

@@ -14,7 +14,8 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline import measurement
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.data.test_failures import failing
 from tests.fmu.samples import sum_surrogate

@@ -13,7 +13,8 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation import validate as measuring
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import sum_surrogate

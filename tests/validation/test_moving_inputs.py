@@ -15,14 +15,15 @@ from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.moving_inputs import Moving, forecasting
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
 from tests.recipes import tiny_recipe
-from tests.validation.measured import figures_of
+from tests.validation.tiny_validation import figures_of
 
 SAMPLES = 8
 RECIPE = tiny_recipe(

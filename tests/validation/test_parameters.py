@@ -26,14 +26,15 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.estimates import kept_estimates
 from tests.marks import needs_app
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
 from tests.refusals import refused
-from tests.validation.measured import figures_of
+from tests.validation.tiny_validation import figures_of
 
 TABLES: dict[str, Any] = {
     "parameters": {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}},

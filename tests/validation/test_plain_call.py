@@ -33,7 +33,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Task, Validation
 from slide_fmu.validation.error_figures import PlainCallFigures
 from slide_fmu.validation.plain_call import (
     TRAJECTORIES,
@@ -42,12 +41,14 @@ from slide_fmu.validation.plain_call import (
     plain_call_figures,
     smooth_inputs,
 )
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
 from tests.recipes import TINY, merged, whole_recipe
-from tests.validation.measured import figures_of
+from tests.validation.tiny_validation import figures_of
 
 STEP, LAG, WINDOW = 0.0625, 0.25, 80
 MODEL = f"""

@@ -15,8 +15,9 @@ from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_table, kind_table
 from slide_fmu.surrogate.input_forecast import InputForecast
-from slide_fmu.validation.comparison import FmuAnswer, Validation
+from slide_fmu.validation.comparison import FmuAnswer
 from slide_fmu.validation.error_figures import Covered, SearchFigures
+from slide_fmu.validation.results import Validation
 from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 

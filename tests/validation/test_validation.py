@@ -13,12 +13,13 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.comparison import Task, Validation
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
-from tests.validation.measured import FINER, MODEL, PLAIN, TASK, measured, same
+from tests.validation.tiny_validation import FINER, MODEL, PLAIN, TASK, measured, same
 
 
 def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:

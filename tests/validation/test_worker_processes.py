@@ -14,10 +14,10 @@ import pytest
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import validate as validation
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.validate import validate
 from tests.progress import silent
-from tests.validation.measured import FINER, PLAIN, TASK, measured, same
+from tests.validation.tiny_validation import FINER, PLAIN, TASK, measured, same
 
 
 def test_validation_by_several_processes_measures_the_same(

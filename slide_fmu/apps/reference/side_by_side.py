@@ -25,7 +25,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.fmu.model import FmuSystem
-from slide_fmu.validation.comparison import Task
+from slide_fmu.validation.task import Task
 
 FMI_3 = (
     "the surrogate is an FMU of FMI 3.0, which SSP 1.0 does not know: Ecos runs it, libcosim and "

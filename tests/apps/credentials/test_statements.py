@@ -11,10 +11,10 @@ from slide_fmu.apps.credentials.metadata import OWN, Entry
 from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.report.limits import limits
-from slide_fmu.validation.comparison import Validation
+from slide_fmu.validation.results import Validation
 from tests.own_records import RECIPE
 from tests.recipes import tiny_state_space_recipe
-from tests.validation.measured import FINER, PLAIN, figures_of
+from tests.validation.tiny_validation import FINER, PLAIN, figures_of
 
 
 def told(found: Validation, provenance: dict[str, Any]) -> dict[str, Any]:

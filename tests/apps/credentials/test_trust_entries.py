@@ -13,7 +13,7 @@ from slide_fmu.report.limits import limits
 from slide_fmu.report.trust_sentences import bound_sentences
 from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs
-from tests.validation.measured import figures_of
+from tests.validation.tiny_validation import figures_of
 
 STILL = [0.5, 0.5, 0.5, 0.5]
 FIRST = comparison(

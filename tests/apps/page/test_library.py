@@ -14,6 +14,7 @@ from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
 from tests.apps.page.node import run_task, task_of_fmu
+from tests.marks import every
 from tests.node import node
 
 FMUS = sorted((Path(__file__).parents[3] / "fmus").glob("*/*.fmu"))
@@ -30,7 +31,7 @@ OF_BOUND = {"error_estimate": 1e-3}
 """The same of an error estimate that is made of an error bound."""
 
 
-@pytest.mark.parametrize("fmu", FMUS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("fmu", every(3, FMUS), ids=[path.stem for path in FMUS])
 def test_page_library_gives_the_answers_of_the_native_library(fmu: Path, tmp_path: Path) -> None:
     surrogate, experiment = read_fmu(fmu)[0], read_experiment(fmu)
     assert experiment is not None

@@ -27,7 +27,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.limits import largest_file
 from tests.refusals import refused
-from tests.validation.measured import FINER
+from tests.validation.tiny_validation import FINER
 
 SAME = 1e-12
 """In m: the FMU calls the same code with the same numbers."""

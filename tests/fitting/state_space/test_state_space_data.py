@@ -36,6 +36,7 @@ from tests.fitting.state_space.springs import (
     relative_error,
     spring,
 )
+from tests.marks import essential
 
 ROUNDING = 1e-5
 """Float32 sums of some ten terms of order 1, in a cell that contracts."""
@@ -210,7 +211,7 @@ def test_sizes_are_judged_on_enough_samples(
     assert data.part.count == segments
 
 
-@pytest.mark.parametrize("units", ["tanh", "cubic", "mixed"])
+@pytest.mark.parametrize("units", essential(["tanh", "cubic", "mixed"], "mixed"))
 def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
     network = {"order": 2, "hidden": 4, "bias": False, "units": units}
     found = fit(problem_of(tmp_path), network)

@@ -21,6 +21,7 @@ from tests.fitting.state_space.springs import (
     problem_of,
     spring,
 )
+from tests.marks import first
 
 
 @pytest.fixture
@@ -132,7 +133,7 @@ def test_noise_that_only_the_validation_has_is_not_answered_with_more_units(
 
 
 @pytest.mark.usefixtures("few_units")
-@pytest.mark.parametrize("network", [{"order": 2}, {"hidden": 0}, {"units": "auto"}])
+@pytest.mark.parametrize("network", first([{"order": 2}, {"hidden": 0}, {"units": "auto"}]))
 def test_table_of_a_fit_has_the_sizes_of_its_network(
     tmp_path: Path, network: dict[str, Any]
 ) -> None:

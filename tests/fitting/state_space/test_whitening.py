@@ -49,6 +49,7 @@ from tests.fitting.state_space.test_physical_parameters import (
     with_phi,
     with_terms,
 )
+from tests.marks import first
 
 EXACT = 1e-10
 """Roundings of float64 in sums of some thousand products of order 1, relative to the largest."""
@@ -160,7 +161,7 @@ def residuals_of(shape: CellShape, theta: torch.Tensor, segments: Segments) -> t
 
 @pytest.mark.parametrize("shape", [plain(3, 2, 4, 2), FACTORS, SUBSTEPS, READ, TURNED])
 @pytest.mark.parametrize("terms", [False, True])
-@pytest.mark.parametrize("thin", [1, 4])
+@pytest.mark.parametrize("thin", first([4, 1]))
 def test_normal_equations_are_those_of_filtered_residuals(
     monkeypatch: pytest.MonkeyPatch, shape: CellShape, terms: bool, thin: int
 ) -> None:

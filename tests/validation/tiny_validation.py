@@ -11,7 +11,9 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import Comparison, Task, Validation
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
 from tests.figures import run_figures
 from tests.progress import silent

@@ -1,0 +1,303 @@
+"""The results of a validation are its compared trajectories, and the figures made from them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.recipe.model_rules import rules_of
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.error_figures import (
+    BoundFigures,
+    Covered,
+    EstimateFigures,
+    Harm,
+    KindBound,
+    KindFigures,
+    OutputFigures,
+    ParameterFigures,
+    ParameterPoint,
+    Quantiles,
+    Timing,
+    ValidationFigures,
+)
+from slide_fmu.validation.task import Task
+from slide_fmu.validation.trust import (
+    deviation_of,
+    domain_figures,
+    harm_of,
+    output_bound,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """A validation is all compared trajectories of one task.
+
+    Attributes:
+        task, surrogate, recipe: the task, the validated surrogate, and its recipe.
+        comparisons: the trajectories; with physical parameters, each has unseen values of them.
+        corners: one more trajectory at each corner of the parameters' box, which the other
+            figures do not count; empty without parameters.
+        usual: 95 % quantile of the absolute errors in range, (n_outputs,), where it is known.
+        left_out: errors of the system on trajectories beyond the range, which are left out.
+        noise: RMS of the noise of the measured outputs, (n_outputs,); None of a simulated
+            reference, or where it is not known.
+    """
+
+    task: Task
+    surrogate: Surrogate
+    recipe: Recipe
+    comparisons: tuple[Comparison, ...]
+    corners: tuple[Comparison, ...] = ()
+    usual: FloatArray | None = None
+    left_out: tuple[str, ...] = ()
+    noise: FloatArray | None = None
+
+    @property
+    def trusted(self) -> tuple[Comparison, ...]:
+        """The trajectories where the bound counts; empty without a bound."""
+        return _where_trusted(self.used)
+
+    @property
+    def used(self) -> tuple[Comparison, ...]:
+        """The trajectories as an importer runs them, for which bounds and estimates are made.
+
+        It sets u(t) before the step from t, unless the inputs are planned motions.
+        """
+        plain = [None if self.surrogate.planned else c.in_plain_call() for c in self.comparisons]
+        return tuple(p or c for p, c in zip(plain, self.comparisons, strict=True))
+
+    def usual_error(self) -> FloatArray:
+        """Return the 95 % quantile of the absolute errors, (n_outputs,)."""
+        _, error = _joined(self.used)
+        return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
+
+    @property
+    def mean(self) -> FloatArray:
+        """The mean of the reference over all trajectories, (n_outputs,).
+
+        Errors are relative to the RMS of the reference about it: an output far from 0, as a
+        temperature in K, would flatter the surrogate otherwise.
+        """
+        return np.asarray(np.concatenate([c.reference for c in self.comparisons]).mean(axis=0))
+
+    def relative(self, error: FloatArray, reference: FloatArray) -> FloatArray:
+        """Return the RMSE over the RMS of the reference about ``mean``, shape (n_outputs,).
+
+        Both arguments have the shape (n, n_outputs), of all trajectories or of some. A reference
+        that is constant throughout counts as tiny, so that the figure stays finite.
+        """
+        size = np.maximum(rms(reference - self.mean), np.finfo(np.float64).tiny)
+        return np.asarray(rms(error) / size)
+
+    def figures(self) -> ValidationFigures:
+        """Return the figures, as ``report.json`` holds their dump."""
+        return ValidationFigures(
+            fmu=self.surrogate.name,
+            trajectories=len(self.comparisons),
+            failed=sum(comparison.failed for comparison in self.comparisons),
+            left_out=self.left_out,
+            seed=self.task.seed,
+            amplitude=self.task.amplitude,
+            held_out=self.task.held_out,
+            outputs=tuple(self._output(index) for index in range(len(self.surrogate.outputs))),
+            excitations=tuple(self._excitations()),
+            error_estimate=self._estimate(),
+            error_bound=self._bound(),
+            timing=self._timing(),
+            parameters=self._of_parameters(),
+        )
+
+    def _of_parameters(self) -> ParameterFigures | None:
+        """Return the errors by values of the physical parameters, where there are some."""
+        names = tuple(parameter.name for parameter in self.surrogate.parameters)
+        if not names:
+            return None
+        unseen, corners = (
+            tuple(
+                ParameterPoint(
+                    values={name: c.parameters[name] for name in names},
+                    relative_rmse=self._relative_rmse([c]),
+                )
+                for c in chosen
+            )
+            for chosen in (self.comparisons, self.corners)
+        )
+        return ParameterFigures(names=names, unseen=unseen, corners=corners)
+
+    def _relative_rmse(self, chosen: Sequence[Comparison]) -> tuple[float, ...]:
+        """Return the relative RMSE of each output over some trajectories."""
+        reference, error = _joined(chosen)
+        return tuple(self.relative(error, reference).tolist())
+
+    def _output(self, index: int) -> OutputFigures:
+        signal = self.surrogate.outputs[index]
+        reference, error = _joined(self.comparisons)
+        single = [self._relative_rmse([c])[index] for c in self.comparisons]
+
+        def relative_of(others: Sequence[FloatArray | None]) -> float | None:
+            """Give the relative RMSE of other outputs than the surrogate's, if there are any."""
+            pairs = zip(others, self.comparisons, strict=True)
+            errors = [other - c.reference for other, c in pairs if other is not None]
+            if not errors:
+                return None
+            return float(self.relative(np.concatenate(errors), reference)[index])
+
+        return OutputFigures(
+            name=signal.name,
+            unit=signal.unit,
+            rms_reference_about_mean=float(rms(reference - self.mean)[index]),
+            rmse=float(rms(error)[index]),
+            relative_rmse=float(self.relative(error, reference)[index]),
+            max_error=float(np.max(np.abs(error[:, index]))),
+            p95_error=float(self.usual_error()[index]),
+            relative_rmse_of_trajectories=_quantiles(single),
+            model_relative_rmse=relative_of([c.model for c in self.comparisons]),
+            plain_relative_rmse=relative_of([c.plain for c in self.comparisons]),
+            relative_noise_floor=self._noise_floor(index),
+            free_relative_rmse=self._free_error(index),
+        )
+
+    def _noise_floor(self, index: int) -> float | None:
+        """Return the RMS of the noise of records over the RMS of the output, where it is known."""
+        return None if self.noise is None else float(self.noise[index]) / self._size(index)
+
+    def _free_error(self, index: int) -> float | None:
+        """Return the relative error of free runs along records, where there are some."""
+        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
+        return float(rms(np.concatenate(free))[index]) / self._size(index) if free else None
+
+    def _size(self, index: int) -> float:
+        """Return the RMS of an output about its mean."""
+        reference, _ = _joined(self.comparisons)
+        return max(float(rms(reference - self.mean)[index]), sys.float_info.min)
+
+    def _excitations(self) -> Iterator[KindFigures]:
+        for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
+            chosen = [c for c in self.comparisons if c.kind == index]
+            if chosen:
+                yield KindFigures(
+                    name=motion.name,
+                    kind=motion.kind,
+                    trajectories=len(chosen),
+                    relative_rmse=self._relative_rmse(chosen),
+                )
+
+    def _estimate(self) -> EstimateFigures | None:
+        if not self.surrogate.estimates_errors:
+            return None
+        signals, (estimates, errors) = self.surrogate.outputs, self._estimated()
+        outputs = [
+            deviation_of(estimates[:, index], errors[:, index], signal.name)
+            for index, signal in enumerate(signals)
+            if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
+        ]
+        euclidean = None
+        if len(signals) > 1 and len({signal.unit for signal in signals}) == 1 and outputs:
+            norms = (np.linalg.norm(values, axis=1) for values in (estimates, errors))
+            euclidean = deviation_of(*norms)
+        return EstimateFigures(
+            span_samples=self.surrogate.estimated_samples,
+            without_floor=tuple(outputs),
+            euclidean=euclidean,
+        )
+
+    def _estimated(self) -> tuple[FloatArray, FloatArray]:
+        """Return all scored estimates, and the true errors, (N, n_outputs) each."""
+        chosen = [c for c in self.used if c.estimate is not None]
+        errors = np.concatenate([c.true_error for c in chosen])
+        estimates = np.concatenate([c.estimate for c in chosen if c.estimate is not None])
+        scored = ~np.isnan(errors).any(axis=1)
+        return estimates[scored], errors[scored]
+
+    def _bound(self) -> BoundFigures | None:
+        """Return how far bound and domain can be trusted; None without a bound."""
+        trusted = self.trusted
+        answers = [c.trust for c in trusted if c.trust is not None]
+        if self.surrogate.bound is None or not answers:
+            return None
+        outputs = []
+        for index, signal in enumerate(self.surrogate.outputs):
+            errors = [np.abs(c.error[:, index]) for c in trusted]
+            outputs.append(
+                output_bound(signal.name, errors, [t.bounds[:, index] for t in answers])
+            )
+        plain = [c.in_plain_call() for c in self.comparisons]
+        moving = None not in plain
+        in_plain_call = _where_trusted([c for c in plain if c is not None])
+        return BoundFigures(
+            confidence=USUAL_CONFIDENCE,
+            outputs=tuple(outputs),
+            **vars(domain_figures(answers)),
+            plain=_covered(in_plain_call) if moving else None,
+            known_to_step_end=_covered(_where_trusted(self.comparisons)) if moving else None,
+            harm=self._harm_of(trusted),
+            excitations=tuple(self._bounds_by_kind()),
+        )
+
+    def _harm_of(self, chosen: Sequence[Comparison]) -> Harm | None:
+        answers = [c.trust for c in chosen if c.trust is not None]
+        if self.usual is None:
+            return None
+        return harm_of([np.abs(c.error) for c in chosen], answers, self.usual)
+
+    def _bounds_by_kind(self) -> Iterator[KindBound]:
+        for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
+            chosen = [c for c in self.trusted if c.kind == index]
+            shares = [(np.abs(c.error) <= c.trust.bounds).mean(axis=0) for c in chosen if c.trust]
+            if shares:
+                yield KindBound(
+                    name=motion.name,
+                    trajectories=len(chosen),
+                    coverage=tuple(np.mean(shares, axis=0).tolist()),
+                    lowest_coverage=tuple(np.min(shares, axis=0).tolist()),
+                    **vars(domain_figures([c.trust for c in chosen if c.trust])),
+                    harm=self._harm_of(chosen),
+                )
+
+    def _timing(self) -> Timing:
+        """Return times per step; with measured records only the FMU has one.
+
+        The FMU's is the median of its steps. The reference is timed by whole trajectories, which
+        other programs may slow down: the fastest one counts, so that no speed-up is too large.
+        """
+        times = [np.concatenate([c.step_seconds[i] for c in self.comparisons]) for i in (0, 1)]
+        fmu = float(np.median(times[0]))
+        if not len(times[1]):
+            return Timing(fmu_step_us=1e6 * fmu)
+        reference = float(np.min(times[1]))
+        return Timing(
+            fmu_step_us=1e6 * fmu, reference_step_us=1e6 * reference, speedup=reference / fmu
+        )
+
+
+def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
+    """Return the parts in which bounds count, of comparisons that have some."""
+    found = [comparison.where_trusted() for comparison in comparisons]
+    return tuple(one for one in found if one is not None)
+
+
+def _covered(comparisons: Sequence[Comparison]) -> Covered:
+    """Return the share of samples that bounds cover, of each output."""
+    shares = [np.abs(c.error) <= c.trust.bounds for c in comparisons if c.trust is not None]
+    return Covered(coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()))
+
+
+def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
+    """Return reference and error of all samples of comparisons, shape (n, n_outputs) each."""
+    reference = np.concatenate([c.reference for c in comparisons])
+    return reference, np.concatenate([c.error for c in comparisons])
+
+
+def _quantiles(values: Sequence[float]) -> Quantiles:
+    median, low, high = np.quantile(values, [0.5, 0.1, 0.9])
+    return Quantiles(median=float(median), p10=float(low), p90=float(high))

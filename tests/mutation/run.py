@@ -43,6 +43,7 @@ MODULES = {
             "slide_fmu/validation/known_truth.py",
             "slide_fmu/validation/validate.py",
             "slide_fmu/validation/comparison.py",
+            "slide_fmu/validation/results.py",
         ),
         ("tests/validation/test_compare.py", "tests/report/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),

@@ -126,7 +126,10 @@ def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, patte
         assert found == {k: eager[k] for k in found}
 
 
-@pytest.mark.parametrize(("blocks",), first([((3, 7),), ((1, 1),), ((1, 4),), ((4, 5),)], 2))
+@pytest.mark.parametrize(
+    "blocks",
+    [(3, 7), (1, 1), *(pytest.param(b, marks=pytest.mark.extended) for b in [(1, 4), (4, 5)])],
+)
 @pytest.mark.parametrize(
     "name", ["plain", "estimated", "gated", "roles", "substeps", "seen", "span", "span_gated"]
 )

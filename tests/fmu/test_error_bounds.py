@@ -19,7 +19,7 @@ from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
 from tests.fmu.test_estimates import PATTERNS
-from tests.marks import essential, first
+from tests.marks import essential
 
 PLAIN = Shape(
     n_in=9, n_out=4, n_inputs=2, n_outputs=2, differences=1, cell=CellShape(contraction=0.9)

@@ -6,6 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -37,7 +38,7 @@ HEAD = 1024 * 1024
 """Number of bytes from which the format of the file is found."""
 
 LOOKED_AT = 50
-"""Largest number of lines from which separator and columns of dates are found."""
+"""Largest number of lines from which separator, names and columns of dates are found."""
 
 BLANKS = r"\s+"
 """Pattern of blanks as a separator, as pandas takes it."""
@@ -54,6 +55,9 @@ VALUES = {
     for sign in ".,"
 }
 """Pattern of a value by its decimal sign: a number, or a mark of a missing one."""
+
+GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""Pattern of a number whose comma may group thousands, or stand before the decimals."""
 
 MISSING = ("na", "none")
 """Words for a missing number, in addition to the ones that pandas knows."""
@@ -93,7 +97,7 @@ def read_csv(path: Path, choice: Choice) -> Table:
         RecordError: no header, wrong columns, lines with too many or too few values, or too many
             samples.
     """
-    form = find_format(path, choice.path)
+    form = find_format(path, choice)
     pandas = library("pandas", choice.path)
     kept = choice.kept(form.units)
     dates = [name for name in form.dates if _may_be_dates(name, form, choice)]
@@ -131,7 +135,7 @@ def _may_be_dates(name: str, form: CsvFormat, choice: Choice) -> bool:
     return name == choice.time or (not is_signal and may_be_time(name, form.units[name]))
 
 
-def find_format(path: Path, name: str) -> CsvFormat:
+def find_format(path: Path, choice: Choice) -> CsvFormat:
     """Find the format of a text file from its first lines.
 
     The names stand above the first row of samples, perhaps with a line of units between them;
@@ -139,33 +143,25 @@ def find_format(path: Path, name: str) -> CsvFormat:
     column without a name is the index of a table of pandas.
 
     Raises:
-        RecordError: there is no header, or no number below it; the message says which.
+        RecordError: there is no header, no number below it, or no certain decimal sign.
     """
-    with path.open("rb") as file:
-        head = file.read(HEAD)
-    encoding = _encoding(head)
-    lines = head.decode(encoding, errors="replace").splitlines()
-    if len(head) == HEAD:
-        lines = lines[:-1]  # the last line may be cut
-    if len(lines) < 2:
-        raise RecordError(
-            f"{name} has {len(lines)} lines within its first {len(head)} bytes; expected a header "
-            "with the names of the columns, and a line for each sample: is it a text file?"
-        )
+    encoding, lines = _first_lines(path, choice.path)
     separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
-    rows = [_fields(line.lstrip("#% "), separator) for line in lines]
+    rows = _without_titles([_fields(line.lstrip("#% "), separator) for line in lines], choice)
     first = _first_row(rows, decimal)
     above = [k for k in range(first) if any(rows[k])]
     if not above:
         raise RecordError(
-            f"{name}, line 1 has {lines[0][:60]!r}; expected the names of the columns: a header "
-            "is required"
+            f"{choice.path}, line 1 has {lines[0][:60]!r}; expected the names of the columns: a "
+            "header is required, and no title above it that has as many values"
         )
+    if separator == decimal:
+        _require_decimals([field for row in rows[first:] for field in row], choice.path)
     header, units = rows[above[-1]], []
     width = len(rows[first]) if first < len(rows) else len(header)
     if len(above) > 1 and len(rows[above[-2]]) == len(header) == width > 1:
         header, units = rows[above[-2]], header
-    own_units = named(_completed(header), name)
+    own_units = named(_completed(header), choice.path)
     for column, unit in zip(own_units, units, strict=False):
         own_units[column] = own_units[column] or _bare(unit)
     looked_at = rows[first : first + LOOKED_AT]
@@ -175,6 +171,21 @@ def find_format(path: Path, name: str) -> CsvFormat:
         if any(DATE.match(row[index]) for row in looked_at if index < len(row))
     ]
     return CsvFormat(encoding, separator, decimal, own_units, tuple(dates), above[-1] + 2)
+
+
+def _first_lines(path: Path, name: str) -> tuple[str, list[str]]:
+    """Return the encoding of a file and its first lines, of which there are at least two."""
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    encoding = _encoding(head)
+    lines = head.decode(encoding, errors="replace").splitlines()
+    lines = lines[: -1 if len(head) == HEAD else None]  # the last line may be cut
+    if len(lines) < 2:
+        raise RecordError(
+            f"{name} has {len(lines)} lines within its first {len(head)} bytes; expected a header "
+            "with the names of the columns, and a line for each sample: is it a text file?"
+        )
+    return encoding, lines
 
 
 def _encoding(head: bytes) -> str:
@@ -196,7 +207,7 @@ def _signs(lines: Sequence[str]) -> tuple[str, str]:
         rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
         total = max(1, sum(max(width, len(row)) for row in rows))
-        for decimal in ".,".replace(separator, ""):
+        for decimal in ".,":
             fields = [field for row in rows if len(row) == width for field in row]
             read = sum(
                 VALUES[decimal].fullmatch(f) is not None or bool(DATE.match(f)) for f in fields
@@ -211,7 +222,32 @@ def _fields(line: str, separator: str) -> list[str]:
     """Split a line; a unit in brackets stays with its name where blanks separate."""
     if separator == BLANKS:
         return re.sub(r"\s+(?=[\[(])", "", line).split()
-    return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
+    read = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    return [field.strip() for field in next(read, [])]
+
+
+def _without_titles(rows: Sequence[list[str]], choice: Choice) -> list[list[str]]:
+    """Empty the lines above the first one that has most of these: all wanted names, and a time."""
+    wanted = {name for name in (*(choice.names or ()), choice.time) if name}
+    found = [(False, False)] * min(len(rows), LOOKED_AT)
+    for k in range(len(found)):
+        with suppress(RecordError):  # a line without a name for each column has no names
+            units = named(_completed(rows[k]), choice.path)
+            has_time = not choice.step and any(may_be_time(*column) for column in units.items())
+            found[k] = bool(wanted) and wanted <= units.keys(), has_time
+    titles = found.index(max(found))
+    return [[]] * titles + list(rows[titles:])
+
+
+def _require_decimals(fields: Iterable[str], path: str) -> None:
+    """Refuse fields within quotes where all commas in numbers may group thousands."""
+    numbers = [one for one in fields if "," in one and VALUES[","].fullmatch(one)]
+    if numbers and all(map(GROUPED.fullmatch, numbers)):
+        raise RecordError(
+            f"{path} has {numbers[0]!r}, whose comma may group thousands, as all others may; "
+            "expected at least one that is certainly a decimal sign, as in '0,5': write decimal "
+            "points, and nothing between thousands"
+        )
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:
@@ -310,7 +346,8 @@ def _counts(file: Iterable[str], form: CsvFormat) -> Iterator[int]:
     lines = islice(file, form.first_line - 1, None)
     if form.separator == BLANKS:
         return (len(line.split()) for line in lines)
-    return (len(row) for row in csv.reader(lines, delimiter=form.separator))
+    rows = csv.reader(lines, delimiter=form.separator, skipinitialspace=True)
+    return (len(row) for row in rows)
 
 
 def _wrong_width(path: str, line: int, found: int, width: int) -> RecordError:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.record_files.reading import read_record
 from slide_fmu.record_files.record import RecordError
+from slide_fmu.records.findings import examine
 from tests.records.files import ROAD, TIME, TRAVEL, as_csv
 from tests.refusals import refused
 
@@ -30,15 +31,14 @@ def test_points_that_group_thousands_are_texts_beside_decimal_commas(tmp_path: P
 def test_csv_is_read_however_it_is_written(
     tmp_path: Path, separator: str, decimal: str, units: str
 ) -> None:
-    if separator == decimal:
-        return
+    quote = '"' if separator == decimal else ""
     ends = {"brackets": " [{}]", "parentheses": " ({})"}.get(units, "")
     header = separator.join(
         n + ends.format(u) for n, u in (("t", "ms"), ("road", "m"), ("y", "°C"))
     )
     second = [separator.join(("ms", "m", "°C"))] if units == "second line" else []
     rows = [
-        separator.join(f"{v:.4f}" for v in row).replace(".", decimal)
+        separator.join(f"{quote}{v:.4f}{quote}".replace(".", decimal) for v in row)
         for row in zip(1000 * TIME, ROAD, TRAVEL, strict=True)
     ]
     path = tmp_path / "a.csv"
@@ -51,6 +51,65 @@ def test_csv_is_read_however_it_is_written(
     told = {"road": "", "y": ""} if units == "none" else {"road": "m", "y": "°C"}
     assert record.units == told
     assert record.place(0).startswith("sample 1 (line 3" if second else "sample 1 (line 2")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        't,u,y\n0,"1,5",2\n1,"-2,5e1",3\n',  # only what has a comma is within quotes
+        '"t", "u", "y"\n"0,0", "1,5", "2"\n"1,0", "-25", "3"\n',
+        'time,u,y\n"2024-05-01 12:00:00,5","1,5",2\n"2024-05-01 12:00:01,5","-25,0",3\n',
+        't,u,y\n"0,000","1,500","2,000"\n"1,000","-25,000","3,000"\n',
+        '\ufefft;u;y\n"0,0";"1,5";"2"\n"1,0";"-25,0";"3"\n',
+        "Run 7;;\r\nt;u;y\r\ns;N;mm\r\n0,0;1,5;2\r\n1,0;-25;3\r\n",
+        "Run\t7\t\nt [s]\tu\ty\n0,0\t1,5\t2\n1,0\t-25\t3\n",
+        't, u, y\n"s", "N", "mm"\n0.0, 1.5, 2\n1.0, -25, 3\n',
+        "\ufeff# t , u , y\n 0 , 1.5 , 2 \n 1 , -25 , 3 \n",
+    ],
+)
+def test_odd_files_hold_the_same_record(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.csv").write_bytes(text.encode("utf-8"))
+    for names in (None, ["u", "y"]):
+        record = read_record(str(tmp_path / "a.csv"), names)
+        assert record.time.tolist() == [0, 1]
+        assert {n: v.tolist() for n, v in record.columns.items()} == {"u": [1.5, -25], "y": [2, 3]}
+
+
+def test_commas_within_quotes_that_may_group_thousands_are_refused(tmp_path: Path) -> None:
+    rows = [f'"{1 + k},000","{2 + k},500"' for k in range(100)]
+    as_csv(tmp_path / "a.csv", "\n".join(["t,u", *rows]))
+    with refused(RecordError, "a.csv", "'1,000'", "expected", "'0,5'", "write decimal points"):
+        read_record(str(tmp_path / "a.csv"))
+    as_csv(tmp_path / "a.csv", "\n".join(["t,u", '"0,000","1,500"', *rows]))
+    assert read_record(str(tmp_path / "a.csv")).columns["u"].tolist() == [
+        1.5 + k for k in range(101)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "texts"),
+    [
+        (['"0,1","1,5"', '"0,2","1.5"', '"0,3","2,5"'], [("u", 1, "1.5")]),
+        (['0.1,"1,5"', "0.2,2.5", "0.3,3.5"], [("u", 0, "1,5")]),
+        (['0.1,"1,234"', "0.2,999", "0.3,998.5"], [("u", 0, "1,234")]),
+        (['"0,1","1.234,5"', '"0,2","999,5"'], [("u", 0, "1.234,5")]),
+    ],
+)
+def test_numbers_of_the_rarer_decimal_sign_are_texts(
+    tmp_path: Path, rows: list[str], texts: list[tuple[str, int, str]]
+) -> None:
+    as_csv(tmp_path / "a.csv", "\n".join(["t,u", *rows]))
+    record = read_record(str(tmp_path / "a.csv"))
+    assert [(text.column, text.sample, text.value) for text in record.texts] == texts
+    (message,) = (one.message for one in examine([record], ["u"]) if one.kind == "text")
+    assert f"a.csv, column 'u': the text {texts[0][2]!r} at sample" in message
+    assert "expected numbers throughout: mend the file" in message
+
+
+def test_decimal_comma_without_quotes_is_refused(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", 't,u\n"0,1","1,5"\n0,2,1,5\n"0,3","2,5"\n')
+    with refused(RecordError, "a.csv", "line 3", "expected 2 values in each line"):
+        read_record(str(tmp_path / "a.csv"))
 
 
 @given(
@@ -184,6 +243,55 @@ def test_numbers_above_the_samples_are_no_samples(
     record = read_record(str(tmp_path / "a.csv"))
     assert list(record.columns) == names
     assert record.columns[names[0]].tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize("names", [None, ["u", "y"]])
+@pytest.mark.parametrize("units", ["", "s,N,mm\n"])
+@pytest.mark.parametrize(
+    "title",
+    [
+        "Measurement 12,,\n",
+        "Measurement 12,,\nby hand,,\n,,\n",
+        "Measurement,12,with oil\n",
+        "Measurement,warm,with oil\n",
+        "Sample rate,100,\nChannels,2,\n\n",
+        "Sensor A,,Sensor B\n",
+    ],
+)
+def test_title_with_as_many_values_as_a_sample_is_passed_over(
+    tmp_path: Path, title: str, units: str, names: list[str] | None
+) -> None:
+    as_csv(tmp_path / "a.csv", f"{title}t,u,y\n{units}0,1,2\n0.1,2,3\n0.2,3,4\n")
+    record = read_record(str(tmp_path / "a.csv"), names)
+    assert {n: v.tolist() for n, v in record.columns.items()} == {"u": [1, 2, 3], "y": [2, 3, 4]}
+    assert record.units == ({"u": "N", "y": "mm"} if units else {"u": "", "y": ""})
+    assert record.first_line == 1 + (title + units).count("\n") + 1
+
+
+def test_names_of_the_recipe_tell_the_header_from_title_and_units(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "Run,oil\nV,m\n0,1\n1,2\n")
+    record = read_record(str(tmp_path / "a.csv"), ["V", "m"], step=0.1)
+    assert (record.columns["m"].tolist(), record.units) == ([1, 2], {"V": "", "m": ""})
+    as_csv(tmp_path / "a.csv", "V,m\nV,t\n0,1\n1,2\n")  # these are volts and tonnes
+    record = read_record(str(tmp_path / "a.csv"), ["V", "m"], step=0.1)
+    assert (record.columns["m"].tolist(), record.units) == ([1, 2], {"V": "V", "m": "t"})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Run 12,,\nt,u,y\n", ["no name for column 2", "correct the header"]),
+        ("Run,12,13\nt,u,y\n", ["line 1 has 'Run,12,13'", "header is required", "no title above"]),
+    ],
+)
+def test_title_is_refused_where_nothing_tells_the_names(
+    tmp_path: Path, text: str, words: list[str]
+) -> None:
+    as_csv(tmp_path / "a.csv", f"{text}0,1,2\n1,2,3\n")
+    with refused(RecordError, "a.csv", "expected", *words):
+        read_record(str(tmp_path / "a.csv"), step=0.1)
+    with refused(RecordError, "no columns ['z']; it has ['t', 'u', 'y']"):
+        read_record(str(tmp_path / "a.csv"), ["z"])
 
 
 def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> None:

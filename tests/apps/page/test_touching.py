@@ -24,6 +24,7 @@ from slide_fmu.pipeline.apps import (
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.apps.page.conftest import FMUS
+from tests.marks import needs_app
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
 
@@ -90,7 +91,9 @@ def test_drawing_that_cannot_be_found_is_refused(
     [
         ({"page": {"drawings": NAME}}, ("[apps.page]", "drawings")),
         ({"page": {"drawing": "oscillator"}}, ("[apps.page]", "module:function")),
-        ({"motion": {"speed": 1}}, ("[apps.motion]", "delete")),
+        pytest.param(
+            {"motion": {"speed": 1}}, ("[apps.motion]", "delete"), marks=needs_app("motion")
+        ),
     ],
 )
 def test_tables_of_apps_are_checked(

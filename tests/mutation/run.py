@@ -57,6 +57,11 @@ MODULES = {
         ("slide_fmu/surrogate/error_estimator.py",),
         ("tests/surrogate/test_error_estimator.py", "tests/surrogate/test_surrogate.py"),
     ),
+    "bound": Module(
+        ("slide_fmu/bounds/error_bound.py", "slide_fmu/surrogate/error_bound.py"),
+        ("tests/surrogate/test_error_bound.py", "tests/bounds/test_conformal.py",
+         "tests/bounds/test_error_bound.py"),
+    ),
     "estimate in C": Module(
         (f"{RUNTIME}/network/estimate.c",),
         ("tests/fmu/test_ranges.py", "tests/fmu/test_estimates.py", "tests/fmu/test_runtime.py"),

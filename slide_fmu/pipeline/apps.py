@@ -164,7 +164,7 @@ def check_app_tables(recipe: Recipe) -> None:
     """Refuse tables that an installed app cannot use.
 
     Raises:
-        RecipeError: the message names the table.
+        RecipeError: the message names the recipe and the table.
     """
     from slide_fmu.recipe.recipe import RecipeError
 
@@ -172,10 +172,13 @@ def check_app_tables(recipe: Recipe) -> None:
         if name not in apps():
             continue  # ``remarks_on_app_tables`` says so
         check = apps()[name].check_table
-        if check is not None:
-            check(table)
-        elif table:
-            raise RecipeError(f"[apps.{name}]: the app {name!r} reads no table; delete it")
+        try:
+            if check is not None:
+                check(table)
+            elif table:
+                raise RecipeError(f"[apps.{name}]: the app {name!r} reads no table; delete it")
+        except RecipeError as error:
+            raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
 
 
 def remarks_on_app_tables(recipe: Recipe) -> list[str]:

@@ -9,10 +9,10 @@ ALIKE = 0.6
 """Smallest ratio of equal letters (``difflib``) from which a word is suggested."""
 
 
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is most like another; None if no word is similar."""
+def nearest(word: str, known: Iterable[str], alike: float = ALIKE) -> str | None:
+    """Return the known word that is most like another; None if no word is similar enough."""
     by_small = {name.lower(): name for name in known}
-    near = difflib.get_close_matches(word.lower(), by_small, n=1, cutoff=ALIKE)
+    near = difflib.get_close_matches(word.lower(), by_small, n=1, cutoff=alike)
     return by_small[near[0]] if near else None
 
 

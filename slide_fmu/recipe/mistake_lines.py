@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 from pydantic import ValidationError
@@ -17,19 +19,30 @@ from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
 
 FORMER = {
     "system.drawing": "is drawing of the table [apps.page] now: move it",
-    "training.stretches": "is refinements of the table [training.expert] now: move it",
-    "training.newest_weight": "is gone: remove it",
+    "data.further": "is further of the table [bound.expert] now: move it",
+    "data.budget_minutes": "is gone: give data.train a number where a learning curve is too long",
+    "*.excitation.corners": "is gone, since it is a constant now: remove it",
+    "*.excitation.constant_speed": "is gone, since it is a constant now: remove it",
+    "stability.growth": "is a constant now: remove it",
+    "stability.contraction": "is a constant now: remove it",
+    "bound.companion": "is the table [bound.expert.companion] now: rename it",
+    "bound.*companion.start": "is gone: remove it; a companion always begins on its own",
+    "bound.*companion.stretches": "is named refinements now: rename it",
+    "training*.stretches": "is named refinements of [training.expert] now: rename it there",
+    "*training*.newest_weight": "is gone: remove it",
     "training.flip_signs": (
         "is flip_signs of [training.expert] now, of feed-forward networks alone: move it there; "
         "for a state-space network set network.bias = false in its place"
     ),
-    "data.further": "is further of the table [bound.expert] now: move it",
-    "data.budget_minutes": "is gone: give data.train a number where a learning curve is too long",
-    "stability.growth": "is a constant now: remove it",
-    "stability.contraction": "is a constant now: remove it",
-    "bound.companion": "is the table [bound.expert.companion] now: rename it",
 }
-"""What became of keys that recipes once had, where no other message would say so."""
+"""What became of keys that recipes once had, where no other message would say so.
+
+Places are patterns of ``fnmatch``, without positions in lists and kinds of their items.
+"""
+LIST = re.compile(r"list(?: of (\d+))?: ((?:whole )?number\b[^,:]*|text) each")
+"""Types of keys that are lists of numbers or of texts."""
+SPELLING = 0.8
+"""Likeness from which a key is a misspelt one of its table, even if another table has it."""
 MOST_TABLES = 3
 """Largest number of tables that a message names for a key of other tables."""
 
@@ -93,16 +106,45 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
         return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
     if item["type"] == "missing":
         return f"{place} is missing"
-    if item["type"] == "extra_forbidden" and place in FORMER:
-        return f"{place} {FORMER[place]}"
+    if item["type"] == "extra_forbidden" and (became := _former(parts)):
+        return f"{place} {became}"
     if item["type"] == "extra_forbidden":
         return f"{place} {_unknown_key(item['loc'], file)}"
     message = item.get("several") or expectation(item)
+    if item["type"] == "tuple_type" and file is not None:
+        message += _example(tuple(item["loc"]), item["input"], file)
     if place in AUTOMATIC:
         message += f', or "{AUTO}"' + or_meant(str(item["input"]), [AUTO])
     if isinstance(item["input"], dict):  # a whole table: the message names its values
         return f"{place}: {message}"
     return f"{place} = {value_text(item['input'])}: {message}"
+
+
+def _former(place: Place) -> str | None:
+    """Return what became of a key that recipes once had; None for any other key."""
+    name = ".".join(part for part in place if isinstance(part, str))
+    return next((text for keys, text in FORMER.items() if fnmatchcase(name, keys)), None)
+
+
+def _example(place: Place, found: Any, file: type[Table]) -> str:
+    """Return an ending that shows how the list at a place is written.
+
+    Args:
+        place: the place, with forms of tables.
+        found: the value that stands there in place of a list.
+        file: the outermost table of the file.
+    """
+    sections = list(sections_of(file))
+    if any(s.place[: len(place) + 1] == (*place, ITEM) for s in sections):
+        return f": write [[{'.'.join(map(str, place))}]] at the head of each of its tables"
+    inner = [s for s in sections if s.matches(place[:-1])]
+    (kind,) = [key.type for s in inner for key in s.keys if key.name == place[-1]][:1] or [""]
+    match = LIST.fullmatch(kind)
+    if match is None:
+        return ""
+    wanted = int | float if "number" in match[2] else str
+    item = found if isinstance(found, wanted) else 1 if "number" in match[2] else "text"
+    return f", such as {value_text([item] * int(match[1] or 1))}"
 
 
 def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
@@ -118,7 +160,8 @@ def _unknown_key(place: tuple[str | int, ...], file: type[Table] | None) -> str:
     known = known_keys(file, tuple(table)) if file is not None else []
     elsewhere = [] if file is None else _tables_with(str(key), file)
     own = f"[{'.'.join(str(part) for part in _without_methods(table))}.expert]"
-    elsewhere = [own] if own in elsewhere else elsewhere[:MOST_TABLES]
+    misspelt = nearest(str(key), known, SPELLING)
+    elsewhere = [own] if own in elsewhere else [] if misspelt else elsewhere[:MOST_TABLES]
     if elsewhere:
         return f"is not a known key; {key} is one of {' and '.join(elsewhere)}: move or remove it"
     meant = nearest(str(key), known)

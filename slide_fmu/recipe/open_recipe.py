@@ -49,7 +49,7 @@ class OpenRecipe:
         try:
             whole, open_keys = _with_defaults(dict(tables))
         except ValueError as error:
-            raise RecipeError(f"{source}: recipe: {error}") from error
+            raise RecipeError(f"{source}: {error}") from error
         return _checked(whole, open_keys, source, text)
 
     def with_found(self, values: FoundValues, source: str) -> OpenRecipe:
@@ -100,7 +100,7 @@ def _checked(
         raise RecipeError(mistake_lines(error, source, file=Recipe, text=text)) from error
     found = [*_unfindable(recipe, open_keys), *faults(recipe, open_keys)]
     if found:
-        raise RecipeError("\n".join(f"{source}: recipe: {fault}" for fault in found))
+        raise RecipeError("\n".join(f"{source}: {fault}" for fault in found))
     return OpenRecipe(recipe, open_keys)
 
 

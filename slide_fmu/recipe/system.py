@@ -6,10 +6,13 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
+from slide_fmu.core.suggestions import or_meant
+from slide_fmu.core.units import require_unit
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
 from slide_fmu.systems.declared import Parameter, SignalTable
+from slide_fmu.systems.loading import KINDS, NAMED
 
 
 class SystemRecipe(Table):
@@ -50,6 +53,21 @@ class SystemRecipe(Table):
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
     drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
+
+    @field_validator("kind")
+    @classmethod
+    def _kind_exists(cls, value: str) -> str:
+        if value not in KINDS:
+            raise ValueError(f"expected one of {NAMED}: correct it{or_meant(value, NAMED)}")
+        return value
+
+    @field_validator("inputs", "outputs")
+    @classmethod
+    def _units_are_known(cls, value: dict[str, SignalTable]) -> dict[str, SignalTable]:
+        for name, table in value.items():
+            if table.unit is not None:
+                require_unit(name, table.unit)
+        return value
 
     @field_validator("chain", mode="before")
     @classmethod

@@ -85,7 +85,7 @@ def test_recipes_of_the_project_are_found() -> None:
         (
             '[[data.excitation]]\nkind = "held_random"\nweight = 1.0',
             "excitation = []",
-            "recipe: data.excitation is empty; ",
+            "data.excitation is empty; ",
         ),
     ],
 )
@@ -194,7 +194,7 @@ learning_rate = 1.0
     with pytest.raises(RecipeError) as caught:
         parse_open_recipe(text, "mine.toml")
     assert str(caught.value) == (
-        f"mine.toml: recipe: data.estimator = {counts[0]}, data.estimator_validation = "
+        f"mine.toml: data.estimator = {counts[0]}, data.estimator_validation = "
         f"{counts[1]}; the error estimator needs trajectories of its own, at least one each"
     )
 

@@ -88,7 +88,7 @@ def test_trajectories_beyond_the_range_are_for_state_space_networks() -> None:
     with pytest.raises(RecipeError) as caught:
         parse_recipe(TINY.replace("train = 4", "train = 4\nbeyond = 3"), "mine.toml")
     assert str(caught.value) == (
-        "mine.toml: recipe: data.beyond = 3; expected 0 for network.family = 'feed_forward': "
+        "mine.toml: data.beyond = 3; expected 0 for network.family = 'feed_forward': "
         "state-space networks alone learn from them"
     )
     recipe = parse_recipe(STATE_SPACE.replace("train = 4", "train = 4\nbeyond = 3"), "mine.toml")
@@ -160,7 +160,7 @@ def test_mistakes_about_features_of_feed_forward_networks(keys: str, line: str) 
     assert found.startswith(line)
 
 
-METHOD_LINE = "recipe: training.method = {!r}; expected {!r} for network.family = {!r}"
+METHOD_LINE = "training.method = {!r}; expected {!r} for network.family = {!r}"
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,46 @@ samples = [1, 5]
             "int = 3\nname = ",
             "int is not a known key; remove it or correct its spelling",
         ),
+        (
+            "range = [-1.0, 1.0]",
+            'range = [-1.0, 1.0]\nunits = "N"',
+            "system.inputs.force.units is not a known key; did you mean unit? Correct its "
+            "spelling, or remove it",
+        ),
+        (
+            "[[data.excitation]]",
+            "[data.excitation]",
+            "data.excitation: expected a list in brackets: write [[data.excitation]] at the head "
+            "of each of its tables",
+        ),
+        (
+            "samples = [1, 5]",
+            "samples = 5",
+            "1st [[data.excitation]] (held_random), key samples = 5: expected a list in brackets, "
+            "such as [5, 5]",
+        ),
+        (
+            "[window]",
+            "[bound.expert]\nhidden = 3\n\n[window]",
+            "bound.expert.hidden = 3: expected a list in brackets, such as [3]",
+        ),
+        (
+            '"spring.py"',
+            '"spring.py"\nfurther = "other.py"',
+            "system.further = 'other.py': expected a list in brackets, such as ['other.py']",
+        ),
+        (
+            '"function"',
+            '"functions"',
+            "system.kind = 'functions': expected one of ['class', 'exudyn', 'fmu', 'function', "
+            "'record']: correct it; did you mean 'function'?",
+        ),
+        (
+            "range = [-1.0, 1.0]",
+            'range = [-1.0, 1.0]\nunit = "Nn"',
+            "system.inputs: signal 'force': unit 'Nn'; expected known units, but 'Nn' is none: "
+            "write 'N' or 'nm', or '1' for a number without unit",
+        ),
     ],
 )
 def test_slip_in_a_recipe_gives_one_line(old: str, new: str, line: str) -> None:
@@ -185,3 +225,47 @@ def test_places_in_lists_are_counted_from_one() -> None:
     )
     assert in_words(("points", 10, 1)) == "2nd value in the 11th value of points"
     assert in_words(("window", "step")) == "window.step"
+
+
+FORMER = {
+    "system.drawing": "is drawing of the table [apps.page] now",
+    "data.budget_minutes": "is gone: give data.train a number",
+    "data.further": "is further of the table [bound.expert] now",
+    "stability.contraction": "is a constant now",
+    "stability.growth": "is a constant now",
+    "training.flip_signs": "is flip_signs of [training.expert] now",
+    "training.newest_weight": "is gone",
+    "training.expert.newest_weight": "is gone",
+    "training.stretches": "is named refinements of [training.expert] now",
+    "training.expert.stretches": "is named refinements of [training.expert] now",
+    "training.kept_iterations": "kept_iterations is one of [training.expert]: move",
+    "training.dense_limit": "dense_limit is one of [training.expert]: move",
+    "bound.companion": "is the table [bound.expert.companion] now",
+    "bound.expert.companion.stretches": "is named refinements now",
+    "bound.expert.companion.start": "is gone: remove it; a companion always begins on its own",
+    "bound.hidden": "hidden is one of [bound.expert]: move",
+    "bound.steps": "steps is one of [bound.expert]: move",
+    "estimator.pretraining": "pretraining is one of [estimator.expert]: move",
+    "estimator.lags": "lags is one of [estimator.expert]: move",
+    "estimator.training.newest_weight": "is gone",
+    "estimator.training.expert.newest_weight": "is gone",
+    "estimator.training.final_learning_rate": "is one of [estimator.training.expert]: move",
+    "estimator.expert.pretraining.newest_weight": "is gone",
+}
+"""Keys that recipes once had, one of each kind, with what became of them."""
+
+
+@pytest.mark.parametrize("place", FORMER)
+def test_key_of_former_versions_is_answered_with_what_became_of_it(place: str) -> None:
+    table, _, key = place.rpartition(".")
+    text = PLAIN if f"[{table}]" in PLAIN else f"{PLAIN}\n[{table}]\n"
+    with refused(RecipeError, f"spring.toml: {place} ", FORMER[place]):
+        parse_open_recipe(text.replace(f"[{table}]", f"[{table}]\n{key} = 1"), "spring.toml")
+
+
+@pytest.mark.parametrize("table", ["data", "bound", "validation"])
+@pytest.mark.parametrize(("kind", "key"), [("box", "corners"), ("speed_ramps", "constant_speed")])
+def test_former_key_of_an_excitation_is_answered_as_gone(table: str, kind: str, key: str) -> None:
+    text = f'{PLAIN}\n[[{table}.excitation]]\nkind = "{kind}"\nweight = 1.0\n{key} = 0.5\n'
+    with refused(RecipeError, f"({kind}), key {key} is gone, since it is a constant now: remove"):
+        parse_open_recipe(text, "spring.toml")

@@ -89,7 +89,7 @@ def test_drawing_that_cannot_be_found_is_refused(
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ({"page": {"drawings": NAME}}, ("[apps.page]", "drawings")),
+        ({"page": {"drawings": NAME}}, ("recipe 'tiny'", "[apps.page]", "drawings")),
         ({"page": {"drawing": "oscillator"}}, ("[apps.page]", "module:function")),
         pytest.param(
             {"motion": {"speed": 1}}, ("[apps.motion]", "delete"), marks=needs_app("motion")
@@ -97,7 +97,7 @@ def test_drawing_that_cannot_be_found_is_refused(
     ],
 )
 def test_tables_of_apps_are_checked(
-    tables: dict[str, dict[str, Any]], words: tuple[str, str]
+    tables: dict[str, dict[str, Any]], words: tuple[str, ...]
 ) -> None:
     with pytest.raises(RecipeError) as error:
         check_app_tables(tiny_recipe(apps=tables))

@@ -100,7 +100,7 @@ def test_report_and_card_show_the_bound_and_the_fading_memory(bounded: Finished)
     card = (folder / "card.md").read_text(encoding="utf-8")
     surrogate, _ = read_fmu(bounded.fmu)
     assert isinstance(surrogate.network, StateSpace)
-    assert f"({len(surrogate.network.cell.a)} states, 4 units)" in card
+    assert f"({len(surrogate.network.cell.a)} states, 4 hidden units)" in card
     (output,) = bounded.figures["validation"]["in range"]["error_bound"]["outputs"]
     coverage = f"| in range | position | {100 * output['coverage']:.3g} % | "
     assert coverage in card.split("### Error bound")[1]

@@ -76,7 +76,8 @@ def test_export_to_another_place_says_so_too_and_leaves_the_damaged_fmu(
     read_fmu(tmp_path / "x.fmu")
 
 
-@pytest.mark.parametrize("kind", essential(["half", "empty"], "empty"))
+@pytest.mark.extended
+@pytest.mark.parametrize("kind", ["half", "empty"])
 def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: str) -> None:
     damage(copied.fmu, kind)
     few = ("--trajectories", 1, "--workers", 1)

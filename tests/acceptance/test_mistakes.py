@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.pipeline.job import open_job, provenance
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 from tests.limits import HANGS
-from tests.marks import essential, needs_app, of_app
+from tests.marks import needs_app, of_app
 from tests.progress import no_stages
 
 CART = '''
@@ -120,9 +120,9 @@ def test_training_refuses_a_window_that_was_made_too_short(
     assert (duffing.runs / duffing.name / "surrogate.slide").read_bytes() == before
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
-    "table",
-    essential(["training", "estimator.expert.pretraining", "estimator.training"], "training"),
+    "table", ["training", "estimator.expert.pretraining", "estimator.training"]
 )
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
     # a process keeps the module that it has imported, so each case has one of its own

@@ -76,7 +76,7 @@ def test_report_and_model_card_show_the_fading_memory(state_space: Finished) -> 
     assert f"by {tests[0]['median_difference']:.1e} at 1.0 times" in card
     surrogate, _ = read_fmu(state_space.fmu)
     assert isinstance(surrogate.network, StateSpace)
-    assert f"({len(surrogate.network.cell.a)} states, 8 units)" in card
+    assert f"({len(surrogate.network.cell.a)} states, 8 hidden units)" in card
     assert not (folder / "stability.html").exists()  # the charts of a failure
 
 

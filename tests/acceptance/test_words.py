@@ -53,6 +53,14 @@ def test_idioms_of_the_house_become_fewer(idiom: str, most: int) -> None:
     assert len(found) <= most, "\n".join(found)
 
 
+def test_every_package_has_a_docstring() -> None:
+    packages = [path for path in FILES if path.name == "__init__.py"]
+    empty = [
+        path for path in packages if not ast.get_docstring(ast.parse(path.read_text("utf-8")))
+    ]
+    assert not empty, empty
+
+
 def test_docstrings_of_modules_are_sentences() -> None:
     found = clauses()
     assert len(found) <= MOST_CLAUSES, "\n".join(found)

@@ -11,9 +11,9 @@ from pathlib import Path
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+import theme
 
 import slide_fmu as slide
-import theme
 from mbs_models.oscillators import DuffingOscillator
 
 ROOT = Path(__file__).parents[1]
@@ -38,7 +38,9 @@ def main() -> None:
     upper.set(ylabel="position / m", ylim=(-0.85, 1.0), title="Two motions under the same force")
     upper.legend(frameon=False, loc="upper right", ncols=2)
     lower.semilogy(times, apart, theme.INK, label="distance, relative to the first")
-    lower.semilogy(times, np.exp(rate * times), "--", color=theme.RED, label="exp(Re v t) of the eigenvalue")
+    lower.semilogy(
+        times, np.exp(rate * times), "--", color=theme.RED, label="exp(Re v t) of the eigenvalue"
+    )
     lower.set(xlabel="time / s", ylabel="distance", ylim=(1e-5, 3), xlim=(0, times[-1]))
     for axes in (upper, lower):
         axes.axvspan(0, window.truncation_time, color=theme.SHADE, zorder=0)

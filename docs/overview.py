@@ -12,11 +12,11 @@ from pathlib import Path
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+import theme
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
 import slide_fmu as slide
-import theme
 from mbs_models.oscillators import DuffingOscillator
 
 ROOT = Path(__file__).parents[1]

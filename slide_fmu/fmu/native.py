@@ -97,8 +97,8 @@ class NativeSurrogate:
         ``predict_newest`` restarts its states every n_in samples. So both agree, up to rounding,
         in the first n_in - n_out + 1 samples. After that they differ by the effect of the
         surrogate's finite memory, its truncation error (``slide_fmu/fmu/runtime/README.md``
-        has it for released FMUs). ``predict_windows`` with n_in = n_out = N gives the same for sequences that start at
-        rest.
+        has it for released FMUs). ``predict_windows`` with n_in = n_out = N gives the same for
+        sequences that start at rest.
 
         Args:
             sequences: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.

@@ -64,9 +64,14 @@ MODULES = {
     ),
     "sizing": Module(
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),
-        ("tests/memory/test_sizing.py",),
+        ("tests/memory/test_sizing.py", "tests/memory/test_path_dependence.py",
+         "tests/memory/test_time_budget.py", "tests/memory/test_integral.py",
+         "tests/memory/test_lengths.py"),
     ),
-    "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),
+    "stability": Module(
+        ("slide_fmu/memory/stability.py",),
+        ("tests/memory/test_stability.py", "tests/validation/test_parameters.py"),
+    ),
     "estimate": Module(
         ("slide_fmu/surrogate/error_estimator.py",),
         ("tests/surrogate/test_error_estimator.py", "tests/surrogate/test_surrogate.py"),

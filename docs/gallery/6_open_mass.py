@@ -1,11 +1,11 @@
 """
-# A mass that stays open
+# Leave a mass open, and find it in a record
 
-An oscillator carries a load of 1 to 3 kg, and nobody knows yet which. One FMU serves all of them:
-the mass is its parameter. And a measured record can be asked which mass it was made with.
+An oscillator carries a load of 1 to 3 kg. One FMU serves all of them: the mass is its parameter.
+And a measured record shows which mass it was made with.
 """
 
-# mkdocs_gallery_thumbnail_path = 'tutorials/results/open_mass.png'
+# mkdocs_gallery_thumbnail_path = 'tutorials/results/6_open_mass.png'
 import fmpy
 import matplotlib.pyplot as plt
 import numpy as np
@@ -31,20 +31,22 @@ learnt = slide.learn(
 )
 
 # %%
-# In an importer the mass is set like any other parameter. The same force on three masses that no
-# training saw; the errors are those after the window is filled:
+# An importer sets the mass like any other parameter. The same force acts on three masses that no
+# training saw. The errors count from where the window is filled:
 t, rng = 0.03 * np.arange(600), np.random.default_rng(3)
 force = rng.uniform(-800, 800, len(t))
 table = np.rec.fromarrays([t, force], names=["time", "force"])
-_, panels = plt.subplots(3, sharex=True, sharey=True, layout="constrained")
-for mass, panel in zip((1.2, 1.7, 2.8), panels, strict=True):
+plt.style.use("docs/tutorials/plots.mplstyle")
+_, panel = plt.subplots()
+for number, mass in enumerate((1.2, 1.7, 2.8)):
     true = DuffingOscillator(step=0.03, mass=mass, **MODEL).simulate(force[:-1, None])[:, 0]
     values = {"start_values": {"mass": mass}, "stop_time": t[-1], "output_interval": t[1]}
     found = fmpy.simulate_fmu(learnt.fmu, input=table, **values)["position"]
     print(f"{mass} kg: {100 * np.std((found - true)[236:]) / np.std(true[236:]):.3f} %")
-    panel.plot(t, true, "k", t, found, "C1--")
-    panel.set(xlim=(10, 13), ylabel="position / m", title=f"{mass} kg: model black, FMU dashed")
-panels[-1].set(xlabel="time / s")
+    panel.plot(t, true, "0.6", lw=6, label=None if number else "model")
+    panel.plot(t, found, f"C{number}", label=f"FMU, {mass} kg")
+panel.set(xlim=(10, 11.5), ylim=(-0.8, 1.2), xlabel="time / s", ylabel="position / m")
+panel.legend(loc="upper left", ncols=2)
 plt.savefig("open_mass.png")
 
 # %%
@@ -56,4 +58,4 @@ print(f"\nmass {fit.value:.4f} kg, between {fit.low:.4f} and {fit.high:.4f} with
 print("picture: open_mass.png")
 
 # %%
-# --8<-- "docs/tutorials/results/open_mass.md"
+# --8<-- "docs/tutorials/results/6_open_mass.md"

@@ -116,7 +116,7 @@ def test_python_examples_of_readme_and_pages_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 5
+    assert len(said) == 6
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02

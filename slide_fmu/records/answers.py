@@ -14,11 +14,11 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.memory.stability import SEQUENCES
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import require_features
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks

@@ -28,7 +28,8 @@ FORMER = {
     "bound.companion": "is the table [bound.expert.companion] now: rename it",
     "bound.*companion.start": "is gone: remove it; a companion always begins on its own",
     "*.stretches": (
-        "is named refinements now, of [training.expert] and [bound.expert.companion]: rename it there"
+        "is named refinements now, of [training.expert] and [bound.expert.companion]: rename it "
+        "there"
     ),
     "*training*.newest_weight": "is gone: remove it",
     "training.flip_signs": (

@@ -28,7 +28,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 if TYPE_CHECKING:
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
-    from slide_fmu.report.html_report import Section
+    from slide_fmu.report.html_report import ReportSection
     from slide_fmu.validation.error_figures import PlainCallFigures, ResponseFigures
     from slide_fmu.validation.results import Validation
 
@@ -163,7 +163,7 @@ def no_plain_call(
 
 def no_response(
     source: MeasuredRecords, surrogate: Surrogate
-) -> tuple[ResponseFigures | None, list[Section]]:
+) -> tuple[ResponseFigures | None, list[ReportSection]]:
     """Return no response matrix: records have no exact one to compare with."""
     return None, []
 

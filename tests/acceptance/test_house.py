@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import grimp
@@ -74,7 +75,14 @@ def test_names_of_files_say_what_is_in_them() -> None:
     assert [str(path.relative_to(ROOT)) for path in files if path.stem in NAMES] == []
 
 
-def test_every_app_has_one_row_and_every_row_its_app() -> None:
+def test_public_names_of_classes_have_one_meaning() -> None:
+    homes: dict[str, list[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    found = {name: sorted(files) for name, files in homes.items() if len(files) > 1}
+    assert found.keys() == def test_every_app_has_one_row_and_every_row_its_app() -> None:
     text = (ROOT / "pyproject.toml").read_text("utf-8")
     _, _, rest = text.partition('[project.entry-points."slide_fmu.apps"]\n')
     rows = rest.split("\n\n")[0].strip().splitlines()

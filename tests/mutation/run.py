@@ -46,7 +46,10 @@ MODULES = {
             "slide_fmu/validation/results.py",
         ),
         ("tests/validation/test_compare.py", "tests/report/test_figures.py",
-         "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py"),
+         "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py",
+         "tests/validation/test_trust_figures.py", "tests/validation/test_plain_call.py",
+         "tests/validation/test_moving_inputs.py", "tests/validation/test_parameters.py",
+         "tests/report/test_charts.py"),
     ),
     "sizing": Module(
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),

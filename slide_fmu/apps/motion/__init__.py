@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "choice": (
-        "Family",
+        "MoveFamily",
         "choose",
     ),
     "compensation": (
@@ -51,7 +51,7 @@ _HOMES = {
     "move": ("Move",),
     "problem": (
         "Past",
-        "Problem",
+        "MoveProblem",
     ),
     "quietest_move": ("quietest",),
     "predictor": (

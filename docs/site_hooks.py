@@ -7,7 +7,9 @@ from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 from recipe_page import recipe_page
+from site_mathml import with_formulas
 
 from slide_fmu.apps.motion.page_moves import solved_moves
 from slide_fmu.apps.page.page import page_of
@@ -38,6 +40,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     page = page_of(ROBOT, title, DRAWING, plain(solved_moves(ROBOT, TASK)), "front")
     files.append(File.generated(config, ROBOT_PAGE, content=page))
     return files
+
+
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Typeset the formulas of a page."""
+    return with_formulas(html)
 
 
 def _is_about_the_site(record: logging.LogRecord) -> bool:

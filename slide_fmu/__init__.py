@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from slide_fmu.systems.function.record import RecordSystem
     from slide_fmu.systems.function.system import FunctionSystem
 
-__version__ = "0.6.0"
+__version__ = "0.7.0.dev0"
 
 __all__ = [
     "CoSimulationError",
@@ -148,12 +148,13 @@ if not TYPE_CHECKING:  # type checkers read the imports above and refuse names t
                 found = getattr(import_module(module), name)
                 globals()[name] = found  # the next use does not come here
                 return found
-        from slide_fmu.pipeline.apps import apps
+        from slide_fmu.pipeline.apps import apps, unusable_apps
 
         for app in apps().values():
             if name in app.public:
                 return getattr(import_module(app.public[name]), name)
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        lacks = f"module {__name__!r} has no attribute {name!r}"
+        raise AttributeError("; ".join([lacks, *unusable_apps()]))
 
 
 def __dir__() -> list[str]:

@@ -14,7 +14,7 @@ from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import errors, interruptible
 from slide_fmu.cli.fmu_commands import check, export, info, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
-from slide_fmu.pipeline.apps import AppError, subcommands_of_apps
+from slide_fmu.pipeline.apps import subcommands_of_apps
 from slide_fmu.report.table import ENDLESS
 
 SUBCOMMANDS: tuple[Callable[..., None], ...] = (
@@ -56,17 +56,11 @@ app = typer.Typer(
 )
 
 
-def _of_apps() -> tuple[tuple[Callable[..., None], ...], str | None]:
-    """Return the subcommands of installed apps, or why an app stands in their way."""
-    try:
-        own = [subcommand.__name__.rstrip("_") for subcommand in SUBCOMMANDS]
-        return tuple(subcommands_of_apps(own).values()), None
-    except AppError as error:
-        return (), str(error)
+_FOUND, LEFT_OUT = subcommands_of_apps([own.__name__.rstrip("_") for own in SUBCOMMANDS])
+"""One sentence on each app or subcommand that cannot be used."""
 
-
-OF_APPS, PROBLEM = _of_apps()
-"""The subcommands of installed apps, which follow the others; and why there are none."""
+OF_APPS = tuple(_FOUND.values())
+"""The subcommands of installed apps, which follow the others."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):
     # a short help is never cut; a word of Python's own has a mark behind it
@@ -95,9 +89,8 @@ def _options(
 def main() -> None:
     """Run the console script; its help is wrapped only on a terminal."""
     quick_completion()
-    if PROBLEM is not None:
-        remark = f"remark: {PROBLEM}. Until then no app has subcommands here."
-        typer.echo(remark, err=True)
+    for reason in LEFT_OUT:
+        typer.echo(f"remark: {reason}. Until then it is left out.", err=True)
     try:
         app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
     except ModuleNotFoundError:  # of what a subcommand imports first

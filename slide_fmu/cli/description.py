@@ -26,6 +26,13 @@ from slide_fmu.surrogate.surrogate import Surrogate
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
 """Errors that figures of other types than slide-fmu's raise."""
 
+NOT_MEASURED = "not measured yet; run slide-fmu validate FMU"
+NOT_MEASURABLE = (
+    "cannot be measured by slide-fmu: the FMU carries no recipe of a reference system. In Python, "
+    "compare slide_fmu.simulate(FMU, t, u) with the outputs of your own model"
+)
+"""Where the error would stand: for an FMU with a recipe, and for one without."""
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -70,7 +77,7 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
             out.print(sentence)
         _show_signals(surrogate, out)
         _show_network(surrogate, out)
-        _show_error(measured, out)
+        _show_error(measured, bool(origin.recipe), out)
         _show_origin(origin if provenance else None, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
@@ -110,10 +117,10 @@ def _show_network(surrogate: Surrogate, out: Console) -> None:
             out.print(f"estimate of the error over {span:g} s, by the same")
 
 
-def _show_error(measured: RunFigures | None, out: Console) -> None:
+def _show_error(measured: RunFigures | None, has_recipe: bool, out: Console) -> None:
     """Print the error that was measured when the FMU was made."""
     if measured is None:
-        out.print("error    not measured yet; run slide-fmu validate FMU")
+        out.print(f"error    {NOT_MEASURED if has_recipe else NOT_MEASURABLE}")
         return
     for index, (name, validation) in enumerate(measured.ordered.items()):
         if index:  # figures of bounds in range are enough here

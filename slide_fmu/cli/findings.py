@@ -84,7 +84,7 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     show_sizing(figures.window)
     console.print(
         f"window  {window.n_in} inputs to {window.n_out} outputs, {window.step_s:g} s apart; "
-        f"{window.truncation_time_s:.4g} s are there to forget in"
+        f"initial effects have {window.truncation_time_s:.4g} s to decay"
     )
     if seconds is None:
         _show_parts(data)
@@ -105,7 +105,7 @@ def _show_costs(data: Costs, seconds: float) -> None:
     least = "at least " if data.at_least else ""  # a learning curve may ask for more
     count = sum(data.trajectories.values())
     console.print(
-        f"data    {least}{count} trajectories of {data.duration_s:g} s and {data.burn_in_s:g} s "
-        f"to lead in; {1.0 / seconds:.3g} simulated seconds per second and "
-        f"process: {least or 'about '}{data.expected_wall_time_s / 60:.2g} minutes"
+        f"data    {least}{count} trajectories of {data.duration_s:g} s, each after a burn-in of "
+        f"{data.burn_in_s:g} s: {least or 'about '}{data.expected_wall_time_s / 60:.2g} minutes "
+        f"(number of processes: {data.workers}; each simulates {1.0 / seconds:.3g} s in a second)"
     )

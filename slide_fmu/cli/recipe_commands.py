@@ -251,7 +251,7 @@ def window(
     from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 
     with progress_bars() as bar:
-        job = open_job(recipe, runs, bar)
+        job = open_job(recipe, runs, bar, tell=console.print)
         show_found(job.resolved)
         sizing = size_recipe(checked(job), seed)
         coarse_or_wasted = remark_on_step(job.case)
@@ -282,7 +282,7 @@ def generate(
     from slide_fmu.report.console import print_curve
 
     with progress_bars(GOES_ON) as bar:
-        job = open_job(recipe, runs, bar, data_seed=seed)
+        job = open_job(recipe, runs, bar, data_seed=seed, tell=console.print)
         figures = generate_recipe(job, workers, executor, overwrite)
     write_json(json_path, figures)
     print_curve(figures.learning_curve, console)
@@ -306,7 +306,7 @@ def train(
     from slide_fmu.report.console import print_sizes
 
     with progress_bars(GOES_ON) as bar:
-        job = open_job(recipe, runs, bar, seed, data_seed)
+        job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         job.folder.require_free()
         check_window(checked(job))
         with job.folder.alone():

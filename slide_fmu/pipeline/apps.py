@@ -97,30 +97,29 @@ class App:
     services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
 
 
-class AppError(ValueError):
-    """An installed app cannot be used."""
+def apps() -> Mapping[str, App]:
+    """Return all installed apps that can be used, by their names, sorted."""
+    return {name: app for name, app in _installed().items() if isinstance(app, App)}
+
+
+def unusable_apps() -> list[str]:
+    """Return one sentence on each installed app that cannot be used, with the remedy."""
+    return [reason for reason in _installed().values() if isinstance(reason, str)]
 
 
 @cache
-def apps() -> Mapping[str, App]:
-    """Return all installed apps by their names, sorted.
-
-    Raises:
-        AppError: an app cannot be loaded.
-    """
+def _installed() -> Mapping[str, App | str]:
+    """Return all installed apps by their names, sorted; in place of a broken one, the reason."""
     found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
     return {entry.name: _loaded(entry) for entry in found}
 
 
-def _loaded(entry: EntryPoint) -> App:
+def _loaded(entry: EntryPoint) -> App | str:
     try:
         app = entry.load()
     except Exception as error:  # it is code of others, which may raise anything
-        reason = f"{type(error).__name__}: {error}"
-        raise AppError(_unusable(entry.name, entry.value, reason)) from error
-    if not isinstance(app, App):
-        raise AppError(_unusable(entry.name, entry.value, f"it is {app!r}"))
-    return app
+        return _unusable(entry.name, entry.value, f"{type(error).__name__}: {error}")
+    return app if isinstance(app, App) else _unusable(entry.name, entry.value, f"it is {app!r}")
 
 
 def _unusable(name: str, place: str, reason: str) -> str:
@@ -130,25 +129,27 @@ def _unusable(name: str, place: str, reason: str) -> str:
     )
 
 
-def subcommands_of_apps(others: Collection[str] = ()) -> dict[str, Callable[..., None]]:
-    """Return the subcommands of all installed apps by their names.
+def subcommands_of_apps(
+    others: Collection[str] = (),
+) -> tuple[dict[str, Callable[..., None]], list[str]]:
+    """Return the subcommands of apps by their names, and one sentence on each that is left out.
 
-    Raises:
-        AppError: an app or its subcommand cannot be loaded, or its name is one of the ``others``
-            or that of another app.
+    A subcommand is left out if it or its app cannot be loaded, or if its name is one of the
+    ``others`` or that of another app.
     """
     found: dict[str, Callable[..., None]] = {}
+    left_out = unusable_apps()
     for owner, app in apps().items():
         for name, module in app.subcommands.items():
             if name in found or name in others:
                 reason = f"there is a subcommand {name!r} already"
-                raise AppError(_unusable(owner, module, reason))
+                left_out.append(_unusable(owner, module, reason))
+                continue
             try:
                 found[name] = getattr(import_module(module), name)
             except Exception as error:  # as above
-                reason = f"{type(error).__name__}: {error}"
-                raise AppError(_unusable(owner, module, reason)) from error
-    return found
+                left_out.append(_unusable(owner, module, f"{type(error).__name__}: {error}"))
+    return found, left_out
 
 
 def service(name: str) -> Callable[..., Any] | None:

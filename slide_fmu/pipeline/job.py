@@ -105,6 +105,8 @@ def open_job(
     seeds = training_seed, data_seed
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)
+    for remark in remarks_on_app_tables(job.recipe):
+        tell(remark)
     return replace(job, recipe_folder=recipe_path.parent.resolve(), command=command, tell=tell)
 
 
@@ -180,8 +182,6 @@ def checked(job: Job) -> Job:
     if job.is_checked:
         return job
     check_case(job.case)
-    for remark in remarks_on_app_tables(job.recipe):
-        job.tell(remark)
     return replace(job, is_checked=True)
 
 

@@ -18,6 +18,7 @@ from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
@@ -181,7 +182,8 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     tried = tried_motions(case.source, case)
     progress(3, STEPS)
     of_step = remark_on_step(case), *remarks_on_sampling(recipe)
-    remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks
+    of_apps = remarks_on_app_tables(recipe)
+    remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks, *of_apps
     progress(STEPS, STEPS)
     given = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.open_recipe, case.source, sizing, tried.seconds, given)

@@ -26,7 +26,7 @@ def parse_recipe(text: str, source: str | Path) -> Recipe:
 def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
     """Read a recipe from TOML text, which messages call ``source``.
 
-    A ``path`` names the file with the text; messages then give the line of a mistake.
+    Where the source is a path, messages give the line of a mistake.
 
     Raises:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.

@@ -39,9 +39,10 @@ class RecordDraft(Draft):
 _NETWORK = (
     "[network]",
     *comment_lines(
-        "Half of the units are clipped cubes, half of them tanh: springs that harden need "
-        'fewer of both. "auto" lets trials choose that hold out the largest amplitudes, for '
-        "an FMU that will be used beyond them."
+        "Half of the hidden units are clipped cubes, half are tanh: springs that harden need "
+        "fewer hidden units this way. For an FMU that will be used beyond the amplitudes of the "
+        'records, write "auto": trial networks learn from small amplitudes, and the one with '
+        "the least error at the largest amplitudes is chosen."
     ),
     'units = "mixed"',
     "",
@@ -94,8 +95,8 @@ def _data_lines(draft: RecordDraft) -> list[str]:
         *comment_lines(draft.by_origin),
         f"by = {value_text(draft.by)}",
         *comment_lines(
-            "What part of all samples is learnt from, chooses among networks, and is tested "
-            "(with an error estimator there are also estimator and estimator_validation):"
+            "Shares of all samples: for training, for the choice among networks, and for the test "
+            "(an error estimator has shares of its own, estimator and estimator_validation):"
         ),
         "# shares = { train = 0.7, validation = 0.15, test = 0.15 }",
         "",

@@ -49,7 +49,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
             "Side by side with the reference",
             rules.compared(main.recipe, len(main.comparisons), main.task.seed)
             + (MODEL_TEXT if main.recipe.system.reference else "")
-            + moving_text(main.surrogate, rules.words),
+            + moving_text(main.surrogate),
             accuracy_table(figures),
             charts=trajectory_charts(main),
         ),
@@ -94,14 +94,13 @@ def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]
     return ReportSection("Where it is valid", text, judgement_table(found))
 
 
-def moving_text(surrogate: Surrogate, words: Words) -> str:
+def moving_text(surrogate: Surrogate) -> str:
     """Say which values of moving inputs are set before a step; an empty text of held inputs."""
     if surrogate.hold == "zero_order":
         return ""
     return (
-        f" {words.get_inputs} the values that the inputs reach by each "
-        "step's end. An importer that sets what they are at its start, which is all that a plain "
-        "simulation does, has the errors of the "
+        " Before each step the FMU gets the values that the inputs reach by its end. An importer "
+        "that sets the values at its start, as a plain simulation does, has the errors of the "
         f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
     )
 

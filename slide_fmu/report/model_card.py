@@ -73,6 +73,7 @@ def model_card(
         measured=measured,
         validations=validations,
         verdict=verdict(measured, Subject.of(surrogate)),
+        words=rules.words,
         names=[motion.name for motion in rules.motions(recipe)],
         further_names=names_of(recipe.further_kinds()),
         moving=all(validation.moving for validation in validations.values()),

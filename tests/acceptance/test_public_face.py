@@ -123,9 +123,15 @@ def test_recipe_is_loaded_from_a_path_given_as_text() -> None:
     assert slide.load_recipe(str(ROOT / "training" / "duffing.toml")).name == "duffing"
 
 
-def test_version_is_that_of_the_newest_numbered_entry_of_the_changelog() -> None:
+def test_version_is_the_newest_of_the_changelog_or_develops_the_next_one() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert re.findall(r"^## (\d+\.\d+\.\d+)", changelog, re.MULTILINE)[0] == slide.__version__
+    newest, former = re.findall(r"^## (\S+)", changelog, re.MULTILINE)[:2]
+    if newest == "Unreleased":
+        version, is_development = slide.__version__.split(".dev")
+        assert is_development == "0"
+        assert [int(n) for n in version.split(".")] > [int(n) for n in former.split(".")]
+    else:
+        assert newest == slide.__version__
 
 
 def test_python_m_does_what_the_console_script_does() -> None:

@@ -14,7 +14,7 @@ import typer.main
 
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
-from tests.marks import APPS
+from tests.marks import APPS, needs_app
 
 OF_APPS = {
     **{name: (name,) for name in ("bench", "calibrate", "compare", "motion", "page")},
@@ -123,6 +123,7 @@ def test_python_examples_of_readme_and_pages_run() -> None:
     assert 0 < error < 0.1
 
 
+@needs_app("from_torch")
 def test_network_of_torch_on_its_page_becomes_an_fmu(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -96,6 +96,9 @@ def test_simulate_gives_the_error_that_the_report_says(place: Path) -> None:
 
 def test_card_names_the_file_and_the_linear_fit(place: Path) -> None:
     card = (place / "runs/bench/card.md").read_text(encoding="utf-8")
+    assert "trained on measured records; inputs of another kind it has never seen:" in card
+    assert "\nCompared with what was measured, on blocks of the records that no training" in card
+    assert "\nBy file, in range: bench.csv " in card
     assert "| bench.csv | |" in card
     assert "by the slowest pole of a linear fit of the records" in card
     assert "is noise of what was measured" in card

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from slide_fmu.cli.app import app
 from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.units import behind
-from slide_fmu.fmu.export import PROVENANCE, SURROGATE
+from slide_fmu.fmu.export import PROVENANCE, SURROGATE, export_fmu, read_fmu
 from slide_fmu.pipeline.job import open_job
 from tests.acceptance.conftest import SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
@@ -140,6 +140,27 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
     assert f"{100 * measured['relative_rmse']:.3g} %" in result.stdout
     assert result.stdout.index("error in range") < result.stdout.index("made by")
     assert "slide-fmu info FMU --json - shows them" in lines[-1]
+
+
+@pytest.mark.parametrize(
+    ("provenance", "words"),
+    [
+        (None, ("carries no recipe of a reference system", "slide_fmu.simulate")),
+        ({"recipe": "", "versions": {}}, ("carries no recipe",)),
+        ({"recipe": "name = 'duffing'"}, ("run slide-fmu validate FMU",)),
+    ],
+)
+def test_info_says_whether_the_error_of_an_fmu_can_be_measured(
+    tmp_path: Path, provenance: dict[str, object] | None, words: tuple[str, ...]
+) -> None:
+    surrogate, _ = read_fmu(DUFFING)
+    path = export_fmu(surrogate, tmp_path / "bare.fmu", provenance=provenance)
+    (line,) = [
+        line
+        for line in CliRunner().invoke(app, ["info", str(path)]).stdout.splitlines()
+        if line.startswith("error ")
+    ]
+    assert all(word in line for word in words)
 
 
 def test_number_without_a_unit_has_nothing_behind_it() -> None:

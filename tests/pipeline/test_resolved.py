@@ -12,7 +12,7 @@ from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
 from slide_fmu.pipeline.export import Request, export
-from slide_fmu.pipeline.job import Job, open_job, provenance
+from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
 from slide_fmu.recipe.recipe import RecipeError
@@ -45,10 +45,10 @@ def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motions, "MOTIONS", 4)
 
 
-def opened(folder: Path, text: str = OPEN, **seeds: Any) -> Job:
+def opened(folder: Path, text: str = OPEN, **options: Any) -> Job:
     place = folder / "lag.toml"
     place.write_text(text, encoding="utf-8")
-    return open_job(place, folder / "runs", no_stages, **seeds)
+    return open_job(place, folder / "runs", no_stages, **options)
 
 
 def note_searches(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
@@ -78,6 +78,15 @@ def test_lengths_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert again.recipe.window == first.recipe.window
     opened(tmp_path, OPEN.replace("steps = 40", "steps = 41"))
     assert len(searches) == 1  # the training changes nothing about the lengths
+
+
+@pytest.mark.parametrize("text", [OPEN, TINY])
+def test_table_of_an_unknown_app_is_remarked_once(tmp_path: Path, text: str) -> None:
+    remarks: list[str] = []
+    job = opened(tmp_path, f"{text}\n[apps.pages]\n", tell=remarks.append)
+    checked(checked(job))
+    (remark,) = remarks
+    assert "[apps.pages]" in remark
 
 
 def test_lengths_are_found_again_for_another_recipe_or_model(

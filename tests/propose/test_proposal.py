@@ -315,7 +315,16 @@ def test_init_writes_a_recipe_once_and_names_the_next_command(lag: Path) -> None
 @pytest.mark.extended
 def test_try_gives_figures_of_the_recipe_that_init_wrote(lag: Path, tmp_path: Path) -> None:
     assert invoke(*INIT).exit_code == 0
+    with (tmp_path / "recipes/lag.toml").open("a", encoding="utf-8") as recipe:
+        recipe.write("\n[apps.pages]\n")
     tried = invoke("try", "recipes/lag.toml", "--json", "figures.json")
+    for part in (
+        " s to decay",
+        "each after a burn-in of",
+        "number of processes: ",
+        "[apps.pages]",
+    ):
+        assert part in " ".join(tried.output.split())
     assert tried.exit_code == 0, tried.output
     figures = json.loads((tmp_path / "figures.json").read_text())
     assert figures["window"]["sufficient"]

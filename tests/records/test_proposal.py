@@ -217,6 +217,9 @@ def test_init_and_try_lead_from_a_record_to_its_window(
     write_record(tmp_path / "bench.csv", 6000, noise=0.01)
     begun = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
     assert begun.exit_code == 0, begun.output
+    recipe = " ".join((tmp_path / "bench.toml").read_text(encoding="utf-8").split())
+    assert "Half of the hidden units" in recipe
+    assert "Shares of all samples: for training," in recipe
     tried = invoke("try", "bench.toml", "--json", "bench.json")
     assert tried.exit_code == 0, tried.output
     figures = json.loads((tmp_path / "bench.json").read_text())
@@ -224,3 +227,4 @@ def test_init_and_try_lead_from_a_record_to_its_window(
     assert figures["data"]["trajectories"]["train"] >= 1
     assert figures["data"]["wall_time_per_simulated_second_s"] is None
     assert "slowest pole" in tried.output
+    assert "initial effects have" in tried.output

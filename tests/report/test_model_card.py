@@ -39,8 +39,14 @@ def table_of(found: Validation, recipe: Recipe) -> list[str]:
     assert ("The reference is a finer model (substeps 24)" in text) == bool(
         recipe.system.reference
     )
-    lines = text.split("## Measured error")[1].split("By excitation")[0].splitlines()
+    lines = text.split("## Measured error")[1].split("By kind of excitation")[0].splitlines()
     return [line for line in lines if line.startswith("|")]
+
+
+def test_card_compares_with_the_reference_system_itself(finer: Validation) -> None:
+    text = model_card(finer.surrogate, PLAIN, figures_of(finer), "picture.png")
+    assert "\nCompared with the reference system, on trajectories that no training" in text
+    assert "both FMUs" not in text
 
 
 def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
@@ -98,7 +104,10 @@ def test_excitations_of_one_kind_have_names_of_their_own(finer: Validation) -> N
         found, **{"in range": replace(found.in_range, excitations=tuple(rows))}
     )
     text = model_card(finer.surrogate, recipe, found, "picture.png")
-    assert "By excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n" in text
+    assert (
+        "By kind of excitation, in range: held_random 1 1 %, sweep 2 %, held_random 3 3 %.\n"
+        in text
+    )
 
 
 def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
@@ -144,7 +153,9 @@ def test_card_begins_with_the_range_whatever_the_order_of_the_figures(finer: Val
         "| in range",
         "| beyond the range (1.0 to 3.0 times the amplitude)",
     ]
-    (by_kind,) = [line for line in cards[1].splitlines() if line.startswith("By excitation")]
+    (by_kind,) = [
+        line for line in cards[1].splitlines() if line.startswith("By kind of excitation")
+    ]
     assert "50 %" not in by_kind
 
 

@@ -21,6 +21,7 @@ REMARK = "much could still be learnt"
 
 
 def test_sizes_stand_with_their_errors() -> None:
+    assert size_table(SIZES).heading[:2] == ("order", "hidden units")
     assert size_table(SIZES).rows == (
         ("4", "0", "26", "0.0912", "0.08"),
         ("4", "16", "290", "", ""),

@@ -103,7 +103,7 @@ def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
     with refused(RecipeError, "system.kind = 'unheard': expected one of ['class'"):
         tiny_recipe(system={"kind": "unheard"})
     with refused(LoadError, "'unheard'; expected one of ['class'"):
-        load_system(Specification("unheard", "model", 0.1, {}))
+        load_system(Specification("model", kind="unheard"))
 
 
 def test_data_of_a_class_do_not_depend_on_its_picture() -> None:

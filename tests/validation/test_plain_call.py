@@ -205,7 +205,7 @@ def test_figures_come_first_in_report_and_card(case: Case) -> None:
     key = "smooth_if_held" if found.late_s else "smooth"
     assert (
         f"{100 * getattr(found.outputs[0], key):.3g} %"
-        in error.split("Beside the reference FMU")[0]
+        in error.split("Compared with the reference system")[0]
     )
     without = figures_of(validation)
     assert "simulate_fmu(fmu, input=table)" not in model_card(

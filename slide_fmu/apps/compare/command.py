@@ -55,7 +55,7 @@ def compare(
 
     with progress_bars(GOES_ON) as bar:
         terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
-        job = open_job(recipe, runs, bar, seed, data_seed)
+        job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         with job.folder.alone():
             figures, page = compare_recipe(job, terms)
     console.print(

@@ -127,7 +127,7 @@ def test_python_examples_of_readme_and_pages_run() -> None:
 def test_network_of_torch_on_its_page_becomes_an_fmu(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (example,) = re.findall(r"```python\n(.*?)```", page("torch_modules.md"), re.DOTALL)
+    (example,) = re.findall(r"```py\n(.*?)```", page("api.md"), re.DOTALL)
     monkeypatch.chdir(tmp_path)
     exec(example, {})
     surrogate, _ = read_fmu(Path("my_network.fmu"))

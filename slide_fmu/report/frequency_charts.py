@@ -36,11 +36,12 @@ def frequency_sections(validation: Validation) -> list[Section]:
     if spectra is None:
         return []
     outputs = range(len(validation.surrogate.outputs))
-    responses = [_response_chart(validation, spectra, i) for i in outputs]
+    charts = [_response_chart(validation, spectra, i) for i in outputs]
+    responses = [chart for chart in charts if chart is not None]
     errors = [_spectrum_chart(validation, spectra, i) for i in outputs]
     return [
-        Section("Frequency response", RESPONSES, charts=[c for c in responses if c is not None]),
-        Section("Error spectrum", SPECTRA, charts=errors),
+        *([Section("Frequency response", RESPONSES, charts=responses)] if responses else []),
+        Section("Error spectrum", SPECTRA, charts=errors, folded=True),
     ]
 
 

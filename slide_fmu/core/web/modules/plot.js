@@ -7,8 +7,14 @@ import { scaleFor } from "./units.js";
 const LEFT = 52;
 const RIGHT = 8;
 const TOP = 8;
+const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
+
+/** The place of the upper end of the y axis. */
+function topOf(unit) {
+  return unit === "" || unit === "1" ? TOP : TOP + UNIT;
+}
 
 /** The colour that the style sheet gives to a name. */
 export function colourOf(name) {
@@ -59,9 +65,7 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
     const at = Math.round(y(value * scale.factor)) + 0.5;
     context.moveTo(left, at);
     context.lineTo(right, at);
-    if (at > top + 6 || scale.unit === "") {
-      context.fillText(text, left - GAP, at); // the unit stands above
-    }
+    context.fillText(text, left - GAP, at);
   }
   context.textBaseline = "top";
   context.textAlign = "left";
@@ -110,7 +114,7 @@ function drawMark(context, frame, place) {
  */
 export function drawPlot(canvas, what) {
   const { context, width, height } = prepare(canvas);
-  const [left, right, top, bottom] = [LEFT, width - RIGHT, TOP, height - BOTTOM];
+  const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit), height - BOTTOM];
   const { xRange, yRange } = what;
   const x = axisOf(xRange, [left, right], what.xLog);
   const y = axisOf(yRange, [bottom, top], what.yLog);

@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+import theme
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
@@ -20,7 +21,7 @@ from mbs_models.oscillators import DuffingOscillator
 
 ROOT = Path(__file__).parents[1]
 FMU = ROOT / "fmus" / "duffing" / "duffing.fmu"
-DARK, BLUE, ORANGE, GREY = "#22303c", "#1f6fb2", "#d9730d", "#9aa5ae"
+DARK, BLUE, ORANGE, GREY = theme.INK, theme.BLUE, theme.ORANGE, theme.GREY
 SHOWN = 120
 """So many samples are drawn of the response."""
 
@@ -35,7 +36,7 @@ def sketch_system(axes: Axes) -> None:
     axes.plot([0, 0.7], [-0.45, -0.45], color=DARK)
     axes.plot([0.95, 0.7, 0.7, 0.95], [-0.28, -0.28, -0.62, -0.62], color=DARK)
     axes.plot([0.85, 0.85, 0.85, 1.6], [-0.58, -0.32, -0.45, -0.45], color=DARK)
-    axes.add_patch(Rectangle((1.6, -0.8), 0.9, 1.6, facecolor="#dfe6ea", edgecolor=DARK, lw=1.5))
+    axes.add_patch(Rectangle((1.6, -0.8), 0.9, 1.6, facecolor=theme.SHADE, edgecolor=DARK, lw=1.5))
     arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 2}
     axes.annotate("", (3.4, 0), (2.5, 0), arrowprops=arrow)
     axes.text(2.95, 0.2, "force", color=BLUE, ha="center")
@@ -58,7 +59,7 @@ def sketch_network(axes: Axes) -> None:
 
 def draw_window(axes: Axes, force: np.ndarray, truncated: int) -> None:
     """Draw the window of the force; the part that only lets the past be forgotten is shaded."""
-    axes.axvspan(0, truncated, color="#e6eaed")
+    axes.axvspan(0, truncated, color=theme.SHADE)
     axes.step(np.arange(len(force)), force, where="post", color=BLUE, lw=1)
     axes.text(truncated / 2, 1250, "past fades", ha="center", color=DARK, fontsize=9)
     axes.text((truncated + len(force)) / 2, 1250, "force", ha="center", color=BLUE, fontsize=9)
@@ -67,7 +68,7 @@ def draw_window(axes: Axes, force: np.ndarray, truncated: int) -> None:
 
 def main() -> None:
     """Simulate both, and draw."""
-    matplotlib.rcParams.update({"svg.hashsalt": "overview", "font.size": 10})
+    matplotlib.rcParams.update({"svg.hashsalt": "overview", **theme.STYLE})
     surrogate = slide.load(FMU)
     window = surrogate.window
     rng = np.random.default_rng(20261122)
@@ -108,7 +109,7 @@ def main() -> None:
                 color=DARK,
             )
         )
-    figure.savefig(ROOT / "docs" / "overview.svg", metadata={"Date": None})
+    theme.save(figure, ROOT / "docs" / "overview.svg")
 
 
 if __name__ == "__main__":

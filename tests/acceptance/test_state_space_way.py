@@ -1,4 +1,8 @@
-"""The whole way of a state-space network: recipe to FMU to report, by the console script."""
+"""The whole way of a state-space network with an error estimator, and with trajectories beyond.
+
+The recipe is larger than the one that ``test_bounded_way`` takes the whole way in ``make test``,
+and has no error bound.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,6 @@ from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
 from tests.estimates import kept_estimates
 
 pytestmark = pytest.mark.extended
-"""``test_error_bound_way`` takes a state-space network the whole way in ``make test``."""
 
 LEARNT = {"in range": 0.03, "beyond the range": 0.2}
 """Relative RMSE after some two seconds of training; without learning it would be 1."""

@@ -2,10 +2,85 @@
 
 from __future__ import annotations
 
-from tests.time_log import BUDGET_S, over_budget
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests import conftest, time_log
+from tests.time_log import BUDGET_S, ESSENTIAL, over_budget
+
+pytest_plugins = ["pytester"]
+
+MAKEFILE = Path(__file__).parents[2] / "Makefile"
+SMALL_BUDGET_S = 0.1
+
+INI = """
+[pytest]
+testpaths = tests
+markers = extended
+"""
+
+SLOW = f"""
+import time
+
+def test_slow():
+    begin = time.process_time()
+    while time.process_time() < begin + {3 * SMALL_BUDGET_S}:
+        pass
+"""
+
+FAST = "def test_fast(): pass"
+
+
+def options_of_make_test() -> list[str]:
+    """The options that ``make test`` gives to pytest, with one worker."""
+    text = MAKEFILE.read_text(encoding="utf-8")
+    (common,) = re.findall(r"^PYTEST := .* -m pytest (.*)$", text, re.MULTILINE)
+    (own,) = re.findall(r"^test: setup\n\t\$\(PYTEST\)(.*)$", text, re.MULTILINE)
+    return shlex.split((common + own).replace("$(WORKERS)", "1"))
+
+
+@pytest.fixture
+def small(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """A folder with a slow and a fast test file, and a budget between both."""
+    monkeypatch.setattr(time_log, "BUDGET_S", SMALL_BUDGET_S)
+    monkeypatch.setattr(time_log, "LOGS", pytester.path / "times")
+    pytester.makeini(INI)
+    (pytester.path / "tests").mkdir()
+    for name, text in (("slow", SLOW), ("fast", FAST)):
+        (pytester.path / "tests" / f"test_{name}.py").write_text(text, encoding="utf-8")
+    return pytester
 
 
 def test_file_over_the_budget_is_named_and_others_are_not() -> None:
     taken = {"tests/slow.py": BUDGET_S + 1, "tests/fast.py": BUDGET_S - 1}
     (line,) = over_budget(taken)
     assert line.startswith("tests/slow.py took 31.0 s of CPU time; expected at most 30 s")
+
+
+def test_make_test_runs_the_marks_that_the_budget_is_for() -> None:
+    options = options_of_make_test()
+    assert options[options.index("-m") + 1] == ESSENTIAL
+
+
+def test_hooks_of_the_budget_are_those_of_all_tests() -> None:
+    for name in (name for name in vars(time_log) if name.startswith("pytest_")):
+        assert getattr(conftest, name) is getattr(time_log, name)
+
+
+def test_make_test_fails_with_the_name_of_a_file_over_the_budget(small: pytest.Pytester) -> None:
+    result = small.runpytest_inprocess("-p", "tests.time_log", *options_of_make_test())
+    result.assert_outcomes(passed=2)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    (line,) = [line for line in result.outlines if "of CPU time; expected at most" in line]
+    assert line.startswith("tests/test_slow.py took 0.")
+    assert (small.path / "times" / "not_extended.json").exists()
+
+
+def test_run_of_other_marks_has_no_budget(small: pytest.Pytester) -> None:
+    result = small.runpytest_inprocess("-p", "tests.time_log", "-m", "not other")
+    result.assert_outcomes(passed=2)
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.no_fnmatch_line("*of CPU time*")

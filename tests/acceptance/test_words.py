@@ -24,7 +24,7 @@ MOST = {
     r"said": 0,
     r"errs": 0,
     r"so many": 0,
-    r"stretch(es)?": 1,
+    r"stretch(es)?": 2,  # both are names of former keys
     r"beside": 2,
 }
 """Largest number of each idiom in Python: in names, docstrings, comments and messages. Lower a

@@ -30,10 +30,21 @@ PATIENCE = 4.0
 
 @dataclass(frozen=True)
 class Module:
-    """Sources that are mutated, and the tests that shall find it."""
+    """Sources that are mutated, and the tests that shall find it.
+
+    Attributes:
+        sources: paths below the root.
+        tests: files of tests.
+        essential: whether tests marked ``extended`` are left out, which would take too long.
+    """
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]
+    essential: bool = False
+
+    def options(self) -> tuple[str, ...]:
+        """Return what pytest is given: the tests and the marks of those that run."""
+        return (*self.tests, "-m", "not extended") if self.essential else self.tests
 
 
 MODULES = {
@@ -48,17 +59,29 @@ MODULES = {
         ("tests/validation/test_compare.py", "tests/report/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py",
          "tests/validation/test_trust_figures.py", "tests/validation/test_plain_call.py",
+         "tests/validation/test_known_truth.py",
          "tests/validation/test_moving_inputs.py", "tests/validation/test_parameters.py",
          "tests/report/test_charts.py"),
     ),
     "sizing": Module(
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),
-        ("tests/memory/test_sizing.py",),
+        ("tests/memory/test_sizing.py", "tests/memory/test_path_dependence.py",
+         "tests/memory/test_time_budget.py", "tests/memory/test_integral.py",
+         "tests/memory/test_lengths.py"),
     ),
-    "stability": Module(("slide_fmu/memory/stability.py",), ("tests/memory/test_stability.py",)),
+    "stability": Module(
+        ("slide_fmu/memory/stability.py",),
+        ("tests/memory/test_stability.py", "tests/validation/test_parameters.py"),
+    ),
     "estimate": Module(
         ("slide_fmu/surrogate/error_estimator.py",),
         ("tests/surrogate/test_error_estimator.py", "tests/surrogate/test_surrogate.py"),
+    ),
+    "bound": Module(
+        ("slide_fmu/bounds/error_bound.py", "slide_fmu/surrogate/error_bound.py"),
+        ("tests/surrogate/test_error_bound.py", "tests/bounds/test_conformal.py",
+         "tests/bounds/test_error_bound.py"),
+        essential=True,
     ),
     "estimate in C": Module(
         (f"{RUNTIME}/network/estimate.c",),
@@ -130,7 +153,7 @@ def measure(module: Module, places: list[Path], seconds: float, choice: tuple[An
     found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
     tried = sample_of(found, *choice)
     begin = time.monotonic()
-    if outcome(places[0], module.sources, module.tests, 600.0) != "passed":
+    if outcome(places[0], module.sources, module.options(), 600.0) != "passed":
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
     begin = time.monotonic()
@@ -143,7 +166,7 @@ def measure(module: Module, places: list[Path], seconds: float, choice: tuple[An
             return
         place = free.get()
         (place / source).write_text(mutant.text, encoding="utf-8")
-        end = outcome(place, module.sources, module.tests, patience)
+        end = outcome(place, module.sources, module.options(), patience)
         (place / source).write_text(texts[source], encoding="utf-8")
         free.put(place)
         score.tried += 1

@@ -61,7 +61,7 @@ def test_every_mutant_of_a_module_is_another_program(name: str) -> None:
     for source in module.sources:
         text = (ROOT / source).read_text(encoding="utf-8")
         found = [mutant.text for _, mutant in mutants_of(source, text)]
-        assert len(found) > 20
+        assert len(found) > 5
         if source.endswith(".py"):
             programs = {ast.dump(ast.parse(mutant)) for mutant in found}
             assert ast.dump(ast.parse(text)) not in programs

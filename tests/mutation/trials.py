@@ -44,7 +44,7 @@ def outcome(place: Path, sources: Sequence[str], tests: Sequence[str], limit: fl
     Args:
         place: the copy.
         sources: those that were changed; with one in C the library is compiled first.
-        tests: files, or single tests as pytest names them.
+        tests: files, or single tests as pytest names them, and options of pytest.
         limit: time in s that each command may take.
 
     Returns:

@@ -10,8 +10,8 @@ import numpy as np
 
 from slide_fmu import __version__
 from slide_fmu.core.web.charts import Bar, Cell, Chart, HeatMap, Line, Panel
-from slide_fmu.report.html_report import LONGEST_BAR, Fact, Report, Section, Verdict
-from slide_fmu.report.table import Table
+from slide_fmu.report.html_report import LONGEST_BAR, Fact, Report, ReportSection, Verdict
+from slide_fmu.report.table import ReportTable
 from tests.charts import charts_of
 
 X = np.arange(5.0)
@@ -22,7 +22,9 @@ def _chart(title: str) -> Chart:
 
 
 def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
-    section = Section("a", "b", Table.of(("x",), [("1",)]), [_chart("c")], [Bar("d", 1, "e")])
+    section = ReportSection(
+        "a", "b", ReportTable.of(("x",), [("1",)]), [_chart("c")], [Bar("d", 1, "e")]
+    )
     page = Report("title", "summary", {}, [section, section]).html()
     addresses = re.findall(r"""(?:src|href)="([^"]*)"|@import|url\(|https?:""", page)
     assert addresses
@@ -31,8 +33,8 @@ def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
 
 def test_charts_stand_in_the_sections_that_they_belong_to() -> None:
     sections = [
-        Section("one", "", charts=[_chart("first"), _chart("second")]),
-        Section("two", "", charts=[_chart("third")]),
+        ReportSection("one", "", charts=[_chart("first"), _chart("second")]),
+        ReportSection("two", "", charts=[_chart("third")]),
     ]
     page = Report("title", "summary", {}, sections).html()
     assert [chart["title"] for chart in charts_of(page)["charts"]] == ["first", "second", "third"]
@@ -41,8 +43,8 @@ def test_charts_stand_in_the_sections_that_they_belong_to() -> None:
 
 
 def test_texts_of_users_do_not_become_html() -> None:
-    section = Section(
-        "<b>a</b>", "<i>b</i>", Table.of(("<u>",), [("<s>",)]), [_chart("</script>")]
+    section = ReportSection(
+        "<b>a</b>", "<i>b</i>", ReportTable.of(("<u>",), [("<s>",)]), [_chart("</script>")]
     )
     page = Report("<h1>", "<em>", {}, [section]).html()
     assert not re.findall(r"<(?:b|i|u|s|em)>", page)
@@ -51,8 +53,8 @@ def test_texts_of_users_do_not_become_html() -> None:
 
 def test_verdict_stands_above_open_sections_and_folded_ones_come_last() -> None:
     sections = [
-        Section("first", "", charts=[_chart("hidden")], folded=True),
-        Section("second", "", charts=[_chart("seen")]),
+        ReportSection("first", "", charts=[_chart("hidden")], folded=True),
+        ReportSection("second", "", charts=[_chart("seen")]),
     ]
     facts = [Fact("Error", "1 %", "a text", good=True), Fact("Memory", "2 s", "another")]
     verdict = Verdict(("One sentence.",), facts, [("Read it", "slide-fmu info x.fmu")])
@@ -74,20 +76,22 @@ def test_report_has_its_date_and_the_version() -> None:
 def test_heat_map_needs_no_script_and_colours_its_cells() -> None:
     cells = [[Cell("1 %", 0.0, "2 pieces"), None], [Cell("3 %", 1.0), Cell("2 %", 0.5)]]
     heat = HeatMap("errors", "", "frequency / Hz", "part", ("a", "b"), ("c", "d"), cells)
-    page = Report("title", "", {}, [Section("s", "", maps=[heat])]).html()
+    page = Report("title", "", {}, [ReportSection("s", "", maps=[heat])]).html()
     assert re.findall(r"--level: (\d+)%", page) == ["0", "50", "25"]
     assert 'title="2 pieces">1 %</td><td></td>' in page
 
 
 def test_longest_bar_has_the_whole_length_and_others_their_part() -> None:
     bars = [Bar("a", 4.0, "4"), Bar("b", 1.0, "1"), Bar("c", 0.0, "0")]
-    page = Report("title", "summary", {}, [Section("s", "", bars=bars)]).html()
+    page = Report("title", "summary", {}, [ReportSection("s", "", bars=bars)]).html()
     widths = [float(text) for text in re.findall(r"width: ([\d.]+)%", page) if text != "100"]
     assert widths[-3:] == [LONGEST_BAR, LONGEST_BAR / 4, 0.0]
 
 
 def test_page_inside_is_the_last_section(tmp_path: Path) -> None:
-    report = Report("title", "summary", {"a": 1}, [Section("s", "")], inside='<p class="x">&</p>')
+    report = Report(
+        "title", "summary", {"a": 1}, [ReportSection("s", "")], inside='<p class="x">&</p>'
+    )
     page = report.write(tmp_path).read_text(encoding="utf-8")
     assert 'srcdoc="&lt;p class=&#34;x&#34;&gt;&amp;&lt;/p&gt;"' in page
     assert page.index("<h2>s</h2>") < page.index("<h2>Touch it</h2>")

@@ -1,5 +1,5 @@
 """Fixtures: a finished run of a state-space recipe."""
 
-from tests.acceptance.conftest import state_space
+from tests.acceptance.conftest import bounded
 
-__all__ = ["state_space"]
+__all__ = ["bounded"]

@@ -1,4 +1,4 @@
-"""Fixtures of FMUs that hold Python."""
+"""Fixtures of FMUs that hold Python, and a finished run."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+
+from tests.acceptance.conftest import bounded
+
+__all__ = ["bounded"]
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-// Dark or light: as the system says, until people switch.
+// Dark or light: as the system says, until people switch, here or in a page that frames this one.
 
 import { byId } from "./elements.js";
 
@@ -17,6 +17,12 @@ export function beginTheme(changed) {
   button.addEventListener("click", () => {
     root.dataset.theme = isDark() ? "light" : "dark";
     show();
+  });
+  window.addEventListener("message", ({ data }) => {
+    if (data?.theme === "dark" || data?.theme === "light") {
+      root.dataset.theme = data.theme;
+      show();
+    }
   });
   system.addEventListener("change", show);
   show();

@@ -9,9 +9,8 @@ from slide_fmu.core.web.charts import Bar
 from slide_fmu.recipe.kind_rules import Words
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.error_maps import error_maps
 from slide_fmu.report.error_tables import accuracy_table, parameter_table, timing_table
-from slide_fmu.report.frequency_charts import frequency_sections
+from slide_fmu.report.frequency_charts import error_maps, frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table

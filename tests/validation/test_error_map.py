@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slide_fmu.report.error_maps import error_maps
+from slide_fmu.report.frequency_charts import error_maps
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_map import error_map
 from tests.validation.handmade import comparison, validation

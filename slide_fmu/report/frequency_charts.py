@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
-from slide_fmu.core.web.charts import Axis, Cell, Chart, HeatMap, Line, Panel
+from slide_fmu.core.web.charts import Axis, Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import own_line, true_line
 from slide_fmu.validation.error_map import ErrorMap, error_map
@@ -134,11 +134,11 @@ def _heat_map(found: ErrorMap) -> HeatMap:
     return HeatMap(MAP, text, "frequency / Hz", down, columns, rows, cells)
 
 
-def _cell(error: float, count: int, low: float, high: float) -> Cell | None:
+def _cell(error: float, count: int, low: float, high: float) -> HeatCell | None:
     if count == 0:
         return None
     level = (np.log(max(error, np.exp(low))) - low) / max(high - low, 1e-9)
-    return Cell(percent(float(f"{error:.2g}")), float(level), f"{count} pieces")
+    return HeatCell(percent(float(f"{error:.2g}")), float(level), f"{count} pieces")
 
 
 def _part_names(edges: Sequence[float], unit: str) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu import __version__
-from slide_fmu.core.web.charts import Bar, Cell, Chart, HeatMap, Line, Panel
+from slide_fmu.core.web.charts import Bar, Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import LONGEST_BAR, Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
 from tests.charts import charts_of
@@ -74,7 +74,10 @@ def test_report_has_its_date_and_the_version() -> None:
 
 
 def test_heat_map_needs_no_script_and_colours_its_cells() -> None:
-    cells = [[Cell("1 %", 0.0, "2 pieces"), None], [Cell("3 %", 1.0), Cell("2 %", 0.5)]]
+    cells = [
+        [HeatCell("1 %", 0.0, "2 pieces"), None],
+        [HeatCell("3 %", 1.0), HeatCell("2 %", 0.5)],
+    ]
     heat = HeatMap("errors", "", "frequency / Hz", "part", ("a", "b"), ("c", "d"), cells)
     page = Report("title", "", {}, [ReportSection("s", "", maps=[heat])]).html()
     assert re.findall(r"--level: (\d+)%", page) == ["0", "50", "25"]

@@ -127,8 +127,8 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A Cell is one value of a heat map: its text, its colour from 0 to 1, and a note on it."""
+class HeatCell:
+    """A HeatCell is a value of a heat map: its text, its colour from 0 to 1, and a note on it."""
 
     text: str
     level: float
@@ -153,7 +153,7 @@ class HeatMap:
     down: str
     columns: Sequence[str]
     rows: Sequence[str]
-    cells: Sequence[Sequence[Cell | None]]
+    cells: Sequence[Sequence[HeatCell | None]]
 
 
 @dataclass

@@ -32,6 +32,7 @@ from slide_fmu.fitting.network import Fit
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -52,6 +53,16 @@ RECIPE = tiny_state_space_recipe(
 CALIBRATED = RECIPE.count("calibration")
 FRESH = 60
 """Trajectories that nothing has seen."""
+
+
+def bound_of(*, estimate_span: float | None = None, steps: int | None = None) -> BoundRecipe:
+    """Return the recipe's bound with an estimate, or with other steps of its training."""
+    assert RECIPE.bound is not None
+    expert = RECIPE.bound.expert
+    if steps is not None:
+        expert = expert.model_copy(update={"steps": steps})
+    span = RECIPE.bound.estimate_span if estimate_span is None else estimate_span
+    return RECIPE.bound.model_copy(update={"expert": expert, "estimate_span": span})
 
 
 def fitted(recipe: Recipe, folder: Path) -> Fit:
@@ -124,7 +135,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
         surrogate,
         surrogate.bound.companion,
         [learnt, single],
-        RECIPE.bound.model_copy(update={"steps": 50}),
+        bound_of(steps=50),
         tmp_path / "head.pt",
         torch.device("cpu"),
         lambda done, total, error=None: heard.append(error),
@@ -263,8 +274,7 @@ def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     again = fitted(RECIPE, folder)
     assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
     assert RECIPE.bound is not None
-    expert = RECIPE.bound.expert.model_copy(update={"steps": 20})
-    other = RECIPE.model_copy(update={"bound": RECIPE.bound.model_copy(update={"expert": expert})})
+    other = RECIPE.model_copy(update={"bound": bound_of(steps=20)})
     surrogate = fitted(other, folder).surrogate
     assert surrogate.bound is not None
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
@@ -304,9 +314,7 @@ def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:
 def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
-    recipe = RECIPE.model_copy(
-        update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4})}
-    )
+    recipe = RECIPE.model_copy(update={"bound": bound_of(estimate_span=0.4)})
     work = Work(case_of(recipe), folder / "store", folder / "checkpoints", no_stages)
     other = fit_surrogate(work).surrogate
     assert not fit.surrogate.estimates_errors
@@ -331,9 +339,7 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     fit: Fit, folder: Path, unseen: Unseen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its head does not learn RMS errors here; the bound is the same without what they were."""
-    recipe = RECIPE.model_copy(
-        update={"bound": RECIPE.bound.model_copy(update={"estimate_span": 0.4, "steps": 60})}
-    )
+    recipe = RECIPE.model_copy(update={"bound": bound_of(estimate_span=0.4, steps=60)})
     monkeypatch.setattr(error_bound, "WEIGHT_OF_RMS", 0.0)
     other = fitted(recipe, folder)
     assert not other.surrogate.estimates_errors

@@ -1,7 +1,7 @@
 """A mass on a spring under a force, in exudyn: change this into your own multibody model.
 
 build fills the system; an input is the load of its name, an output the sensor of its name. All
-that may be written here is on the page "Your own model: exudyn" of the documentation.
+that may be written here is on the page "Your own model" of the documentation.
 """
 
 import exudyn as exu

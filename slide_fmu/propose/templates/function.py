@@ -1,7 +1,7 @@
 """A mass on a hardening spring under a force: change this into the equations of your own model.
 
 f gives the rates of the states x, g the outputs; u holds the inputs, p the parameters. All that
-may be written here is on the page "Your own model: a function" of the documentation.
+may be written here is on the page "Your own model" of the documentation.
 """
 
 inputs = {"force": {"unit": "N", "range": [-10.0, 10.0]}}

@@ -1,6 +1,6 @@
 """Reference systems of the kind "function" are made from files with f and g, or with simulate.
 
-The file, or installed module, defines what ``docs/own_model_function.md`` lists, as plain
+The file, or installed module, defines what ``docs/own_model.md`` lists, as plain
 variables and functions.
 """
 

@@ -92,6 +92,7 @@ clean:
 docs: setup
 	rm -rf docs/tutorials/pages
 	$(BIN)/python docs/rooms.py
+	$(BIN)/python docs/recipe_page.py
 	NO_MKDOCS_2_WARNING=1 TQDM_DISABLE=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 # make gallery NAME=arm_from_urdf: run a tutorial, and keep what it prints and draws for the site;

@@ -1,28 +1,64 @@
-"""The site's page on recipes is written here, from the typed tables of the package."""
+"""Writes the page of the site about all keys of a recipe, from the typed tables of the package.
+
+Run ``python docs/recipe_page.py`` after a change of these tables; a test compares the page.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.reference import ITEM, Key, Section, about, sections_of
 
+PAGE = Path(__file__).parent / "recipe.md"
 HEADING = """# Every key of a recipe
 
-A recipe is a TOML file that says everything which makes a surrogate. `slide-fmu init` writes a
-first one. Most keys may be left out: then the default counts, and `"auto"` means that the value is
-found from the system. `name`, `description`, `system.model` and `window.step` must be there.
+A recipe is a TOML file with all settings of a surrogate. `slide-fmu init` writes a first one. Most
+keys may be left out. They then have their default, or are found from the system, as with `"auto"`.
+Only `name`, `description`, `system.model` and `window.step` must be given.
 
-A value of another type is refused (`true` is no number, and `"3"` neither), and so is a key that
-this page does not have. The message says which key may be meant.
-
-This page is made from the package itself, by the build of the site.
+Unknown keys and values of another type are refused: `true` is no number, and `"3"` is none either.
+The message names the nearest known key.
 """
+EXCITATION = """## Excitation
+
+Tables `[[data.excitation]]` give the kinds of input for the training. `[[bound.excitation]]` adds
+kinds for the error bound, and `[[validation.excitation]]` kinds that are only measured. Each table
+has these two keys, and those of its kind:
+
+"""
+TABLE = "| key | type | default | meaning |\n| --- | --- | --- | --- |\n"
+SHARED = ("kind", "weight")
+"""Keys of every kind of excitation; they stand in one table."""
+SHORTER = (
+    (r"list of (\d+): (.+?) each", "\\1 \u00d7 \\2"),
+    (r"list: (.+?) each", r"list of \1"),
+    (r"(table(?:: table)*): (.+?) for each name(?: for each name)?", r"table of \2"),
+    ("whole number", "integer"),
+    (r" from (-?[\d.]+) to ", r" \1 .. "),
+    (" from ", " ≥ "),
+    (" above ", " > "),
+    (" below ", " < "),
+    ("true or false", "boolean"),
+    (r"(number|integer) > (\S+) < (\S+)", r"\2 < \1 < \3"),
+    (r"(number|integer) ≥ (\S+) < (\S+)", r"\2 ≤ \1 < \3"),
+    (r"(number|integer) > (\S+) to (\S+)", r"\2 < \1 ≤ \3"),
+)
 
 
 def recipe_page() -> str:
     """Return the page in Markdown: one table of keys for each table of a recipe."""
-    return "\n".join([HEADING, *(_section_text(group) for group in _groups())])
+    parts, excitation = [HEADING], False
+    for group in _groups():
+        if _is_excitation(group[0]) and not excitation:
+            weight = [key for key in group[0].keys if key.name == "weight"]
+            kind = Key("kind", "text", "must be given", "Name of the kind; required.")
+            parts.append(f"{EXCITATION}{TABLE}{_rows([kind, *weight])}\n")
+            excitation = True
+        parts.append(_section_text(group))
+    return "\n".join(parts)
 
 
 def _groups() -> Iterable[list[Section]]:
@@ -33,14 +69,19 @@ def _groups() -> Iterable[list[Section]]:
     return groups.values()
 
 
+def _is_excitation(section: Section) -> bool:
+    return section.tag is not None and section.tag[0] == "kind"
+
+
 def _section_text(group: list[Section]) -> str:
     """Return a heading, what the table is, and its keys."""
+    first, hidden = group[0], tuple[str, ...]()
     names = ", ".join(dict.fromkeys(map(_name, group)))
-    rows = "\n".join(map(_row, group[0].keys))
-    return (
-        f"## {names}\n\n{about(group[0].table)}\n\n"
-        f"| key | type | default | meaning |\n| --- | --- | --- | --- |\n{rows}\n"
-    )
+    heading = f"## {names}"
+    if _is_excitation(first) and first.tag is not None:
+        heading, hidden = f'### Kind `"{first.tag[1]}"`', SHARED
+    rows = _rows([key for key in first.keys if key.name not in hidden])
+    return f"{heading}\n\n{about(first.table)}\n" + (f"\n{TABLE}{rows}\n" if rows else "")
 
 
 def _name(section: Section) -> str:
@@ -53,7 +94,24 @@ def _name(section: Section) -> str:
     return f"`[[{name}]]`{form}" if ITEM in parts else f"`[{name}]`{form}"
 
 
-def _row(key: Key) -> str:
-    default = f"`{key.default}`" if key.default[:1] in ('"', "[", "{") else key.default
-    cells = (f"`{key.name}`", key.type, default, key.meaning)
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+def short_type(text: str) -> str:
+    """Write a type with signs in the place of words."""
+    for long, short in SHORTER:
+        text = re.sub(long, short, text)
+    return text
+
+
+def _rows(keys: list[Key]) -> str:
+    """Return a row for each key; a meaning that several keys share stands once."""
+    rows = []
+    for before, key in zip([None, *keys], keys, strict=False):
+        same = before is not None and before.meaning == key.meaning
+        default = f"`{key.default}`" if key.default[:1] in ('"', "[", "{") else key.default
+        meaning = "As above." if same else key.meaning
+        cells = (f"`{key.name}`", short_type(key.type), default, meaning)
+        rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(recipe_page(), encoding="utf-8")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
+import re
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
-from recipe_page import recipe_page
 from site_mathml import with_formulas
 
 from slide_fmu.apps.motion.page_moves import solved_moves
@@ -18,6 +18,9 @@ from slide_fmu.core.figures import plain
 SPACES = "Example file name(s) with space(s) found"
 """mkdocs-gallery warns so of whole paths, also where only the folder of the checkout has a space,
 which breaks no link of the site: its links begin in ``docs``."""
+
+GALLERY = re.compile(r"\]\(gallery/(\w+)\.(?:py|md)")
+"""Begins a link to a tutorial."""
 
 ROOT = Path(__file__).parents[1]
 ROBOT = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
@@ -34,12 +37,18 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the page of all keys of a recipe, and that of the robot; neither stands in a file."""
-    files.append(File.generated(config, "recipe.md", content=recipe_page()))
+    """Add the page of the robot, which stands in no file."""
     title = "A robot on a flexible socket"
     page = page_of(ROBOT, title, DRAWING, plain(solved_moves(ROBOT, TASK)), "front")
     files.append(File.generated(config, ROBOT_PAGE, content=page))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Lead to the pages of tutorials; in a clone, the same links lead to their scripts."""
+    return GALLERY.sub(r"](tutorials/pages/\1.md", markdown).replace(
+        "pages/README.md", "pages/index.md"
+    )
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,15 +10,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.errors import NotRenderableError
 
+from slide_fmu.cli.console import figures_console
 from slide_fmu.core.figures import read_figures
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.console import print_table, print_validation
-from slide_fmu.report.display import Messages
 from slide_fmu.report.run_figures import RunFigures, released_figures
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -68,7 +67,7 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
     Raises:
         ValueError: the origin in the FMU is not in the form that slide-fmu writes.
     """
-    out = Messages(file=sys.stdout, markup=False, highlight=False)
+    out = figures_console()
     try:
         origin = read_figures(Origin, provenance)
         out.print(f"{surrogate.name}: {origin.description}".rstrip(": "))
@@ -94,7 +93,7 @@ def _show_signals(surrogate: Surrogate, out: Console) -> None:
         *(_row("output", signal) for signal in surrogate.outputs),
         *(_row("parameter", parameter) for parameter in surrogate.parameters),
     ]
-    print_table(Table.of(("signal", "range", "acts", "meaning"), rows), out)
+    print_table(ReportTable.of(("signal", "range", "acts", "meaning"), rows), out)
 
 
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:

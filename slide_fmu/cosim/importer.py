@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import Any
-
-import fmpy
-from fmpy import fmi2, fmi3
-from fmpy.model_description import ModelDescription
+from typing import TYPE_CHECKING, Any
 
 from slide_fmu.fmu.export import FmuError
-from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
+
+if TYPE_CHECKING:  # fmpy is of the extra "run": who only imports this module needs none
+    from fmpy.model_description import ModelDescription
 
 
 def read_description(path: Path, validate: bool = True) -> ModelDescription:
@@ -25,6 +23,8 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
     Raises:
         FmuError: the file is not an FMU, or its model description cannot be read.
     """
+    import fmpy
+
     try:
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
             return fmpy.read_model_description(file, validate=validate)
@@ -32,8 +32,8 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
         raise FmuError(f"{path} is not an FMU that can be read: {error}") from error
 
 
-class Slave:
-    """A Slave is an instance of an FMU of either standard, with the same calls for both. Final.
+class ImportedSlave:
+    """An ImportedSlave is an instance of an FMU; both standards have the same calls. Final.
 
     A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables have the
     type Real (Float64 in FMI 3.0).
@@ -43,6 +43,8 @@ class Slave:
     """
 
     def __init__(self, slave: Any) -> None:
+        from fmpy import fmi3
+
         self._slave = slave
         self.fmi_3 = isinstance(slave, fmi3.FMU3Slave)
         self.exit_initialization: Callable[[], None] = slave.exitInitializationMode
@@ -67,8 +69,8 @@ class Slave:
             self._slave.enterInitializationMode()
 
 
-class Reader:
-    """A Reader gets variables of types Real (Float64) and Boolean, in one order. Final.
+class ValueReader:
+    """A ValueReader gets variables of types Real (Float64) and Boolean, in one order. Final.
 
     Args:
         references: value references of the variables.
@@ -81,7 +83,7 @@ class Reader:
         self._reals = [reference for reference, boolean in kinds if not boolean]
         self._booleans = [reference for reference, boolean in kinds if boolean]
 
-    def __call__(self, slave: Slave) -> list[float]:
+    def __call__(self, slave: ImportedSlave) -> list[float]:
         """Return the values in the order of the references; a Boolean is 0 or 1."""
         if not self._booleans:  # only the call, since its time is measured
             return slave.get_real(self._reals)
@@ -93,7 +95,7 @@ class Reader:
 @contextmanager
 def open_slave(
     folder: str, description: ModelDescription, name: str, messages: list[str]
-) -> Iterator[Slave]:
+) -> Iterator[ImportedSlave]:
     """Instantiate an unpacked FMU for the time of a ``with`` block.
 
     Args:
@@ -105,6 +107,10 @@ def open_slave(
     Raises:
         Exception: fmpy raises it when the library cannot be loaded or rejects the instance.
     """
+    from fmpy import fmi2, fmi3
+
+    from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
+
     arguments = {
         "guid": description.guid or description.instantiationToken,
         "unzipDirectory": folder,
@@ -119,6 +125,6 @@ def open_slave(
             slave = fmi2.FMU2Slave(**arguments)
             slave.instantiate(callbacks=callbacks_of_fmi2(messages))
     try:
-        yield Slave(slave)
+        yield ImportedSlave(slave)
     finally:
         slave.freeInstance()

@@ -11,11 +11,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
-from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
+from slide_fmu.cosim.importer import ImportedSlave, ValueReader, open_slave, read_description
 from slide_fmu.fmu.export import REMEDY
 
 
@@ -105,13 +104,15 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
 
 
 @contextmanager
-def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
+def instantiated(fmu: UnpackedFmu) -> Iterator[ImportedSlave]:
     """Open a fresh instance of an FMU for the time of a ``with`` block.
 
     Raises:
         CoSimulationError: its library cannot be loaded, or a call in the block failed; the message
             has the FMU's log.
     """
+    from fmpy.fmi1 import FMICallException
+
     messages: list[str] = []
 
     def failed(error: Exception) -> CoSimulationError:
@@ -152,7 +153,7 @@ def run_fmu(
     parameters, step = parameters or {}, step or fmu.step
     fmu.require(*inputs, *outputs, *parameters)
     references = [fmu.references[name] for name in inputs]
-    read = Reader([fmu.references[name] for name in outputs], [fmu.types[n] for n in outputs])
+    read = ValueReader([fmu.references[name] for name in outputs], [fmu.types[n] for n in outputs])
     rows = np.stack(list(inputs.values()), axis=1).tolist()
     with instantiated(fmu) as slave:
         for name, value in parameters.items():

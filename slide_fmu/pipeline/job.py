@@ -16,7 +16,7 @@ from slide_fmu.core.search_path import make_importable
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.pipeline.data_origin import origin_of_data
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import resolved_lengths
@@ -101,7 +101,7 @@ def open_job(
         LoadError, ShortWindowError, SimulationError, ValueError: as in ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
-    make_importable(recipe_path.parent)
+    make_importable(recipe_path.parent, Path.cwd())
     seeds = training_seed, data_seed
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)

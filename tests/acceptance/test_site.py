@@ -16,6 +16,8 @@ from tests.browser import Browser
 pytestmark = pytest.mark.extended
 
 ROOT = Path(__file__).parents[2]
+MOST_PAGES, MOST_WORDS = 43, 44_500
+"""Limits of the whole site, as ``python docs/words.py build/site`` counts; they only fall."""
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +48,19 @@ def test_pages_of_the_site_load_nothing_from_the_network(site: Path) -> None:
         assert loaded == [], page.name
 
 
+def test_site_has_few_pages_and_words(site: Path) -> None:
+    command = [sys.executable, str(ROOT / "docs/words.py"), str(site)]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    words, pages = map(int, re.findall(r"\d+", printed.splitlines()[-1]))
+    assert pages <= MOST_PAGES, printed
+    assert words <= MOST_WORDS, printed
+
+
+def test_drawings_of_the_pages_have_colours_for_a_dark_theme() -> None:
+    for drawing in (ROOT / "docs").glob("*.svg"):
+        assert "prefers-color-scheme:dark" in drawing.read_text(encoding="utf-8"), drawing.name
+
+
 def test_pages_of_the_site_show_the_files_that_they_include(site: Path) -> None:
     """A line that is no exact directive would be shown as it stands."""
     for page in site.rglob("*.html"):
@@ -70,6 +85,24 @@ def test_front_page_shows_the_whole_robot_which_makes_its_chosen_move(
     said = str(chromium.evaluate("document.querySelector('.verdict').textContent"))
     assert re.findall(r"(\d+ %) earlier", said) == re.findall(r"rest (\d+ %) sooner", front)
     assert chromium.complaints() == []
+
+
+def test_switch_of_the_theme_also_turns_the_robot_dark(chromium: Browser, site: Path) -> None:
+    chromium.resize(1400, 900)
+    chromium.call("Page.navigate", url=(site / "index.html").as_uri())
+    switch = "[...document.querySelectorAll('label[for^=__palette]')].find((at) => !at.hidden)"
+    scheme = "document.body?.dataset.mdColorScheme"
+    chromium.until(f"{scheme} === 'default' && {switch} !== undefined")
+    listen = "addEventListener('message', ({ data }) => { window.theme = data.theme; })"
+    frame = "Object.assign(document.createElement('iframe'), { srcdoc: '' })"
+    chromium.evaluate(f"document.body.append({frame})")
+    chromium.evaluate(
+        f"document.querySelector('iframe:not([src])').contentWindow.eval(\"{listen}\")"
+    )
+    for _ in range(2):  # to light, then to dark
+        chromium.evaluate(f"{switch}.click()")
+    chromium.until(f"{scheme} === 'slate'")
+    chromium.until("document.querySelector('iframe:not([src])').contentWindow.theme === 'dark'")
 
 
 def test_page_of_the_python_interface_documents_every_public_name(site: Path) -> None:

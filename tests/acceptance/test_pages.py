@@ -1,0 +1,108 @@
+"""Pages are short and read once: sentences, idioms, links and formulas of the documentation."""
+
+from __future__ import annotations
+
+import re
+import statistics
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+sys.path.insert(0, str(DOCS))
+try:
+    from site_mathml import mathml
+    from words import length, prose, sentences
+finally:
+    sys.path.pop(0)
+
+FOR_DEVELOPERS = {"contributing.md", "testing.md"}
+"""These stay files of the repository, outside of the site."""
+GENERATED = {"api.md", "recipe.md", "variables.md"}
+"""Their words are those of the package."""
+NOT_YET = {
+    "command_line.md",
+    "controllers.md",
+    "credentials.md",
+    "method.md",
+    "motion.md",
+    "page.md",
+    "results.md",
+    "trust.md",
+    "window.md",
+}
+"""Pages with longer sentences. Remove a page when it was rewritten; never add one."""
+PAGES = sorted(DOCS.glob("*.md"))
+USER_PAGES = [page for page in PAGES if page.name not in FOR_DEVELOPERS | GENERATED]
+MEDIAN, LONGEST = 15, 30
+"""Largest number of words of the median and of the longest sentence of a page for users."""
+
+MOST = {
+    r"beside": 85,
+    r"that of": 25,
+    r"those of": 35,
+    r"told": 11,
+    r"said": 6,
+    r"errs?": 25,
+    r"as many( \w+)? as": 13,
+    r"so many": 4,
+    r"whoever": 8,
+    r"stretch(es)?": 11,
+    r"nobody": 9,
+    r"anybody": 3,
+}
+"""Largest number of each idiom on all pages and in the README. Lower a number when a use has gone;
+never raise it. ``docs/contributing.md`` has the words instead."""
+
+INCLUDES = 2
+"""Largest number of pages with raw includes, which a reader of a clone would see."""
+
+
+@pytest.mark.parametrize("page", USER_PAGES, ids=lambda page: page.name)
+def test_sentences_of_a_page_can_be_read_once(page: Path) -> None:
+    if page.name in NOT_YET:
+        pytest.skip("was not rewritten yet")
+    found = sentences(page.read_text("utf-8"))
+    too_long = [sentence for sentence in found if length(sentence) > LONGEST]
+    assert too_long == []
+    assert statistics.median(map(length, found) if found else [0]) <= MEDIAN
+
+
+@pytest.mark.parametrize(("idiom", "most"), MOST.items())
+def test_idioms_of_the_house_become_fewer(idiom: str, most: int) -> None:
+    found = [
+        f"{page.name}: ...{text[max(0, use.start() - 40) : use.end() + 20]}..."
+        for page in [*PAGES, ROOT / "README.md"]
+        for text in [" ".join(prose(page.read_text("utf-8")).split())]
+        for use in re.finditer(rf"\b{idiom}\b", text, re.IGNORECASE)
+    ]
+    assert len(found) <= most, "\n".join(found)
+
+
+@pytest.mark.parametrize("page", [*PAGES, *ROOT.glob("*.md")], ids=lambda page: page.name)
+def test_links_of_a_page_lead_somewhere_in_a_clone(page: Path) -> None:
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text("utf-8"), flags=re.DOTALL)
+    targets = re.findall(r"\]\(([^)\s#]+)[^)]*\)", text)
+    local = [target for target in targets if not re.match(r"\w+:", target)]
+    assert [target for target in local if not (page.parent / target).exists()] == []
+
+
+def test_pages_show_what_they_show_without_being_built() -> None:
+    raw = [page.name for page in PAGES if re.search(r"^ *--8<--", page.read_text("utf-8"), re.M)]
+    assert len(raw) <= INCLUDES, raw
+
+
+def test_formula_becomes_mathml() -> None:
+    assert mathml(r"\frac{\ln a}{2} \le \dot q_1^2") == (
+        '<math display="inline"><mrow><mfrac><mrow><mi>ln</mi><mi>a</mi></mrow>'
+        "<mrow><mn>2</mn></mrow></mfrac><mo>≤</mo><msubsup>"
+        '<mover accent="true"><mi>q</mi><mo>˙</mo></mover><mn>1</mn><mn>2</mn></msubsup>'
+        "</mrow></math>"
+    )
+
+
+def test_formula_with_an_unknown_command_is_an_error() -> None:
+    with pytest.raises(ValueError, match="does not know"):
+        mathml(r"\unheard")

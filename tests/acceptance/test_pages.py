@@ -27,7 +27,6 @@ NOT_YET = {
     "controllers.md",
     "credentials.md",
     "method.md",
-    "motion.md",
     "page.md",
     "results.md",
     "trust.md",
@@ -92,6 +91,13 @@ def test_links_of_a_page_lead_somewhere_in_a_clone(page: Path) -> None:
 def test_pages_show_what_they_show_without_being_built() -> None:
     raw = [page.name for page in PAGES if re.search(r"^ *--8<--", page.read_text("utf-8"), re.M)]
     assert len(raw) <= INCLUDES, raw
+
+
+def test_tasks_on_the_page_of_motions_are_those_of_its_files() -> None:
+    blocks = re.findall(r"```toml\n(.*?)```", (DOCS / "motion.md").read_text("utf-8"), re.S)
+    files = [path.read_text("utf-8") for path in (DOCS / "tutorials").glob("*.toml")]
+    assert blocks
+    assert all(any(block in text for text in files) for block in blocks)
 
 
 def test_formula_becomes_mathml() -> None:

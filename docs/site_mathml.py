@@ -15,7 +15,7 @@ TOKEN = re.compile(r"\\text\{[^}]*\}|\\[A-Za-z]+|\\.|[0-9]+(?:\.[0-9]+)?|\S")
 SYMBOLS = {f"\\{name}": name for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
 SYMBOLS |= {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
 SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", r"\|": "‖"}
-SYMBOLS |= {r"\quad": "\u2003", r"\,": "\u2009"}
+SYMBOLS |= {r"\nu": "\u03bd", r"\quad": "\u2003", r"\,": "\u2009"}
 ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}
 
 

@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 from mbs_models.plants.checks import expect_not_negative, expect_positive, expect_substeps
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, RandomStates, State
-from slide_fmu.systems.exudyn.wired_system import Solver, WiredSystem
+from slide_fmu.systems.exudyn.wired_system import PlantSolver, WiredSystem
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class SpringMassSystem(WiredSystem, RandomStates, Linearizable):
         observed: tuple[int, ...] = (0,),
     ) -> None:
         """Take the signals of a row; the outputs are the positions of the masses ``observed``."""
-        solver = Solver(row.step, row.substeps, "explicit", accelerations=False)
+        solver = PlantSolver(row.step, row.substeps, "explicit", accelerations=False)
         super().__init__(row.count, inputs, outputs, solver)
         self._row, self._observed = row, observed
 

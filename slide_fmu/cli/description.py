@@ -19,7 +19,7 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.console import print_table, print_validation
 from slide_fmu.report.display import Messages
 from slide_fmu.report.run_figures import RunFigures, released_figures
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -94,7 +94,7 @@ def _show_signals(surrogate: Surrogate, out: Console) -> None:
         *(_row("output", signal) for signal in surrogate.outputs),
         *(_row("parameter", parameter) for parameter in surrogate.parameters),
     ]
-    print_table(Table.of(("signal", "range", "acts", "meaning"), rows), out)
+    print_table(ReportTable.of(("signal", "range", "acts", "meaning"), rows), out)
 
 
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:

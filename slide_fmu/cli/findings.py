@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from slide_fmu.cli.console import console, show_remark
 from slide_fmu.core.units import NO_UNIT, behind
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 if TYPE_CHECKING:
     from slide_fmu.memory.decay_figures import SizingFigures
@@ -35,7 +35,7 @@ def show_draft(proposal: Proposal) -> None:
             )
             rows.append(row)
     heading = "signal", "unit", "range", "acts", "where the range comes from"
-    show_table(Table.of(heading, rows))
+    show_table(ReportTable.of(heading, rows))
     console.print(f"step    {draft.step:g} s: {draft.step_origin}")
     for remark in proposal.remarks:
         show_remark(remark)
@@ -50,7 +50,7 @@ def show_found(resolved: FoundValues) -> None:
         console.print(f"found   {', '.join(found)}")
 
 
-def show_table(table: Table) -> None:
+def show_table(table: ReportTable) -> None:
     """Print a table with its title, if it has one."""
     from slide_fmu.report.console import print_table
 
@@ -74,7 +74,7 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
             limits = f"{signal.low:g} .. {signal.high:g}"
             unit = behind(signal.unit).strip()
             rows.append((f"{what} {signal.name}", unit, limits, moves if what == "input" else ""))
-    show_table(Table.of(("signal", "unit", "range", "acts between samples"), rows))
+    show_table(ReportTable.of(("signal", "unit", "range", "acts between samples"), rows))
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:

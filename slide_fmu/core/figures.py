@@ -21,8 +21,8 @@ the items of this mapping become keys of the dump itself."""
 
 
 @runtime_checkable
-class Table(Protocol):
-    """A Table was read from TOML, by a model of pydantic."""
+class FigureTable(Protocol):
+    """A FigureTable was read from TOML, by a model of pydantic."""
 
     def model_dump(self) -> dict[str, object]:
         """Return its values by their keys."""
@@ -52,7 +52,7 @@ def plain(figures: object) -> Any:
         return {key: plain(value) for key, value in figures.items()}
     if isinstance(figures, tuple | list):
         return [plain(value) for value in figures]
-    if isinstance(figures, Table):
+    if isinstance(figures, FigureTable):
         return plain(figures.model_dump())
     return figures
 

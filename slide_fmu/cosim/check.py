@@ -19,7 +19,7 @@ from slide_fmu.core.xml_differences import differences
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
-from slide_fmu.cosim.importer import Reader, open_slave
+from slide_fmu.cosim.importer import ValueReader, open_slave
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
@@ -296,7 +296,7 @@ def _run_native(
     n_inputs, step = len(surrogate.inputs), surrogate.window.step
     outputs = [v for v in fmu_variables(surrogate) if v.causality == "output"]
     names = [variable.name for variable in outputs]
-    read = Reader([v.reference for v in outputs], [v.type for v in outputs])
+    read = ValueReader([v.reference for v in outputs], [v.type for v in outputs])
     with open_slave(folder, description, "check", []) as slave:
         if surrogate.hold == "first_order":  # no forecast: all inputs are known here
             slave.set_real([BY_KEY["INPUTS_AT_STEP_END"].reference()], [1.0])

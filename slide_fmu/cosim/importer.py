@@ -32,8 +32,8 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
         raise FmuError(f"{path} is not an FMU that can be read: {error}") from error
 
 
-class Slave:
-    """A Slave is an instance of an FMU of either standard, with the same calls for both. Final.
+class ImportedSlave:
+    """An ImportedSlave is an instance of an FMU; both standards have the same calls. Final.
 
     A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables have the
     type Real (Float64 in FMI 3.0).
@@ -67,8 +67,8 @@ class Slave:
             self._slave.enterInitializationMode()
 
 
-class Reader:
-    """A Reader gets variables of types Real (Float64) and Boolean, in one order. Final.
+class ValueReader:
+    """A ValueReader gets variables of types Real (Float64) and Boolean, in one order. Final.
 
     Args:
         references: value references of the variables.
@@ -81,7 +81,7 @@ class Reader:
         self._reals = [reference for reference, boolean in kinds if not boolean]
         self._booleans = [reference for reference, boolean in kinds if boolean]
 
-    def __call__(self, slave: Slave) -> list[float]:
+    def __call__(self, slave: ImportedSlave) -> list[float]:
         """Return the values in the order of the references; a Boolean is 0 or 1."""
         if not self._booleans:  # only the call, since its time is measured
             return slave.get_real(self._reals)
@@ -93,7 +93,7 @@ class Reader:
 @contextmanager
 def open_slave(
     folder: str, description: ModelDescription, name: str, messages: list[str]
-) -> Iterator[Slave]:
+) -> Iterator[ImportedSlave]:
     """Instantiate an unpacked FMU for the time of a ``with`` block.
 
     Args:
@@ -119,6 +119,6 @@ def open_slave(
             slave = fmi2.FMU2Slave(**arguments)
             slave.instantiate(callbacks=callbacks_of_fmi2(messages))
     try:
-        yield Slave(slave)
+        yield ImportedSlave(slave)
     finally:
         slave.freeInstance()

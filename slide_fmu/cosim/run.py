@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
-from slide_fmu.cosim.importer import Reader, Slave, open_slave, read_description
+from slide_fmu.cosim.importer import ImportedSlave, ValueReader, open_slave, read_description
 from slide_fmu.fmu.export import REMEDY
 
 
@@ -105,7 +105,7 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
 
 
 @contextmanager
-def instantiated(fmu: UnpackedFmu) -> Iterator[Slave]:
+def instantiated(fmu: UnpackedFmu) -> Iterator[ImportedSlave]:
     """Open a fresh instance of an FMU for the time of a ``with`` block.
 
     Raises:
@@ -152,7 +152,7 @@ def run_fmu(
     parameters, step = parameters or {}, step or fmu.step
     fmu.require(*inputs, *outputs, *parameters)
     references = [fmu.references[name] for name in inputs]
-    read = Reader([fmu.references[name] for name in outputs], [fmu.types[n] for n in outputs])
+    read = ValueReader([fmu.references[name] for name in outputs], [fmu.types[n] for n in outputs])
     rows = np.stack(list(inputs.values()), axis=1).tolist()
     with instantiated(fmu) as slave:
         for name, value in parameters.items():

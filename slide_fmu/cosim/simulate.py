@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.between import evened, refined
-from slide_fmu.cosim.importer import Reader, Slave
+from slide_fmu.cosim.importer import ImportedSlave, ValueReader
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
@@ -126,7 +126,7 @@ class _Run:
         fmu, start = self.fmu, {**self.parameters, **start}
         fmu.require(*start)
         of_inputs = [fmu.references[name] for name in self.inputs]
-        read = Reader(
+        read = ValueReader(
             [fmu.references[name] for name in self.outputs], [fmu.types[n] for n in self.outputs]
         )
         with instantiated(fmu) as slave:
@@ -153,7 +153,7 @@ class _Run:
 class _Step:
     """A _Step is a communication step of an instance; it can be taken, undone and taken again."""
 
-    slave: Slave
+    slave: ImportedSlave
     of_inputs: list[int]
     time: float
     length: float

@@ -113,8 +113,8 @@ class SlowestPole:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LinearModel:
-    """A LinearModel has the sizes of a linear fit."""
+class LinearModelFigures:
+    """A LinearModelFigures has the sizes of a linear fit."""
 
     order: int
     states: int
@@ -127,7 +127,7 @@ class RecordSizingFigures(SizingVerdict):
     remaining_amplitude: float
     fitted_decay_time_s: FittedTime
     slowest_pole: SlowestPole
-    linear_model: LinearModel
+    linear_model: LinearModelFigures
 
 
 SizingFigures = SystemSizing | RecordSizingFigures

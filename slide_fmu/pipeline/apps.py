@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # the console script reads this file before it knows what is 
     from slide_fmu.fmu.export import Provenance
     from slide_fmu.recipe.case import Case
     from slide_fmu.recipe.recipe import Recipe
-    from slide_fmu.report.table import Table
+    from slide_fmu.report.table import ReportTable
     from slide_fmu.surrogate.surrogate import Surrogate
 
 GROUP = "slide_fmu.apps"
@@ -58,7 +58,7 @@ class Repeated:
         figures: the same as plain values.
     """
 
-    table: Table
+    table: ReportTable
     problems: Sequence[str]
     figures: Mapping[str, Any]
 

@@ -16,7 +16,7 @@ from slide_fmu.core.search_path import make_importable
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.pipeline.data_origin import origin_of_data
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import resolved_lengths

@@ -21,7 +21,7 @@ from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
-from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.resolved import memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested

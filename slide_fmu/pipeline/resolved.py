@@ -14,7 +14,7 @@ from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.time_budget import TimeBudget
-from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.recipe.automatic import FoundValues, Tables
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe

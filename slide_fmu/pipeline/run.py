@@ -26,7 +26,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
-from slide_fmu.recipe.systems import load_picture
+from slide_fmu.recipe.against_system import load_picture
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures

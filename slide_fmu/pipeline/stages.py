@@ -22,7 +22,7 @@ from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_wind
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.memory.time_budget import TimeBudget
-from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
 from slide_fmu.recipe.case import Case

@@ -19,7 +19,7 @@ from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
-from slide_fmu.pipeline.checks import guarded_case
+from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe

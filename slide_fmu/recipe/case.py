@@ -10,9 +10,9 @@ from typing import TypeVar
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import moves
+from slide_fmu.recipe.against_system import require_driving, require_same_signals
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import require_driving, require_same_signals
 from slide_fmu.systems.base import Bending, Finer, Source, System
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError

@@ -27,8 +27,10 @@ FORMER = {
     "stability.contraction": "is a constant now: remove it",
     "bound.companion": "is the table [bound.expert.companion] now: rename it",
     "bound.*companion.start": "is gone: remove it; a companion always begins on its own",
-    "bound.*companion.stretches": "is named refinements now: rename it",
-    "training*.stretches": "is named refinements of [training.expert] now: rename it there",
+    "*.stretches": (
+        "is named refinements now, of [training.expert] and [bound.expert.companion]: rename it "
+        "there"
+    ),
     "*training*.newest_weight": "is gone: remove it",
     "training.flip_signs": (
         "is flip_signs of [training.expert] now, of feed-forward networks alone: move it there; "

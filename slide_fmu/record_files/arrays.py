@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import RecordError, Text
-from slide_fmu.record_files.table import Choice, Table
+from slide_fmu.record_files.table import Choice, RecordTable
 
 NUMBERS = "biufc"
 """Codes of numpy for the kinds of arrays that are read; complex ones count as faults."""
@@ -66,7 +66,7 @@ def columns_of(
     return {f"{name}_{index + 1}": column(index) for index in range(min(shape))}
 
 
-def table_of(found: dict[str, Column], choice: Choice) -> Table:
+def table_of(found: dict[str, Column], choice: Choice) -> RecordTable:
     """Read the wanted columns; without names, all columns of the most frequent length.
 
     Where all others are wanted too, only others of the same length are read. Columns of times are
@@ -99,7 +99,7 @@ def table_of(found: dict[str, Column], choice: Choice) -> Table:
     for name in kept:
         columns[name], text = _floats(name, found[name].values())
         texts.extend([text] if text else [])
-    return Table(columns, {name: found[name].unit for name in kept}, tuple(texts))
+    return RecordTable(columns, {name: found[name].unit for name in kept}, tuple(texts))
 
 
 def _floats(name: str, values: NDArray[np.generic]) -> tuple[FloatArray, Text | None]:

@@ -22,7 +22,7 @@ from slide_fmu.record_files.table import (
     INDEX,
     UNIT,
     Choice,
-    Table,
+    RecordTable,
     library,
     may_be_time,
     named,
@@ -87,7 +87,7 @@ class CsvFormat:
     first_line: int
 
 
-def read_csv(path: Path, choice: Choice) -> Table:
+def read_csv(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of a text file, whose lines are samples, in chunks.
 
     Empty lines at its end are left out; an empty line elsewhere is a sample without values. Times
@@ -126,7 +126,7 @@ def read_csv(path: Path, choice: Choice) -> Table:
         ) from error
     columns = {name: seconds(np.concatenate(parts[name])) for name in kept}
     units = {name: "s" if name in dates else form.units[name] for name in kept}
-    return Table(_trimmed(columns, texts), units, tuple(texts.values()), form.first_line)
+    return RecordTable(_trimmed(columns, texts), units, tuple(texts.values()), form.first_line)
 
 
 def _may_be_dates(name: str, form: CsvFormat, choice: Choice) -> bool:

@@ -9,10 +9,10 @@ import numpy as np
 
 from slide_fmu.record_files.arrays import NUMBERS, Column, columns_of, table_of
 from slide_fmu.record_files.record import RecordError
-from slide_fmu.record_files.table import Choice, Table, library
+from slide_fmu.record_files.table import Choice, RecordTable, library
 
 
-def read_hdf5(path: Path, choice: Choice) -> Table:
+def read_hdf5(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of an HDF5 file: datasets in any group, by their names in the file.
 
     A dataset ``group/road`` is the column of that name. Units stand in the attribute ``unit`` or

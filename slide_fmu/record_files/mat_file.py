@@ -14,7 +14,7 @@ from scipy.io.matlab import MatReadError
 from slide_fmu.record_files.arrays import NUMBERS, Column, columns_of, table_of
 from slide_fmu.record_files.hdf5_file import read_hdf5
 from slide_fmu.record_files.record import RecordError
-from slide_fmu.record_files.table import Choice, Table
+from slide_fmu.record_files.table import Choice, RecordTable
 
 NUMERIC = (
     *("double", "single", "logical", "int8", "int16", "int32", "int64"),
@@ -29,7 +29,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 """First bytes of HDF5, behind the 512 bytes of MATLAB's own."""
 
 
-def read_mat(path: Path, choice: Choice) -> Table:
+def read_mat(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of a MAT file: variables, and the fields of structures.
 
     The field ``road`` of a structure ``data`` is the column ``data.road``, and fields of

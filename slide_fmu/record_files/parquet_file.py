@@ -9,7 +9,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import RecordError, Text
 from slide_fmu.record_files.table import (
     Choice,
-    Table,
+    RecordTable,
     library,
     named,
     numbers_or_dates,
@@ -18,7 +18,7 @@ from slide_fmu.record_files.table import (
 )
 
 
-def read_parquet(path: Path, choice: Choice) -> Table:
+def read_parquet(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of a Parquet file, one after the other.
 
     Units stand behind the names, or as ``unit`` in the metadata of the column. Dates become
@@ -51,7 +51,7 @@ def read_parquet(path: Path, choice: Choice) -> Table:
         raise RecordError(
             f"{choice.path}: {error}; expected a Parquet file that is whole: write it again"
         ) from error
-    return Table(columns, {name: units[name] for name in kept}, tuple(texts))
+    return RecordTable(columns, {name: units[name] for name in kept}, tuple(texts))
 
 
 def _unit(arrow: Any, column: Any, named_unit: str) -> str:

@@ -20,7 +20,7 @@ from slide_fmu.record_files.table import (
     MOST_NUMBERS,
     SECONDS,
     Choice,
-    Table,
+    RecordTable,
     counts_samples,
     in_seconds,
     is_time,
@@ -28,7 +28,7 @@ from slide_fmu.record_files.table import (
     unit_of_times,
 )
 
-READERS: dict[str, Callable[[Path, Choice], Table]] = {
+READERS: dict[str, Callable[[Path, Choice], RecordTable]] = {
     ".csv": read_csv,
     ".txt": read_csv,
     ".tsv": read_csv,
@@ -126,7 +126,7 @@ def _read(choice: Choice, step: float | None) -> Record:
     return _with_time(table, choice, step, digest)
 
 
-def _with_time(table: Table, choice: Choice, step: float | None, digest: str) -> Record:
+def _with_time(table: RecordTable, choice: Choice, step: float | None, digest: str) -> Record:
     """Separate the times, in s, from the other columns."""
     clocks = _clocks(table, choice)
     columns = {name: table.columns[name] for name in _signals(table, choice, clocks)}
@@ -154,7 +154,7 @@ def _with_time(table: Table, choice: Choice, step: float | None, digest: str) ->
     )
 
 
-def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
+def _clocks(table: RecordTable, choice: Choice) -> dict[str, FloatArray]:
     """Return the columns of times, in s, by name; at least one unless the step is given."""
     found: dict[str, FloatArray] = {}
     for name, values in table.columns.items():
@@ -172,7 +172,7 @@ def _clocks(table: Table, choice: Choice) -> dict[str, FloatArray]:
     return found
 
 
-def _signals(table: Table, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
+def _signals(table: RecordTable, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:
     """Return the wanted columns that are not times."""
     others = {
         name

@@ -19,8 +19,8 @@ MOST_NUMBERS = 50_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
-    """A Table is the content of a file, before it is known which column is the time.
+class RecordTable:
+    """A RecordTable is the content of a file, before it is known which column is the time.
 
     Attributes:
         columns: values by name, each of shape (N,).

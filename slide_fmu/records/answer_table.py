@@ -14,7 +14,7 @@ _OWN: dict[str, dict[str, str]] = {
         "excited_inputs": "answers:excited_inputs",
         "tested_corners": "answers:tested_corners",
     },
-    "pipeline.checks": {"check_systems": "answers:check_records"},
+    "pipeline.case_checks": {"check_systems": "answers:check_records"},
     "pipeline.data_origin": {
         "origin_of_data": "origin:record_origin",
         "require_same_origin": "origin:require_same_records",

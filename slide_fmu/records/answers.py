@@ -14,11 +14,11 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.memory.stability import SEQUENCES
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
-from slide_fmu.recipe.systems import require_features
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks
@@ -28,7 +28,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 if TYPE_CHECKING:
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
-    from slide_fmu.report.html_report import Section
+    from slide_fmu.report.html_report import ReportSection
     from slide_fmu.validation.error_figures import PlainCallFigures, ResponseFigures
     from slide_fmu.validation.results import Validation
 
@@ -163,7 +163,7 @@ def no_plain_call(
 
 def no_response(
     source: MeasuredRecords, surrogate: Surrogate
-) -> tuple[ResponseFigures | None, list[Section]]:
+) -> tuple[ResponseFigures | None, list[ReportSection]]:
     """Return no response matrix: records have no exact one to compare with."""
     return None, []
 

@@ -78,8 +78,8 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """Prepared holds the pieces of records in their order, and remarks on their preparation.
+class PreparedRecords:
+    """PreparedRecords hold the pieces of records in their order, and remarks on their preparation.
 
     Attributes:
         pieces: at least one; all have the same step.
@@ -90,7 +90,7 @@ class Prepared:
     remarks: tuple[str, ...]
 
 
-def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
+def prepared(records: Sequence[Record], preparation: Preparation) -> PreparedRecords:
     """Make trajectories of one even step from records.
 
     A record is cut at its gaps, and where an input has no finite value. Missing outputs are NaN;
@@ -123,7 +123,7 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> Prepared:
             f"{records[0].path}: no piece without gaps has {preparation.least} samples of step "
             f"{step:.6g} s; expected at least one: record without gaps, or ask for fewer samples"
         )
-    return Prepared(tuple(pieces), tuple(remarks))
+    return PreparedRecords(tuple(pieces), tuple(remarks))
 
 
 def _sound_clock(record: Record) -> Clock:

@@ -12,7 +12,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import recommend_window, too_short
 from slide_fmu.memory.decay_figures import (
     FittedTime,
-    LinearModel,
+    LinearModelFigures,
     RecordSizingFigures,
     SlowestPole,
     WindowSize,
@@ -104,7 +104,7 @@ class RecordSizing:
                 rate_deviation_1_s=self.decay.deviation,
                 angular_frequency_rad_s=self.decay.frequency,
             ),
-            linear_model=LinearModel(order=self.decay.order, states=self.decay.states),
+            linear_model=LinearModelFigures(order=self.decay.order, states=self.decay.states),
             window=WindowSize.of(self.window),
             recommended_n_in=self._recommended() if known else None,
             sufficient=self.problem is None,

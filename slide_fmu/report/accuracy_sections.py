@@ -11,7 +11,7 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import accuracy_table, parameter_table, timing_table
 from slide_fmu.report.frequency_charts import frequency_sections
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
 from slide_fmu.report.limits import meaning_of
@@ -37,7 +37,7 @@ MODEL_TEXT = (
 )
 
 
-def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
+def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSection]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
     rules = rules_of(main.recipe)
@@ -45,7 +45,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
-        Section(
+        ReportSection(
             "Side by side with the reference",
             rules.compared(main.recipe, len(main.comparisons), main.task.seed)
             + (MODEL_TEXT if main.recipe.system.reference else "")
@@ -56,30 +56,30 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[Section]:
         _kinds_section(in_range, rules.words),
         _validity_section(main, figures),
         *frequency_sections(main),
-        *([Section("Phase plot", PHASE, charts=phases)] if phases else []),
+        *([ReportSection("Phase plot", PHASE, charts=phases)] if phases else []),
         *([] if worst is None else [worst]),
     ]
     if in_range.parameters is not None:
         text = about_parameters(main.recipe)
         table = parameter_table(in_range.parameters)
-        sections.append(Section("Physical parameters", text, table))
+        sections.append(ReportSection("Physical parameters", text, table))
     if main.surrogate.estimates_errors:
         sections.append(estimate_section(validations, figures))
     if main.surrogate.bound is not None:
         sections += bound_sections(validations, figures)
     text = "Both measured in one run on one machine."
-    sections.append(Section("Time per step", text, timing_table(in_range.timing)))
+    sections.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
     return sections
 
 
-def _kinds_section(figures: ValidationFigures, words: Words) -> Section:
+def _kinds_section(figures: ValidationFigures, words: Words) -> ReportSection:
     """Show the relative RMSE by kind of motion, the largest over the outputs."""
     bars = []
     for kind in figures.excitations:
         error, count = max(kind.relative_rmse), kind.trajectories
         many = f"{count} trajector{'y' if count == 1 else 'ies'}"
         bars.append(Bar(kind.name, error, f"{percent(error)}, {many}"))
-    return Section(
+    return ReportSection(
         words.by_kind,
         "Relative RMSE: RMSE of the FMU over the RMS of the reference about its mean; of several "
         "outputs the largest.",
@@ -87,11 +87,11 @@ def _kinds_section(figures: ValidationFigures, words: Words) -> Section:
     )
 
 
-def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> Section:
+def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> ReportSection:
     """Return the section that says in words for which inputs the surrogate is valid."""
     found = judgements(main.surrogate, main.recipe, figures)
     text = RULE if is_ruled(found) else ""
-    return Section("Where it is valid", text, judgement_table(found))
+    return ReportSection("Where it is valid", text, judgement_table(found))
 
 
 def moving_text(surrogate: Surrogate) -> str:
@@ -105,7 +105,9 @@ def moving_text(surrogate: Surrogate) -> str:
     )
 
 
-def response_section(surrogate: Surrogate, system: System) -> tuple[Section, ResponseFigures]:
+def response_section(
+    surrogate: Surrogate, system: System
+) -> tuple[ReportSection, ResponseFigures]:
     """Show the learnt response matrix of an affine surrogate against the exact one."""
     learnt, exact = learnt_matrix(surrogate), exact_matrix(system, surrogate.window)
     found = response_figures(learnt, exact)
@@ -114,7 +116,7 @@ def response_section(surrogate: Surrogate, system: System) -> tuple[Section, Res
         "above the diagonal would mean that an output answers to a later input."
     )
     charts = response_charts(learnt, exact, surrogate)
-    return Section("Response matrix", text, response_table(found), charts=charts), found
+    return ReportSection("Response matrix", text, response_table(found), charts=charts), found
 
 
 def about_parameters(recipe: Recipe) -> str:

@@ -15,7 +15,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.report.error_tables import box_table, plain_call_table, short_accuracy_table
 from slide_fmu.report.learning_tables import curve_table, size_table
-from slide_fmu.report.table import ENDLESS, Table
+from slide_fmu.report.table import ENDLESS, ReportTable
 from slide_fmu.report.trust_sentences import covered_sentence
 from slide_fmu.report.trust_tables import short_bound_table, short_estimate_table
 from slide_fmu.validation.error_figures import (
@@ -35,7 +35,7 @@ class Rows:
     Final.
     """
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: ReportTable) -> None:
         self._table = table
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -55,7 +55,7 @@ class Rows:
                     yield Text(f"{'  ' if k else ''}{label}{cell}")
 
 
-def print_table(table: Table, console: Console) -> None:
+def print_table(table: ReportTable, console: Console) -> None:
     """Print the title of a table, if it has one, and the table.
 
     Rich would wrap a title of its own to the width of the table.

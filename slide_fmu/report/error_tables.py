@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.box import TITLES
 from slide_fmu.validation.error_figures import (
     BoxFigures,
@@ -31,7 +31,7 @@ def percent_or_nothing(value: float | None) -> str:
     return "" if value is None else percent(value)
 
 
-def accuracy_table(validations: Mapping[str, ValidationFigures]) -> Table:
+def accuracy_table(validations: Mapping[str, ValidationFigures]) -> ReportTable:
     """Return the errors of every output in each validation."""
     heading = (
         "inputs",
@@ -47,7 +47,7 @@ def accuracy_table(validations: Mapping[str, ValidationFigures]) -> Table:
         "run freely",
     )
     rows = ((n, *_accuracy_cells(o)) for n, v in validations.items() for o in v.outputs)
-    return Table.of(heading, rows).without_empty_columns()
+    return ReportTable.of(heading, rows).without_empty_columns()
 
 
 def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
@@ -69,23 +69,25 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
     )
 
 
-def short_accuracy_table(validation: ValidationFigures) -> Table:
+def short_accuracy_table(validation: ValidationFigures) -> ReportTable:
     """Return the errors of every output of one validation, as a console shows them."""
     return accuracy_table({"": validation}).columns(
         "output", SIZE, "RMSE", "relative RMSE", "largest error", PLAIN
     )
 
 
-def timing_table(timing: Timing) -> Table:
+def timing_table(timing: Timing) -> ReportTable:
     """Return the time of a step of the FMU and of the reference."""
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
     if timing.speedup is not None:
         rows.append(("reference system, simulated", f"{timing.reference_step_us:.3g} µs"))
         rows.append(("ratio", f"{timing.speedup:.3g}"))
-    return Table.of(("median; of the FMU: set, doStep and get through fmpy", "per step"), rows)
+    return ReportTable.of(
+        ("median; of the FMU: set, doStep and get through fmpy", "per step"), rows
+    )
 
 
-def plain_call_table(found: PlainCallFigures) -> Table:
+def plain_call_table(found: PlainCallFigures) -> ReportTable:
     """Return the errors of the plain call; columns of what was not measured are left out."""
     heading = (
         "output",
@@ -114,10 +116,10 @@ def plain_call_table(found: PlainCallFigures) -> Table:
         for output in found.outputs
     )
     title = "plain call, fmpy.simulate_fmu(fmu, input=table): relative RMSE"
-    return Table.of(heading, rows, title).without_empty_columns()
+    return ReportTable.of(heading, rows, title).without_empty_columns()
 
 
-def box_table(found: BoxFigures) -> Table:
+def box_table(found: BoxFigures) -> ReportTable:
     """Return the errors at constant inputs."""
     heading = "inputs", "output", "relative RMSE", "largest error", "covered by the bound"
     rows = (
@@ -131,10 +133,10 @@ def box_table(found: BoxFigures) -> Table:
         for name, group in found.groups.items()
         for output in group.outputs
     )
-    return Table.of(heading, rows).without_empty_columns()
+    return ReportTable.of(heading, rows).without_empty_columns()
 
 
-def parameter_table(found: ParameterFigures) -> Table:
+def parameter_table(found: ParameterFigures) -> ReportTable:
     """Return the errors by physical parameters.
 
     All corners are shown, and the worst ``WORST`` of the other values.
@@ -147,7 +149,7 @@ def parameter_table(found: ParameterFigures) -> Table:
                 values = (f"{point.values[name]:.4g}" for name in found.names)
                 yield what, *values, percent(_error_at(point))
 
-    return Table.of(("values", *found.names, "relative RMSE"), rows())
+    return ReportTable.of(("values", *found.names, "relative RMSE"), rows())
 
 
 def _error_at(point: ParameterPoint) -> float:

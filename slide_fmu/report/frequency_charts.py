@@ -7,7 +7,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import own_line, true_line
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 from slide_fmu.validation.results import Validation
@@ -29,7 +29,7 @@ SPECTRA = (
 )
 
 
-def frequency_sections(validation: Validation) -> list[Section]:
+def frequency_sections(validation: Validation) -> list[ReportSection]:
     """Return the sections on frequencies; empty where the trajectories are too short."""
     surrogate = validation.surrogate
     spectra = spectra_of(validation.comparisons, surrogate.window.step, surrogate.hold)
@@ -39,8 +39,10 @@ def frequency_sections(validation: Validation) -> list[Section]:
     responses = [_response_chart(validation, spectra, i) for i in outputs]
     errors = [_spectrum_chart(validation, spectra, i) for i in outputs]
     return [
-        Section("Frequency response", RESPONSES, charts=[c for c in responses if c is not None]),
-        Section("Error spectrum", SPECTRA, charts=errors),
+        ReportSection(
+            "Frequency response", RESPONSES, charts=[c for c in responses if c is not None]
+        ),
+        ReportSection("Error spectrum", SPECTRA, charts=errors),
     ]
 
 

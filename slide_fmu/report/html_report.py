@@ -14,7 +14,7 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.charts import Bar, Chart, Columns, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 WEB = Path(__file__).parent / "web"
 
@@ -23,7 +23,7 @@ LONGEST_BAR = 70.0
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class ReportSection:
     """A section is one part of a report.
 
     Attributes:
@@ -36,7 +36,7 @@ class Section:
 
     title: str
     text: str
-    table: Table | None = None
+    table: ReportTable | None = None
     charts: Sequence[Chart] = ()
     bars: Sequence[Bar] = ()
 
@@ -56,7 +56,7 @@ class Report:
     title: str
     summary: str
     figures: object
-    sections: list[Section] = field(default_factory=list)
+    sections: list[ReportSection] = field(default_factory=list)
     inside: str | None = None
     verdict: tuple[str, ...] = ()
 
@@ -95,7 +95,7 @@ class Report:
         return path
 
 
-def _shown(section: Section) -> dict[str, object]:
+def _shown(section: ReportSection) -> dict[str, object]:
     """Return a section for the template; the longest bar has the length ``LONGEST_BAR``."""
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
@@ -104,10 +104,12 @@ def _shown(section: Section) -> dict[str, object]:
     }
 
 
-def remark_sections(remarks: Sequence[str]) -> list[Section]:
+def remark_sections(remarks: Sequence[str]) -> list[ReportSection]:
     """Show remarks in a section of their own, if there are any."""
     if not remarks:
         return []
     return [
-        Section("Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks))
+        ReportSection(
+            "Remarks", " ".join(f"{remark[0].upper()}{remark[1:]}." for remark in remarks)
+        )
     ]

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from slide_fmu.report.error_tables import box_table, plain_call_table
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.validation.box import TEXT as BOX_TEXT
 from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures
 from slide_fmu.validation.plain_call import TEXT
 
 
-def plain_call_sections(found: PlainCallFigures | None) -> list[Section]:
+def plain_call_sections(found: PlainCallFigures | None) -> list[ReportSection]:
     """Return the section on the plain call, where that was measured."""
     if found is None:
         return []
     text = TEXT.replace("`", "")  # only the model card shows marks of code
-    return [Section("Plain call", f"{text} {whole(found)}", plain_call_table(found))]
+    return [ReportSection("Plain call", f"{text} {whole(found)}", plain_call_table(found))]
 
 
 def whole(found: PlainCallFigures) -> str:
@@ -22,11 +22,11 @@ def whole(found: PlainCallFigures) -> str:
     return f"{found.sentence[0].upper()}{found.sentence[1:]}."
 
 
-def box_sections(found: BoxFigures | None) -> list[Section]:
+def box_sections(found: BoxFigures | None) -> list[ReportSection]:
     """Return the section on constant inputs, where these were measured."""
     if found is None:
         return []
-    return [Section("Constant inputs", box_text(found), box_table(found))]
+    return [ReportSection("Constant inputs", box_text(found), box_table(found))]
 
 
 def box_text(found: BoxFigures) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from slide_fmu.fitting.history import Curve, History, TriedSize
 from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.learning_charts import (
     curve_chart,
     decay_chart,
@@ -41,7 +41,7 @@ FITTED = (
 )
 
 
-def sizing_section(sizing: AnySizing) -> Section:
+def sizing_section(sizing: AnySizing) -> ReportSection:
     """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
     found = MEASURED_ALONE
@@ -57,15 +57,15 @@ def sizing_section(sizing: AnySizing) -> Section:
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."
     if not isinstance(sizing, Sizing):
-        return Section("Window", text, decay_table(sizing.figures()))
+        return ReportSection("Window", text, decay_table(sizing.figures()))
     linearized = None if sizing.linearized is None else sizing.linearized.decay
     charts = [decay_chart(linearized, sizing.measured, window.truncation_time)]
-    return Section("Window", text, decay_table(sizing.figures()), charts=charts)
+    return ReportSection("Window", text, decay_table(sizing.figures()), charts=charts)
 
 
-def stability_section(tests: tuple[AmplitudeTest, ...], step: float) -> Section:
+def stability_section(tests: tuple[AmplitudeTest, ...], step: float) -> ReportSection:
     """Show whether the network has fading memory and stays bounded beyond its amplitude."""
-    return Section(
+    return ReportSection(
         "Fading memory and boundedness",
         "Two runs from different states under the same inputs, after one window, relative to the "
         "output's standard deviation; and the largest output, relative to that at the trained "
@@ -76,9 +76,9 @@ def stability_section(tests: tuple[AmplitudeTest, ...], step: float) -> Section:
     )
 
 
-def training_section(histories: Mapping[str, History]) -> Section:
+def training_section(histories: Mapping[str, History]) -> ReportSection:
     """Show steps and errors of the trainings."""
-    return Section(
+    return ReportSection(
         "Training",
         "The weights of the best validation are kept. Errors in per cent are relative RMSE of the "
         "outputs, over their standard deviation. Others are RMSE in scaled units, weighted "
@@ -90,7 +90,7 @@ def training_section(histories: Mapping[str, History]) -> Section:
     )
 
 
-def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> Section:
+def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> ReportSection:
     """Show the sizes of the network that were tried, and the part of the error still learnable."""
     text = (
         "Validation errors are RMSE in scaled units, after the short runs by which a size is "
@@ -98,12 +98,12 @@ def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> Section:
         "inputs by a regression on the residual; no figure: the search did not ask."
     )
     text += "" if remark is None else f" Remark: {remark}."
-    return Section("Sizes tried", text, size_table(sizes))
+    return ReportSection("Sizes tried", text, size_table(sizes))
 
 
-def curve_section(curve: Curve) -> Section:
+def curve_section(curve: Curve) -> ReportSection:
     """Show how the error fell with the number of trajectories."""
-    return Section(
+    return ReportSection(
         "Learning curve",
         "Validation error of a network of moderate size, scaled, that learns from twice as many "
         f"trajectories at each point. The curve ended: {curve.ended}.",

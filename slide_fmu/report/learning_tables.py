@@ -8,11 +8,11 @@ from slide_fmu.core.measures import percent
 from slide_fmu.fitting.history import Curve, History, TriedSize
 from slide_fmu.memory.decay_figures import RecordSizingFigures, SizingFigures, seconds
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import ResponseFigures
 
 
-def decay_table(figures: SizingFigures) -> Table:
+def decay_table(figures: SizingFigures) -> ReportTable:
     """Return the decay times of a system, or of a linear fit of records.
 
     Measured times belong to whole motions, so their last column is empty. A system may offer no
@@ -21,7 +21,7 @@ def decay_table(figures: SizingFigures) -> Table:
     if isinstance(figures, RecordSizingFigures):
         fitted = figures.fitted_decay_time_s
         row = "fitted", seconds(fitted.value), seconds(fitted.low), seconds(fitted.high)
-        return Table.of(("decay time", "slowest pole", "95 % interval from", "to"), [row])
+        return ReportTable.of(("decay time", "slowest pole", "95 % interval from", "to"), [row])
     linearized, measured = figures.decay_time_s, figures.measured_decay_time_s
     times = ["not offered", "", ""]
     if linearized is not None:
@@ -31,10 +31,10 @@ def decay_table(figures: SizingFigures) -> Table:
         ("linearized", *times),
         ("measured", seconds(measured.mean), seconds(measured.worst), ""),
     ]
-    return Table.of(("decay time", "mean", "worst", "at the worst instant"), rows)
+    return ReportTable.of(("decay time", "mean", "worst", "at the worst instant"), rows)
 
 
-def stability_table(tests: tuple[AmplitudeTest, ...]) -> Table:
+def stability_table(tests: tuple[AmplitudeTest, ...]) -> ReportTable:
     """Return the results of the tests of fading memory and boundedness."""
     heading = "amplitude", "median difference", "largest difference", "growth", "test"
     rows = (
@@ -47,10 +47,10 @@ def stability_table(tests: tuple[AmplitudeTest, ...]) -> Table:
         )
         for test, found in zip(tests, stability_figures(tests), strict=True)
     )
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
-def training_table(histories: Mapping[str, History]) -> Table:
+def training_table(histories: Mapping[str, History]) -> ReportTable:
     """Return steps and errors of the trainings."""
 
     def rows() -> Iterator[Sequence[str]]:
@@ -59,10 +59,10 @@ def training_table(histories: Mapping[str, History]) -> Table:
             error = percent(best) if history.relative else f"{best:.4g}, scaled"
             yield stage, str(history.step[-1]), error
 
-    return Table.of(("stage", "steps or iterations", "best validation error"), rows())
+    return ReportTable.of(("stage", "steps or iterations", "best validation error"), rows())
 
 
-def size_table(sizes: Sequence[TriedSize]) -> Table:
+def size_table(sizes: Sequence[TriedSize]) -> ReportTable:
     """Return the sizes that a search has tried."""
     heading = "order", "hidden units", "parameters", "validation error", "of which learnable"
     rows = (
@@ -77,10 +77,10 @@ def size_table(sizes: Sequence[TriedSize]) -> Table:
         )
         for size in sizes
     )
-    return Table.of(heading, rows, "sizes tried")
+    return ReportTable.of(heading, rows, "sizes tried")
 
 
-def curve_table(curve: Curve) -> Table:
+def curve_table(curve: Curve) -> ReportTable:
     """Return a learning curve."""
     rows = (
         (
@@ -92,10 +92,10 @@ def curve_table(curve: Curve) -> Table:
         for point in curve.points
     )
     heading = "trajectories", "validation error", "training error", "time / s"
-    return Table.of(heading, rows, "learning curve")
+    return ReportTable.of(heading, rows, "learning curve")
 
 
-def response_table(found: ResponseFigures) -> Table:
+def response_table(found: ResponseFigures) -> ReportTable:
     """Return the deviations of the learnt response matrix from the exact one."""
     rows = [
         ("largest deviation, relative to the largest entry", found.max_deviation_relative),
@@ -103,7 +103,7 @@ def response_table(found: ResponseFigures) -> Table:
         ("the same, relative to the largest entry", found.max_above_diagonal_relative),
     ]
     cells = ((what, _scientific(value)) for what, value in rows)
-    return Table.of(("figure", "value"), cells)
+    return ReportTable.of(("figure", "value"), cells)
 
 
 def _scientific(value: float | None) -> str:

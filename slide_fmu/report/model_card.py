@@ -19,7 +19,7 @@ from slide_fmu.report.error_tables import box_table, parameter_table, plain_call
 from slide_fmu.report.importer_sections import box_text, whole
 from slide_fmu.report.limits import meaning_of, useless_beyond
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.table import Table, markdown
+from slide_fmu.report.table import ReportTable, markdown
 from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences, search_sentence
 from slide_fmu.report.trust_tables import (
     bound_table,
@@ -112,7 +112,7 @@ def _named(validations: Mapping[str, ValidationFigures]) -> dict[str, Validation
     return found
 
 
-def _bound_tables(validations: Mapping[str, ValidationFigures]) -> list[Table]:
+def _bound_tables(validations: Mapping[str, ValidationFigures]) -> list[ReportTable]:
     return [bound_table(validations), kind_table(validations)]
 
 
@@ -128,7 +128,7 @@ def plain(text: str) -> str:
     return " ".join(html.escape(text, quote=False).replace("|", "\\|").split())
 
 
-def variable_table(surrogate: Surrogate) -> Table:
+def variable_table(surrogate: Surrogate) -> ReportTable:
     """Return the FMU's variables in the order of their value references."""
     rows = (
         (
@@ -140,7 +140,7 @@ def variable_table(surrogate: Surrogate) -> Table:
         )
         for v in fmu_variables(surrogate)
     )
-    return Table.of(("variable", "causality", "unit", "range", ""), rows)
+    return ReportTable.of(("variable", "causality", "unit", "range", ""), rows)
 
 
 def _range_of(variable: Variable) -> str:

@@ -12,7 +12,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
-from slide_fmu.report.html_report import Report, Section, remark_sections
+from slide_fmu.report.html_report import Report, ReportSection, remark_sections
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
@@ -64,7 +64,7 @@ class RunMeasurement:
 
 def run_figures(
     case: Case, found: RunMeasurement, command: str, versions: Mapping[str, str]
-) -> tuple[RunFigures, list[Section]]:
+) -> tuple[RunFigures, list[ReportSection]]:
     """Return the figures of a run, and the section on the response matrix, if it has one.
 
     Args:
@@ -99,7 +99,7 @@ def run_figures(
 @asked_of_sources
 def affine_response(
     system: System, surrogate: Surrogate
-) -> tuple[ResponseFigures | None, list[Section]]:
+) -> tuple[ResponseFigures | None, list[ReportSection]]:
     """Return the figures of the response matrix, and its section, if a surrogate has one."""
     if not is_affine(surrogate):
         return None, []
@@ -146,7 +146,7 @@ def with_training(
 
 
 def run_report(
-    recipe: Recipe, found: RunMeasurement, figures: RunFigures, response: list[Section]
+    recipe: Recipe, found: RunMeasurement, figures: RunFigures, response: list[ReportSection]
 ) -> Report:
     """Return the report of a run.
 
@@ -166,8 +166,8 @@ def run_report(
 
 
 def _sections(
-    found: RunMeasurement, figures: RunFigures, response: list[Section]
-) -> list[Section]:
+    found: RunMeasurement, figures: RunFigures, response: list[ReportSection]
+) -> list[ReportSection]:
     """Return all sections of the report of a run."""
     surrogate, curve = found.surrogate, figures.learning_curve
     sections = [

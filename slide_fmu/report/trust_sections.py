@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from slide_fmu.report import trust_charts
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences
 from slide_fmu.report.trust_tables import (
     bound_table,
@@ -23,7 +23,7 @@ from slide_fmu.validation.trust import BROKEN
 
 def estimate_section(
     validations: Mapping[str, Validation], figures: Mapping[str, ValidationFigures]
-) -> Section:
+) -> ReportSection:
     """Return the section on the error estimate, of a surrogate that has one."""
     first = next(iter(validations.values()))
     text = (
@@ -36,12 +36,12 @@ def estimate_section(
         "too small. The rank correlation is between estimated and true errors."
     )
     charts = trust_charts.estimate_charts(validations)
-    return Section("Error estimate", text, estimate_table(figures), charts=charts)
+    return ReportSection("Error estimate", text, estimate_table(figures), charts=charts)
 
 
 def bound_sections(
     validations: Mapping[str, Validation], figures: Mapping[str, ValidationFigures]
-) -> list[Section]:
+) -> list[ReportSection]:
     """Return the sections on error bound and domain, of a surrogate that has them."""
     first = next(iter(validations.values()))
     moving = first.surrogate.hold == "first_order"
@@ -49,7 +49,7 @@ def bound_sections(
     harm = harm_table(figures)
     text = " ".join(bound_sentences(first.recipe, moving, in_range))
     return [
-        Section(
+        ReportSection(
             "Error bound",
             f"{text} {COLUMNS}",
             bound_table(figures),
@@ -58,7 +58,7 @@ def bound_sections(
                 *trust_charts.novelty_charts(validations),
             ],
         ),
-        Section(
+        ReportSection(
             "Error bound by kind of excitation",
             "The bound is calibrated on the mix of all kinds, so that a rare one may be covered "
             "less. Shares are given for the output that is covered least. The charts show the "
@@ -67,13 +67,13 @@ def bound_sections(
             kind_table(figures),
             charts=trust_charts.coverage_charts(validations),
         ),
-        *([Section("Harmful errors", HARM, harm)] if harm.rows else []),
+        *([ReportSection("Harmful errors", HARM, harm)] if harm.rows else []),
     ]
 
 
 def search_section(
     figures: SearchFigures, attacks: Sequence[Attack], surrogate: Surrogate
-) -> Section:
+) -> ReportSection:
     """Show the figures of a search, and its worst result, if that is known."""
     text = (
         f"A search changes the inputs of {figures.starts} unseen trajectories within their "
@@ -85,4 +85,4 @@ def search_section(
     )
     worst = max(attacks, key=lambda found: found.after, default=None)
     charts = [] if worst is None else [trust_charts.attack_chart(worst, surrogate)]
-    return Section("Search for unnoticed errors", text, search_table(figures), charts=charts)
+    return ReportSection("Search for unnoticed errors", text, search_table(figures), charts=charts)

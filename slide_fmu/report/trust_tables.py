@@ -8,7 +8,7 @@ import numpy as np
 
 from slide_fmu.core.measures import percent
 from slide_fmu.report.error_tables import percent_or_nothing
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import (
     BoundFigures,
     Deviation,
@@ -44,7 +44,7 @@ def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
     return [(one.name or NORM, one) for one in every]
 
 
-def estimate_table(validations: Validations) -> Table:
+def estimate_table(validations: Validations) -> ReportTable:
     """Return the deviations of error estimates."""
     heading = "inputs", "output", "error estimate: mean relative deviation", *OF_AN_ESTIMATE
     rows = (
@@ -52,14 +52,14 @@ def estimate_table(validations: Validations) -> Table:
         for name, validation in validations.items()
         for one in deviations_of(validation.error_estimate)
     )
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
-def short_estimate_table(found: EstimateFigures) -> Table:
+def short_estimate_table(found: EstimateFigures) -> ReportTable:
     """Return the deviations of the error estimates of one validation."""
     heading = "output", "mean relative deviation", *OF_AN_ESTIMATE
     rows = [_estimate_cells(*one) for one in deviations_of(found)]
-    return Table.of(heading, rows, f"error estimate over {found.span_samples} samples")
+    return ReportTable.of(heading, rows, f"error estimate over {found.span_samples} samples")
 
 
 def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
@@ -75,7 +75,7 @@ def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
     )
 
 
-def bound_table(validations: Validations) -> Table:
+def bound_table(validations: Validations) -> ReportTable:
     """Return the measures of error bounds and domain."""
     heading = (
         "inputs",
@@ -93,10 +93,10 @@ def bound_table(validations: Validations) -> Table:
         for name, b in _bounds(validations)
         for output in b.outputs
     )
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
-def short_bound_table(bound: BoundFigures) -> Table:
+def short_bound_table(bound: BoundFigures) -> ReportTable:
     """Return the measures of the error bounds of one validation."""
     heading = (
         "output",
@@ -107,7 +107,7 @@ def short_bound_table(bound: BoundFigures) -> Table:
         "rank correlation",
     )
     title = f"error bound, {100 * bound.confidence:g} % confidence"
-    return Table.of(heading, map(_bound_cells, bound.outputs), title)
+    return ReportTable.of(heading, map(_bound_cells, bound.outputs), title)
 
 
 def _bound_cells(output: OutputBound) -> Sequence[str]:
@@ -121,7 +121,7 @@ def _bound_cells(output: OutputBound) -> Sequence[str]:
     )
 
 
-def kind_table(validations: Validations) -> Table:
+def kind_table(validations: Validations) -> ReportTable:
     """Return bounds by kind of excitation, with the smallest share of all outputs."""
     heading = (
         "inputs",
@@ -143,10 +143,10 @@ def kind_table(validations: Validations) -> Table:
         for name, bound in _bounds(validations)
         for kind in bound.excitations
     )
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
-def harm_table(validations: Validations) -> Table:
+def harm_table(validations: Validations) -> ReportTable:
     """Return the shares of harmful errors, and of those that the FMU reports.
 
     Validations without a known usual error have no rows.
@@ -164,7 +164,7 @@ def harm_table(validations: Validations) -> Table:
         for name, bound in _bounds(validations)
         for kind, harm in harms_of(bound)
     )
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
 def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
@@ -174,7 +174,7 @@ def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
     return [(name, one.harm) for name, one in every if one.harm is not None]
 
 
-def search_table(figures: SearchFigures) -> Table:
+def search_table(figures: SearchFigures) -> ReportTable:
     """Return the results of a search for unnoticed errors."""
     usual, highest = figures.confidences
     parts = (
@@ -192,7 +192,7 @@ def search_table(figures: SearchFigures) -> Table:
         for ratios, text in parts
     )
     heading = "error over its bound, largest in the domain", "median", "worst", "broken"
-    return Table.of(heading, rows)
+    return ReportTable.of(heading, rows)
 
 
 def _bounds(validations: Validations) -> list[tuple[str, BoundFigures]]:

@@ -9,7 +9,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.excitation.words import between
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import Harm, ValidationFigures
 from slide_fmu.validation.trust import HARMFUL
@@ -76,9 +76,9 @@ def judgements(
     return found + [Judgement(TRAINED, text, "not measured") for text in rest]
 
 
-def judgement_table(found: Sequence[Judgement]) -> Table:
+def judgement_table(found: Sequence[Judgement]) -> ReportTable:
     """Return judgements as a table."""
-    return Table.of(("", "inputs", "measured"), found)
+    return ReportTable.of(("", "inputs", "measured"), found)
 
 
 def judgement_sentences(found: Sequence[Judgement]) -> list[str]:

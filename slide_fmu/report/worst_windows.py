@@ -7,7 +7,7 @@ import numpy as np
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Chart
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import (
     error_panel,
     inputs_panel,
@@ -29,7 +29,7 @@ MOST_BEFORE = 400
 FEWEST_BEFORE = 20
 
 
-def worst_section(validation: Validation) -> Section | None:
+def worst_section(validation: Validation) -> ReportSection | None:
     """Return the section on the worst windows; None where no sample counts."""
     bounded = bool(validation.trusted)
     scale = "their bounds" if bounded else "the RMS of the reference about its mean"
@@ -43,7 +43,7 @@ def worst_section(validation: Validation) -> Section | None:
     )
     shaded = "Shaded samples lie outside of the domain." if bounded else ""
     charts = [_chart(validation, step, bounded) for step in found]
-    return Section("The worst windows", text + shaded, charts=charts)
+    return ReportSection("The worst windows", text + shaded, charts=charts)
 
 
 def _worst(validation: Validation) -> list[WorstStep]:

@@ -26,7 +26,7 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.attacked import Run, Target
+from slide_fmu.validation.attacked import AttackedRun, Target
 from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.trust import BROKEN
 
@@ -135,8 +135,8 @@ def search(target: Target, rng: np.random.Generator) -> Attack:
 
 
 def _tried(
-    target: Target, parent: Run, inputs: FloatArray, changed: slice
-) -> tuple[Run | None, float, int]:
+    target: Target, parent: AttackedRun, inputs: FloatArray, changed: slice
+) -> tuple[AttackedRun | None, float, int]:
     """Run changed inputs; return the run, the largest error over its bound, and its sample.
 
     The run is None where the reference fails.

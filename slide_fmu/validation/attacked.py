@@ -23,8 +23,8 @@ from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
-    """A Run holds the outputs of the reference on inputs, as far as it was simulated.
+class AttackedRun:
+    """An AttackedRun holds the outputs of the reference on inputs, as far as it was simulated.
 
     Attributes:
         inputs: in their units, shape (N, n_inputs).
@@ -56,16 +56,16 @@ class Target:
     drawn: Draw
     goes_on: bool = True
 
-    def run(self, inputs: FloatArray) -> Run:
+    def run(self, inputs: FloatArray) -> AttackedRun:
         """Run the reference on a whole trajectory, or raise a SimulationError."""
         initial = self.drawn.initial
         if not self.goes_on or initial is None or not isinstance(self.system, Restorable):
-            return Run(inputs, simulate(self.system, inputs, initial).outputs, ())
+            return AttackedRun(inputs, simulate(self.system, inputs, initial).outputs, ())
         states: list[State] = []
         outputs = simulate(self.system, inputs, initial, states).outputs
-        return Run(inputs, outputs, tuple(states))
+        return AttackedRun(inputs, outputs, tuple(states))
 
-    def run_changed(self, parent: Run, inputs: FloatArray, changed: slice) -> Run:
+    def run_changed(self, parent: AttackedRun, inputs: FloatArray, changed: slice) -> AttackedRun:
         """Run the reference on inputs that differ from another run in a range of samples alone.
 
         Samples later than the window, or than the memory of the bound, have forgotten the change.
@@ -77,18 +77,18 @@ class Target:
         states: list[State] = []
         part = inputs[first:end]
         outputs = simulate(self.system, part, parent.states[first], states).outputs
-        return Run(
+        return AttackedRun(
             inputs,
             np.concatenate([parent.outputs[:first], outputs]),
             (*parent.states[:first], *states),
         )
 
-    def errors(self, run: Run) -> FloatArray:
+    def errors(self, run: AttackedRun) -> FloatArray:
         """Return absolute errors where the reference was run, shape (M, n_outputs)."""
         truth = run.outputs[1:]
         return np.abs(self.surrogate.predict_newest(run.inputs[: len(truth)]) - truth)
 
-    def worst(self, run: Run, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
+    def worst(self, run: AttackedRun, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
         """Return the largest error over its bound in the domain, and its sample."""
         errors = self.errors(run)
         inputs = run.inputs[: len(errors)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import grimp
@@ -72,6 +73,16 @@ def test_small_files_have_more_than_one_user() -> None:
 def test_names_of_files_say_what_is_in_them() -> None:
     files = [path for end in ("py", "js", "c", "h") for path in PACKAGE.rglob(f"*.{end}")]
     assert [str(path.relative_to(ROOT)) for path in files if path.stem in NAMES] == []
+
+
+def test_public_names_of_classes_have_one_meaning() -> None:
+    homes: dict[str, list[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    found = {name: sorted(files) for name, files in homes.items() if len(files) > 1}
+    assert found == {}
 
 
 def test_every_app_has_one_row_and_every_row_its_app() -> None:

@@ -41,7 +41,7 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.case import case_of

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from slide_fmu.report.console import Rows
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 
 def printed(table: Rows, width: int) -> str:
@@ -21,7 +21,7 @@ def printed(table: Rows, width: int) -> str:
 def example() -> Rows:
     heading = "output", "of the worst trajectories", "correlation", "relative RMSE"
     rows = [("position", "91.2 %", "0.73", "0.0407 %"), ("velocity", "95 %", "", "0.1 %")]
-    return Rows(Table.of(heading, rows))
+    return Rows(ReportTable.of(heading, rows))
 
 
 @pytest.mark.parametrize("width", [200, 60])

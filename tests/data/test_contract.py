@@ -12,7 +12,7 @@ from mbs_models.oscillators.oscillators import DuffingOscillator, LinearOscillat
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import require_unit
 from slide_fmu.data.contract import check_system
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.systems.base import Linearization, State

@@ -20,7 +20,7 @@ from slide_fmu.data.failures import (
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.trajectories import read_split
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_open_recipe
-from slide_fmu.recipe.systems import require_features
 from slide_fmu.systems.base import System
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"

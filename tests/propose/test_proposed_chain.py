@@ -12,10 +12,10 @@ from slide_fmu.cli.app import app
 from slide_fmu.features.urdf import UrdfError
 from slide_fmu.propose import first_look
 from slide_fmu.propose.proposal import Proposal, Wish, propose
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import require_features
 from tests.progress import silent
 from tests.refusals import refused
 

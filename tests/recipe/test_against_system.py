@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import require_features
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe
 
 TRAINING = Path(__file__).parents[2] / "training"

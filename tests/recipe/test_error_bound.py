@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import LeastSquaresRecipe

@@ -13,11 +13,11 @@ from mbs_models.robot_6r.puma_560 import puma_560
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.urdf import UrdfError
+from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import require_features
 from tests.recipes import TINY, whole_recipe
 from tests.refusals import refused
 

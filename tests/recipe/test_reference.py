@@ -105,7 +105,7 @@ MISSPELT = {
     ),
     "of a former version": (
         "[training]\nstretches = 3\n",
-        "training.stretches is named refinements of [training.expert] now: rename it there",
+        "training.stretches is named refinements now, of [training.expert]",
     ),
     "nowhere": ("[data]\nxyz = 3\n", "data.xyz is not a known key; remove it or correct"),
     "a family": (

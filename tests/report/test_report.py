@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.core.web.charts import Bar, Chart, Line, Panel
-from slide_fmu.report.html_report import LONGEST_BAR, Report, Section
-from slide_fmu.report.table import Table
+from slide_fmu.report.html_report import LONGEST_BAR, Report, ReportSection
+from slide_fmu.report.table import ReportTable
 from tests.charts import charts_of
 
 X = np.arange(5.0)
@@ -21,7 +21,9 @@ def _chart(title: str) -> Chart:
 
 
 def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
-    section = Section("a", "b", Table.of(("x",), [("1",)]), [_chart("c")], [Bar("d", 1, "e")])
+    section = ReportSection(
+        "a", "b", ReportTable.of(("x",), [("1",)]), [_chart("c")], [Bar("d", 1, "e")]
+    )
     page = Report("title", "summary", {}, [section]).html()
     addresses = re.findall(r"""(?:src|href)="([^"]*)"|@import|url\(|https?:""", page)
     assert addresses
@@ -30,8 +32,8 @@ def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
 
 def test_charts_stand_in_the_sections_that_they_belong_to() -> None:
     sections = [
-        Section("one", "", charts=[_chart("first"), _chart("second")]),
-        Section("two", "", charts=[_chart("third")]),
+        ReportSection("one", "", charts=[_chart("first"), _chart("second")]),
+        ReportSection("two", "", charts=[_chart("third")]),
     ]
     page = Report("title", "summary", {}, sections).html()
     assert [chart["title"] for chart in charts_of(page)["charts"]] == ["first", "second", "third"]
@@ -40,8 +42,8 @@ def test_charts_stand_in_the_sections_that_they_belong_to() -> None:
 
 
 def test_texts_of_users_do_not_become_html() -> None:
-    section = Section(
-        "<b>a</b>", "<i>b</i>", Table.of(("<u>",), [("<s>",)]), [_chart("</script>")]
+    section = ReportSection(
+        "<b>a</b>", "<i>b</i>", ReportTable.of(("<u>",), [("<s>",)]), [_chart("</script>")]
     )
     page = Report("<h1>", "<em>", {}, [section]).html()
     assert not re.findall(r"<(?:b|i|u|s|em)>", page)
@@ -50,13 +52,15 @@ def test_texts_of_users_do_not_become_html() -> None:
 
 def test_longest_bar_has_the_whole_length_and_others_their_part() -> None:
     bars = [Bar("a", 4.0, "4"), Bar("b", 1.0, "1"), Bar("c", 0.0, "0")]
-    page = Report("title", "summary", {}, [Section("s", "", bars=bars)]).html()
+    page = Report("title", "summary", {}, [ReportSection("s", "", bars=bars)]).html()
     widths = [float(text) for text in re.findall(r"width: ([\d.]+)%", page) if text != "100"]
     assert widths[-3:] == [LONGEST_BAR, LONGEST_BAR / 4, 0.0]
 
 
 def test_page_inside_is_the_last_section(tmp_path: Path) -> None:
-    report = Report("title", "summary", {"a": 1}, [Section("s", "")], inside='<p class="x">&</p>')
+    report = Report(
+        "title", "summary", {"a": 1}, [ReportSection("s", "")], inside='<p class="x">&</p>'
+    )
     page = report.write(tmp_path).read_text(encoding="utf-8")
     assert 'srcdoc="&lt;p class=&#34;x&#34;&gt;&amp;&lt;/p&gt;"' in page
     assert page.index("<h2>s</h2>") < page.index("<h2>Touch it</h2>")

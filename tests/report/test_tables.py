@@ -11,7 +11,7 @@ from slide_fmu.report.console import print_curve, print_sizes
 from slide_fmu.report.html_report import Report
 from slide_fmu.report.learning_sections import curve_section, sizes_section
 from slide_fmu.report.learning_tables import curve_table, size_table
-from slide_fmu.report.table import Table, markdown
+from slide_fmu.report.table import ReportTable, markdown
 
 SIZES = (TriedSize(4, 0, 26, 0.0912, 0.08), TriedSize(4, 16, 290, None, None))
 CURVE = Curve(
@@ -61,13 +61,15 @@ def test_console_shows_sizes_and_curve(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_table_is_the_same_without_columns_in_which_nothing_stands() -> None:
-    table = Table.of(("name", "size", "", "error"), [("a", "", "x", "1"), ("b", "", "", "2")])
+    table = ReportTable.of(
+        ("name", "size", "", "error"), [("a", "", "x", "1"), ("b", "", "", "2")]
+    )
     assert table.without_empty_columns().heading == ("name", "", "error")
     assert table.columns("error", "none", "name").rows == (("1", "a"), ("2", "b"))
 
 
 def test_markdown_of_a_table_has_a_line_below_its_heading() -> None:
-    table = Table.of(("name", ""), [("a", "1"), ("b", "")])
+    table = ReportTable.of(("name", ""), [("a", "1"), ("b", "")])
     assert markdown(table).splitlines() == [
         "| name | |",
         "| --- | --- |",

@@ -11,6 +11,7 @@ import pytest
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, describe_model, load_system
@@ -99,8 +100,10 @@ def test_recipe_of_a_registered_kind_makes_its_system(
 
 
 def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
+    with refused(RecipeError, "system.kind = 'unheard': expected one of ['class'"):
+        tiny_recipe(system={"kind": "unheard"})
     with refused(LoadError, "'unheard'; expected one of ['class'"):
-        _ = case_of(tiny_recipe(system={"kind": "unheard"})).system
+        load_system(Specification("model", kind="unheard"))
 
 
 def test_data_of_a_class_do_not_depend_on_its_picture() -> None:

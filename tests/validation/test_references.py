@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.pipeline.checks import check_case
+from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError

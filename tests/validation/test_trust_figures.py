@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain
-from slide_fmu.report.html_report import Section
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_table, kind_table
@@ -159,7 +159,7 @@ def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
     assert "from 2 of 3 starts (before the search: 1), of 99 % from 1." in sentence
 
 
-def sections_of(**validations: Validation) -> list[Section]:
+def sections_of(**validations: Validation) -> list[ReportSection]:
     """Return the sections on the bound of validations."""
     return bound_sections(validations, {name: v.figures() for name, v in validations.items()})
 

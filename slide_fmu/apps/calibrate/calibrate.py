@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.apps.calibrate.measurements import Arrays, Measurements
-from slide_fmu.apps.calibrate.problem import Problem
+from slide_fmu.apps.calibrate.problem import CalibrationProblem
 from slide_fmu.apps.calibrate.remarks import remarks_about
 from slide_fmu.apps.calibrate.result import END, Calibration, FittedParameter, OutputFit
 from slide_fmu.apps.calibrate.search import best_fit, noise_of
@@ -61,7 +61,7 @@ def calibrate(
     own_error, held = known if own_error is None else own_error, dict(fixed or {})
     free = free_parameters(found, held)
     measured = Measurements.of(found, inputs, outputs, len(free))
-    problem = Problem(found, measured, free, held)
+    problem = CalibrationProblem(found, measured, free, held)
     errors = _checked_errors(found, own_error)
     z = best_fit(problem, seed)
     residuals = problem.residuals(z)
@@ -140,7 +140,7 @@ def _fitted(parameter: Parameter, z: float, half: float) -> FittedParameter:
 
 
 def _result(
-    problem: Problem,
+    problem: CalibrationProblem,
     parameters: tuple[FittedParameter, ...],
     residuals: FloatArray,
     uncertainty: Uncertainty,

@@ -12,7 +12,7 @@ from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
 from slide_fmu.core.figures import plain
 from slide_fmu.core.units import behind
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 if TYPE_CHECKING:
     from slide_fmu.apps.calibrate.result import Calibration
@@ -122,7 +122,7 @@ def _show(found: Calibration) -> None:
         )
         for one in found.parameters
     )
-    show_table(Table.of(("parameter", "value", "95 % interval", "range", "unit"), fitted))
+    show_table(ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), fitted))
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
     outputs = (
@@ -133,7 +133,9 @@ def _show(found: Calibration) -> None:
         )
         for fit in found.outputs
     )
-    show_table(Table.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs))
+    show_table(
+        ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs)
+    )
     console.print(f"{found.samples} samples count")
     for remark in found.remarks:
         show_remark(remark)

@@ -17,8 +17,8 @@ TINY = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
-    """A Problem compares a surrogate with measurements; the noise is not part of it.
+class CalibrationProblem:
+    """A CalibrationProblem compares a surrogate with measurements; the noise is not part of it.
 
     The free parameters are z, their transforms scaled to -1 .. 1 over their ranges: in z the
     response is most nearly linear, and intervals about a fit are most nearly symmetric.

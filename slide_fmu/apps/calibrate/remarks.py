@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.apps.calibrate.measurements import Measurements
-from slide_fmu.apps.calibrate.problem import Problem
+from slide_fmu.apps.calibrate.problem import CalibrationProblem
 from slide_fmu.apps.calibrate.result import ALIKE, POOR, WIDE, FittedParameter, OutputFit
 from slide_fmu.apps.calibrate.uncertainty import Uncertainty
 from slide_fmu.core.measures import percent
@@ -15,7 +15,7 @@ MOST_OUTSIDE = 0.01
 
 
 def remarks_about(
-    problem: Problem,
+    problem: CalibrationProblem,
     parameters: tuple[FittedParameter, ...],
     fits: tuple[OutputFit, ...],
     uncertainty: Uncertainty,
@@ -80,7 +80,7 @@ def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) ->
     ]
 
 
-def _outside(problem: Problem) -> float:
+def _outside(problem: CalibrationProblem) -> float:
     """Return the share of counting samples that follow inputs outside their ranges."""
     lead, records = problem.measurements.lead, problem.measurements.inputs
     known = np.concatenate([problem.surrogate.inputs_in_range(u)[lead:] for u in records])

@@ -108,8 +108,8 @@ class OutputFit:
 
 
 @dataclass(frozen=True)
-class OutputFigures(OutputFit):
-    """OutputFigures are the figures of a fitted output, with its relative RMSE."""
+class CalibratedOutputFigures(OutputFit):
+    """CalibratedOutputFigures are the figures of a fitted output, with its relative RMSE."""
 
     relative_rmse: float
 
@@ -121,7 +121,7 @@ class CalibrationFigures:
     fmu: str
     parameters: tuple[ParameterFit, ...]
     fixed: Mapping[str, float]
-    outputs: tuple[OutputFigures, ...]
+    outputs: tuple[CalibratedOutputFigures, ...]
     correlation: tuple[tuple[float, ...], ...]
     samples: int
     correlation_time_s: float
@@ -164,7 +164,8 @@ class Calibration:
             parameters=tuple(found.figures() for found in self.parameters),
             fixed=self.fixed,
             outputs=tuple(
-                OutputFigures(**vars(fit), relative_rmse=fit.relative) for fit in self.outputs
+                CalibratedOutputFigures(**vars(fit), relative_rmse=fit.relative)
+                for fit in self.outputs
             ),
             correlation=self.correlation,
             samples=self.samples,

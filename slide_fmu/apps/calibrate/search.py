@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from slide_fmu.apps.calibrate.problem import Problem
+from slide_fmu.apps.calibrate.problem import CalibrationProblem
 from slide_fmu.core.signals import FloatArray
 
 LEAST_NOISE = 1e-6
@@ -22,7 +22,7 @@ fast."""
 MOST_EVALUATIONS = 60
 
 
-def best_fit(problem: Problem, seed: int) -> FloatArray:
+def best_fit(problem: CalibrationProblem, seed: int) -> FloatArray:
     """Find the parameters z within their ranges, shape (n_free,), that fit best.
 
     Every output is weighted by its noise, which is estimated from its residuals (iteratively
@@ -43,7 +43,7 @@ def best_fit(problem: Problem, seed: int) -> FloatArray:
     return z
 
 
-def noise_of(problem: Problem, residuals: FloatArray) -> FloatArray:
+def noise_of(problem: CalibrationProblem, residuals: FloatArray) -> FloatArray:
     """Estimate the standard deviation of each output's noise from residuals, (n_outputs,)."""
     counts = np.isfinite(problem.measurements.scored).sum(axis=0)
     n_free = len(problem.free)
@@ -53,7 +53,7 @@ def noise_of(problem: Problem, residuals: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(share * problem.rmse(residuals), np.maximum(floor, smallest)))
 
 
-def _tried(problem: Problem, seed: int) -> list[FloatArray]:
+def _tried(problem: CalibrationProblem, seed: int) -> list[FloatArray]:
     """Return the start values and Sobol points, more of them for more parameters."""
     n_free = len(problem.free)
     points = qmc.Sobol(n_free, rng=np.random.default_rng(seed)).random_base2(min(3 + n_free, 6))
@@ -61,7 +61,9 @@ def _tried(problem: Problem, seed: int) -> list[FloatArray]:
     return [start, *(2 * points - 1)]
 
 
-def _refined(problem: Problem, z: FloatArray, noise: FloatArray) -> tuple[FloatArray, float]:
+def _refined(
+    problem: CalibrationProblem, z: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, float]:
     """Refine a point; return it and its sum of squares."""
     found = least_squares(
         lambda at: (problem.residuals(at) / noise).ravel(),

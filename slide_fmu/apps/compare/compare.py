@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen
-from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, Candidate
+from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, BaselineCandidate
 from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
 from slide_fmu.apps.compare.baselines.scores import UnseenTest
@@ -87,8 +87,8 @@ def require_comparable(case: Case) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
-    """A Bench measures every model."""
+class ComparisonBench:
+    """A ComparisonBench measures every model."""
 
     test: UnseenTest
     times: StepTimes
@@ -131,7 +131,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     budget = own if terms.budget is None else terms.budget
     key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
     with fmu_of(surrogate) as fmu:
-        bench = Bench(test, StepTimes(surrogate, fmu, test.motions[0]))
+        bench = ComparisonBench(test, StepTimes(surrogate, fmu, test.motions[0]))
         models = [_own(recipe, own, bench)]
         for name, candidate in CANDIDATES.items():
             find = partial(_measured, candidate, lesson, bench, budget, job.bar)
@@ -196,7 +196,7 @@ def _key(test: UnseenTest, splits: tuple[Split, Split], seed: int) -> str:
     return key_of(surrogate, *data, content_of_motions(test.motions), seed)
 
 
-def _own(recipe: Recipe, seconds: float, bench: Bench) -> ModelFigures:
+def _own(recipe: Recipe, seconds: float, bench: ComparisonBench) -> ModelFigures:
     surrogate = bench.test.surrogate
     model = ModelFigures(
         title=f"own: {recipe.network.family.replace('_', ' ')}",
@@ -217,7 +217,11 @@ def _size(network: Network) -> str:
 
 
 def _measured(
-    candidate: Candidate, lesson: Lesson, bench: Bench, budget: float, bar: Stages
+    candidate: BaselineCandidate,
+    lesson: Lesson,
+    bench: ComparisonBench,
+    budget: float,
+    bar: Stages,
 ) -> ModelFigures:
     """Train and measure a model; if training fails, the figures have the reason."""
     clock, title, linear = Budget(budget), candidate.title, candidate.linear

@@ -10,9 +10,9 @@ import numpy as np
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.measures import percent
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, Section
+from slide_fmu.report.html_report import Report, ReportSection
 from slide_fmu.report.quality import LINEAR_DOES
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import worst_of
 
 EXACT = 1e-6
@@ -64,7 +64,7 @@ def remark_on(model: ModelFigures, trajectories: int) -> str:
     return "; ".join(remarks)
 
 
-def model_table(figures: ComparisonFigures) -> Table:
+def model_table(figures: ComparisonFigures) -> ReportTable:
     """Return the table of a comparison."""
     names = [output.name for output in figures.models[0].outputs]
     heading = (
@@ -91,7 +91,7 @@ def model_table(figures: ComparisonFigures) -> Table:
         yield "" if model.time_ratio is None else f"{model.time_ratio:.2g}"
         yield remark_on(model, figures.trajectories)
 
-    return Table.of(heading, map(cells, figures.models))
+    return ReportTable.of(heading, map(cells, figures.models))
 
 
 def baselines_report(figures: ComparisonFigures, summary: str) -> Report:
@@ -101,7 +101,7 @@ def baselines_report(figures: ComparisonFigures, summary: str) -> Report:
     if figures.remark is not None:
         text += f" Remark: {figures.remark}."
     charts = error_charts(figures.models)
-    section = Section("Models of other kinds", text, model_table(figures), charts=charts)
+    section = ReportSection("Models of other kinds", text, model_table(figures), charts=charts)
     return Report(f"{figures.name}: comparison of models", summary, figures, [section])
 
 

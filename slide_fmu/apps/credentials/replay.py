@@ -14,7 +14,7 @@ from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.pipeline.apps import Repeated
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHARE_TOLERANCE = 1e-8
@@ -51,7 +51,7 @@ class Replay:
         )
         heading = "variable", "largest difference", "allowed", "error against the reference"
         title = f"experiment of {self.steps} steps, repeated here"
-        table = Table.of(heading, rows, title)
+        table = ReportTable.of(heading, rows, title)
         return Repeated(table, self.problems(), {"replay": asdict(self)})
 
     def problems(self) -> list[str]:

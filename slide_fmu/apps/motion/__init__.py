@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from slide_fmu.apps.motion.choice import Family, choose
+    from slide_fmu.apps.motion.choice import MoveFamily, choose
     from slide_fmu.apps.motion.compensation import Compensated, compensate
     from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
     from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from slide_fmu.apps.motion.limits import Limits
     from slide_fmu.apps.motion.move import Move
     from slide_fmu.apps.motion.predictor import MotionError, Predictor
-    from slide_fmu.apps.motion.problem import Past, Problem
+    from slide_fmu.apps.motion.problem import MoveProblem, Past
     from slide_fmu.apps.motion.quietest_move import quietest
     from slide_fmu.apps.motion.response import Response
     from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
 
 _HOMES = {
     "choice": (
-        "Family",
+        "MoveFamily",
         "choose",
     ),
     "compensation": (
@@ -51,7 +51,7 @@ _HOMES = {
     "move": ("Move",),
     "problem": (
         "Past",
-        "Problem",
+        "MoveProblem",
     ),
     "quietest_move": ("quietest",),
     "predictor": (
@@ -71,16 +71,16 @@ __all__ = [
     "Answers",
     "Compensated",
     "Coordinate",
-    "Family",
     "Found",
     "Limits",
     "MotionError",
     "Move",
+    "MoveFamily",
+    "MoveProblem",
     "MoveTask",
     "Past",
     "PathTask",
     "Predictor",
-    "Problem",
     "Response",
     "choose",
     "compensate",

@@ -19,7 +19,7 @@ from slide_fmu.apps.motion.earliest_move import Found, baselines
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import arrivals, shares
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.progress import Progress, quiet
@@ -44,8 +44,8 @@ DIMENSIONS = 6
 
 
 @dataclass(frozen=True)
-class Family:
-    """A Family has candidates: half of them are evenly spread over it (Sobol's sequence).
+class MoveFamily:
+    """A MoveFamily has candidates: half of them are evenly spread over it (Sobol's sequence).
 
     The others lie near the best of these.
 
@@ -60,7 +60,9 @@ class Family:
     seed: int
 
 
-def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = quiet) -> Found:
+def choose(
+    problem: MoveProblem, cost: Cost, family: MoveFamily, progress: Progress = quiet
+) -> Found:
     """Choose the candidate of the least cost, or a baseline that costs less.
 
     All are compared as predicted; the best ones again with their margins, which decide.
@@ -106,7 +108,7 @@ def choose(problem: Problem, cost: Cost, family: Family, progress: Progress = qu
     raise MotionError(_nothing(problem, family, found))
 
 
-def _nothing(problem: Problem, family: Family, found: list[Move]) -> str:
+def _nothing(problem: MoveProblem, family: MoveFamily, found: list[Move]) -> str:
     """Return a message on what no candidate does: settle, or stay in the domain."""
     if min(move.known for move in found) < 1:
         return (
@@ -128,10 +130,10 @@ class _Space:
         problem: the move.
         fastest: profile about which all others lie.
         latest: largest delay in s of a second impulse, like a shaper's.
-        longest: as for ``Family``.
+        longest: as for ``MoveFamily``.
     """
 
-    problem: Problem
+    problem: MoveProblem
     fastest: Profiles
     latest: float
     longest: float

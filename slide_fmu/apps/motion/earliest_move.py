@@ -11,7 +11,7 @@ from slide_fmu.apps.motion.costs import residual, settled
 from slide_fmu.apps.motion.move import Move, described, described_all
 from slide_fmu.apps.motion.moves import arrivals, shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.profile import Profiles
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.route import fastest_along
@@ -55,7 +55,7 @@ class Found:
     slower: float = 1.0
 
 
-def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
+def ringing_shapers(problem: MoveProblem) -> tuple[Profiles, float, list[Shaper]]:
     """Return the fastest profile, its time in s, and shapers for the modes that it excites.
 
     The first of the shapers does nothing. Along a curve the time is the shortest in which the
@@ -77,7 +77,7 @@ def ringing_shapers(problem: Problem) -> tuple[Profiles, float, list[Shaper]]:
     return profile, time, [NONE, *shapers(ringing_modes(free, response.step))]
 
 
-def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
+def baselines(problem: MoveProblem) -> tuple[Response, Profiles, list[Move]]:
     """Return the fastest profile, unshaped and with shapers, and the response to all.
 
     Along a curve, shapers are left out that move coordinates beyond their limits.
@@ -91,7 +91,7 @@ def baselines(problem: Problem) -> tuple[Response, Profiles, list[Move]]:
 
 
 def shaped_moves(
-    problem: Problem, response: Response, profile: Profiles, rows: list[tuple[Shaper, float]]
+    problem: MoveProblem, response: Response, profile: Profiles, rows: list[tuple[Shaper, float]]
 ) -> list[Move]:
     """Describe a profile with shapers, with the profile's time in s, if it keeps the limits."""
     found = []
@@ -103,7 +103,7 @@ def shaped_moves(
     return described_all(response, found) if found else []
 
 
-def earliest(problem: Problem, progress: Progress = quiet) -> Found:
+def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
     """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
     The whole move lies in the surrogate's domain: if no such move is found, slower ones are tried.
@@ -126,7 +126,7 @@ def earliest(problem: Problem, progress: Progress = quiet) -> Found:
     )
 
 
-def _first(problem: Problem, progress: Progress) -> Found | None:
+def _first(problem: MoveProblem, progress: Progress) -> Found | None:
     """Find the move that settles first; None if moves leave the domain."""
     response, profile, known = baselines(problem)
     times = [move.trusted(settled, response, problem.tolerance) for move in known]
@@ -159,7 +159,7 @@ def _first(problem: Problem, progress: Progress) -> Found | None:
     raise MotionError(_nothing(problem, response, margin, known))
 
 
-def _nothing(problem: Problem, response: Response, margin: float, known: list[Move]) -> str:
+def _nothing(problem: MoveProblem, response: Response, margin: float, known: list[Move]) -> str:
     unit = problem.unit
     least = min(move.cost(residual, response, problem.tolerance) for move in known)
     return (

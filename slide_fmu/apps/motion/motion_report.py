@@ -11,8 +11,8 @@ from slide_fmu.apps.motion.solve import Solved
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind, labelled
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, Section
-from slide_fmu.report.table import Table
+from slide_fmu.report.html_report import Report, ReportSection
+from slide_fmu.report.table import ReportTable
 
 SMALLEST_SHOWN = 1e-3
 """Distances from rest are drawn down to this fraction of the tolerance."""
@@ -40,11 +40,11 @@ def motion_report(solved: Solved) -> Report:
         "the limits."
     )
     sections = [
-        Section(_upper(predicted.title), text, predicted, charts=[_distances(solved)]),
-        *(Section(_upper(table.title), "It has no margin.", table) for table in true),
+        ReportSection(_upper(predicted.title), text, predicted, charts=[_distances(solved)]),
+        *(ReportSection(_upper(table.title), "It has no margin.", table) for table in true),
     ]
     sections.append(
-        Section(
+        ReportSection(
             "Set points",
             "The coordinates of the move, and which part of each limit they use.",
             limit_table(move.limits_used),
@@ -80,7 +80,7 @@ def _upper(title: str) -> str:
     return title[0].upper() + title[1:]
 
 
-def move_tables(solved: Solved) -> list[Table]:
+def move_tables(solved: Solved) -> list[ReportTable]:
     """Return tables of all moves: as predicted, and by the reference model if there is one."""
     figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
     found = [_move_table("moves, as predicted", [figures.move, *figures.baselines], unit)]
@@ -95,7 +95,7 @@ SETTLED, RESIDUAL = "settled", "distance from rest after it"
 """Columns of the table of moves that do not use the margin."""
 
 
-def _move_table(title: str, moves: Sequence[MoveFigures], unit: str) -> Table:
+def _move_table(title: str, moves: Sequence[MoveFigures], unit: str) -> ReportTable:
     heading = "move", "arrives", SETTLED, "settled with its margin", RESIDUAL, "with its margin"
     rows = (
         (
@@ -106,17 +106,17 @@ def _move_table(title: str, moves: Sequence[MoveFigures], unit: str) -> Table:
         )
         for move in moves
     )
-    return Table.of(heading, rows, title)
+    return ReportTable.of(heading, rows, title)
 
 
 def _seconds(value: float | None) -> str:
     return "not" if value is None else f"{value:.4g} s"
 
 
-def limit_table(used: Mapping[str, float]) -> Table:
+def limit_table(used: Mapping[str, float]) -> ReportTable:
     """Return the used fraction of each limit as a table."""
     rows = ((name, f"{100 * part:.4g} %") for name, part in used.items())
-    return Table.of(("limit", "used"), rows)
+    return ReportTable.of(("limit", "used"), rows)
 
 
 def _distances(solved: Solved) -> Chart:

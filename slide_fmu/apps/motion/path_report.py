@@ -9,8 +9,8 @@ from slide_fmu.apps.motion.path_correction import Corrected, PathErrors
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind, labelled
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, Section
-from slide_fmu.report.table import Table
+from slide_fmu.report.html_report import Report, ReportSection
+from slide_fmu.report.table import ReportTable
 
 
 def path_report(corrected: Corrected) -> Report:
@@ -27,8 +27,8 @@ def path_report(corrected: Corrected) -> Report:
         "serial chain that is where rigid links would have it."
     )
     sections = [
-        Section("Errors", text, path_table(corrected), charts=[_errors(corrected)]),
-        Section(
+        ReportSection("Errors", text, path_table(corrected), charts=[_errors(corrected)]),
+        ReportSection(
             "Corrections",
             "What the corrections add to each coordinate. Where the coordinates hardly move the "
             "outputs in some direction, the condition number is large, and errors in that "
@@ -41,13 +41,13 @@ def path_report(corrected: Corrected) -> Report:
     return Report(f"Corrected path with {corrected.surrogate.name}", summary, figures, sections)
 
 
-def path_table(corrected: Corrected) -> Table:
+def path_table(corrected: Corrected) -> ReportTable:
     """Return the errors before and after."""
     figures = corrected.figures()
     found = ("surrogate", figures.predicted), ("reference model", figures.reference)
     rows = ((n, *_cells(e, behind(figures.unit))) for n, e in found if e is not None)
     heading = "by", "RMS before", "RMS after", "largest before", "largest after", "less"
-    return Table.of(heading, rows, "errors")
+    return ReportTable.of(heading, rows, "errors")
 
 
 def _cells(found: PathErrors, unit: str) -> list[str]:

@@ -38,8 +38,8 @@ class Past:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
-    """A Problem is a move from rest to rest, with the surrogate that predicts its response.
+class MoveProblem:
+    """A MoveProblem is a move from rest to rest, with the surrogate that predicts its response.
 
     Attributes:
         surrogate: the surrogate.

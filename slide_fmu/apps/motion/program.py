@@ -25,7 +25,7 @@ CURVED = 0.99
 
 
 @dataclass(frozen=True, eq=False)
-class Linearized:
+class LinearizedMoves:
     """A move is Linearized about the shares of its route at the samples before its end.
 
     Attributes:
@@ -40,7 +40,7 @@ class Linearized:
 
 
 def change(
-    move: Linearized, route: Route, limits: Limits, step: float, allowed: float, reach: float
+    move: LinearizedMoves, route: Route, limits: Limits, step: float, allowed: float, reach: float
 ) -> tuple[FloatArray, float] | None:
     """Solve the linear program; None if the limits cannot be kept.
 
@@ -80,7 +80,7 @@ def change(
     return None if solved.x is None else (np.asarray(solved.x[:end]), float(solved.x[-1]))
 
 
-def _reached(move: Linearized, allowed: float, reach: float) -> tuple[FloatArray, FloatArray]:
+def _reached(move: LinearizedMoves, allowed: float, reach: float) -> tuple[FloatArray, FloatArray]:
     """Return slopes, (n, end), and values of the outputs that can reach the allowed deviation.
 
     Both are relative to it.

@@ -9,7 +9,7 @@ from slide_fmu.apps.motion.earliest_move import Found, ringing_shapers, shaped_m
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.shape import shape
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, quiet
@@ -18,7 +18,7 @@ LEAST = 0.01
 """Smallest fraction of a plain move's residual that is planned."""
 
 
-def quietest(problem: Problem, duration: float, progress: Progress = quiet) -> Found:
+def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) -> Found:
     """Find the move of a given time with the least residual; below the margin it counts as zero.
 
     Args:

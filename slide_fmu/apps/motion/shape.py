@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.program import Linearized, change
+from slide_fmu.apps.motion.program import LinearizedMoves, change
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
@@ -86,7 +86,7 @@ def shape(
     return best
 
 
-def _linearized(response: Response, share: FloatArray, end: int) -> Linearized:
+def _linearized(response: Response, share: FloatArray, end: int) -> LinearizedMoves:
     """Return the outputs after the end, and their slopes by the shares before it."""
     after = response.outputs(response.route.at(share)[None])[0, end:]
     slopes = np.empty((end, *after.shape))
@@ -94,4 +94,4 @@ def _linearized(response: Response, share: FloatArray, end: int) -> Linearized:
         probes = np.tile(share, (len(slopes[some]), 1))
         probes[np.arange(len(probes)), np.arange(end)[some]] += PROBE
         slopes[some] = response.outputs(response.route.at(probes))[:, end:] - after
-    return Linearized(share[:end].copy(), after, slopes / PROBE)
+    return LinearizedMoves(share[:end].copy(), after, slopes / PROBE)

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.choice import Family, choose
+from slide_fmu.apps.motion.choice import MoveFamily, choose
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.costs import COSTS
 from slide_fmu.apps.motion.earliest_move import Found, earliest
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import what_margins_are
 from slide_fmu.apps.motion.move import Move, MoveFigures
-from slide_fmu.apps.motion.problem import Problem
+from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.quietest_move import quietest
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
@@ -124,7 +124,7 @@ def solve(
     coordinates = coordinates_of(surrogate.inputs)
     (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
     past = task.past(coordinates)
-    problem = Problem(surrogate, start, goal, limits, task.tolerance, past)
+    problem = MoveProblem(surrogate, start, goal, limits, task.tolerance, past)
     progress = bar("motions")
     if task.kind == "earliest":
         found = earliest(problem, progress)
@@ -132,7 +132,7 @@ def solve(
         assert task.duration is not None
         found = quietest(problem, task.duration, progress)
     else:
-        family = Family(task.candidates, task.longest, seed)
+        family = MoveFamily(task.candidates, task.longest, seed)
         found = choose(problem, COSTS[task.minimise], family, progress)
     solved = Solved(surrogate, task, limits, found, ())
     if not verify:

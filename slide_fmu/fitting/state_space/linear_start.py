@@ -16,7 +16,7 @@ import scipy.linalg
 import torch
 from numpy.typing import NDArray
 
-from slide_fmu.recipe.systems import require_turned_pairs
+from slide_fmu.recipe.against_system import require_turned_pairs
 
 RIDGE, FINE_RIDGE = 1e-3, 1e-6
 """Regularisation of the regression, relative to the mean power of the features. Inputs may excite

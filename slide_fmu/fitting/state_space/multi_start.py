@@ -36,7 +36,7 @@ from slide_fmu.fitting.state_space.linear_start import (
 from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.recipe.systems import require_turned_pairs
+from slide_fmu.recipe.against_system import require_turned_pairs
 
 LINEAR_ITERATIONS = 15
 """Largest number of iterations of a linear fit."""

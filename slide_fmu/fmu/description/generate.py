@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.fmu.description.variables import KINDS, REFERENCES_PER_KIND, Kind
+from slide_fmu.fmu.description.variables import KINDS, REFERENCES_PER_KIND, VariableKind
 
 ROOT = Path(__file__).parents[3]
 HEADER = Path(__file__).parents[1] / "runtime" / "calls" / "variable_kinds.h"
@@ -85,7 +85,7 @@ This page is made by `{COMMAND}`.
 """
 
 
-def _row(kind: Kind) -> str:
+def _row(kind: VariableKind) -> str:
     """Write the row of a kind, as Markdown."""
     signal, index = f"<{kind.per}>", "" if kind.per == "one" else " + index"
     of_type = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]

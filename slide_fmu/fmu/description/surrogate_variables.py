@@ -11,7 +11,7 @@ from slide_fmu.fmu.description.variables import (
     ESTIMATE_FILLED,
     KINDS,
     WINDOW_FILLED,
-    Kind,
+    VariableKind,
 )
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -29,7 +29,7 @@ class Variable:
         size: number of values of an array; None for a scalar.
     """
 
-    kind: Kind
+    kind: VariableKind
     reference: int
     name: str
     description: str
@@ -161,7 +161,7 @@ def initial_dependencies(variables: Sequence[Variable]) -> Iterator[tuple[int, l
 
 
 def _variable(
-    surrogate: Surrogate, fmi: FmiVersion, kind: Kind, index: int, signal: Signal | None
+    surrogate: Surrogate, fmi: FmiVersion, kind: VariableKind, index: int, signal: Signal | None
 ) -> Variable:
     sizes = {"scalar": None, "block": block_size(surrogate)}
     size = sizes.get(kind.size, surrogate.memory_length)
@@ -190,7 +190,11 @@ def _variable(
 
 
 def _description(
-    surrogate: Surrogate, fmi: FmiVersion, kind: Kind, signal: Signal | None, size: int | None
+    surrogate: Surrogate,
+    fmi: FmiVersion,
+    kind: VariableKind,
+    signal: Signal | None,
+    size: int | None,
 ) -> str:
     """Return the description from the table; for inputs and outputs that of the signal, if any."""
     if signal is not None and kind.name == "{signal}" and signal.description:

@@ -56,8 +56,8 @@ NOT_NEGATIVE: Bounds = (0.0, None, None)
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A Kind is one kind of variable; its instances differ only in the signal they belong to.
+class VariableKind:
+    """A VariableKind is one kind of variable; its instances differ in their signals alone.
 
     Attributes:
         number: determines the value references; never changes, never used again.
@@ -120,8 +120,8 @@ class Kind:
         return self.name.replace("{signal}", signal)
 
 
-KINDS: tuple[Kind, ...] = (
-    Kind(
+KINDS: tuple[VariableKind, ...] = (
+    VariableKind(
         0,
         "INPUT",
         "{signal}",
@@ -130,7 +130,7 @@ KINDS: tuple[Kind, ...] = (
         per="input",
         bounds=SIGNAL,
     ),
-    Kind(
+    VariableKind(
         1,
         "OUTPUT",
         "{signal}",
@@ -139,7 +139,7 @@ KINDS: tuple[Kind, ...] = (
         per="output",
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         2,
         "ERROR_ESTIMATE",
         ERROR_ESTIMATE,
@@ -151,7 +151,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=NOT_NEGATIVE,
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         3,
         "WINDOW_FILLED",
         WINDOW_FILLED,
@@ -162,7 +162,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=SHARE,
         initially="prehistory",
     ),
-    Kind(
+    VariableKind(
         4,
         "ESTIMATE_FILLED",
         ESTIMATE_FILLED,
@@ -174,7 +174,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=SHARE,
         initially="prehistory",
     ),
-    Kind(
+    VariableKind(
         5,
         "TRUNCATION_ERROR",
         TRUNCATION_ERROR,
@@ -186,7 +186,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=NOT_NEGATIVE,
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         6,
         "IN_RANGE",
         IN_RANGE,
@@ -196,7 +196,7 @@ KINDS: tuple[Kind, ...] = (
         type="Boolean",
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         7,
         "PREHISTORY_KNOWN",
         PREHISTORY_KNOWN,
@@ -209,7 +209,7 @@ KINDS: tuple[Kind, ...] = (
         high_fmi_3=2.0,
         text_fmi_3="With 2, initial_<input>_window gives the last samples before the start.",
     ),
-    Kind(
+    VariableKind(
         8,
         "INITIAL_INPUT",
         INITIAL,
@@ -219,7 +219,7 @@ KINDS: tuple[Kind, ...] = (
         per="input",
         bounds=SIGNAL,
     ),
-    Kind(
+    VariableKind(
         9,
         "TIME",
         "time",
@@ -228,7 +228,7 @@ KINDS: tuple[Kind, ...] = (
         fmi=3,
         unit="s",
     ),
-    Kind(
+    VariableKind(
         10,
         "OUTPUT_WINDOW",
         "{signal}_window",
@@ -240,7 +240,7 @@ KINDS: tuple[Kind, ...] = (
         size="block",
         fmi=3,
     ),
-    Kind(
+    VariableKind(
         11,
         "INITIAL_WINDOW",
         f"{INITIAL}_window",
@@ -253,7 +253,7 @@ KINDS: tuple[Kind, ...] = (
         fmi=3,
         bounds=SIGNAL,
     ),
-    Kind(
+    VariableKind(
         12,
         "INPUTS_AT_STEP_END",
         AT_STEP_END,
@@ -266,7 +266,7 @@ KINDS: tuple[Kind, ...] = (
         unit="1",
         bounds=(0.0, 1.0, "surrogate"),
     ),
-    Kind(
+    VariableKind(
         13,
         "MODEL_PARAMETER",
         "{signal}",
@@ -278,7 +278,7 @@ KINDS: tuple[Kind, ...] = (
         when="parameters",
         bounds=SIGNAL,
     ),
-    Kind(
+    VariableKind(
         14,
         "PARAMETERS_SETTLED",
         PARAMETERS_SETTLED,
@@ -290,7 +290,7 @@ KINDS: tuple[Kind, ...] = (
         unit="1",
         bounds=SHARE,
     ),
-    Kind(
+    VariableKind(
         15,
         "ERROR_BOUND",
         ERROR_BOUND,
@@ -303,7 +303,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=NOT_NEGATIVE,
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         16,
         "IN_DOMAIN",
         IN_DOMAIN,
@@ -316,7 +316,7 @@ KINDS: tuple[Kind, ...] = (
         when="bound",
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         17,
         "NOVELTY",
         NOVELTY,
@@ -328,7 +328,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=NOT_NEGATIVE,
         initially="everything",
     ),
-    Kind(
+    VariableKind(
         18,
         "BOUND_FILLED",
         BOUND_FILLED,
@@ -340,7 +340,7 @@ KINDS: tuple[Kind, ...] = (
         bounds=SHARE,
         initially="prehistory",
     ),
-    Kind(
+    VariableKind(
         19,
         "CONFIDENCE",
         CONFIDENCE,
@@ -352,7 +352,7 @@ KINDS: tuple[Kind, ...] = (
         unit="1",
         bounds=(0.9, 0.99, 0.95),
     ),
-    Kind(
+    VariableKind(
         20,
         "OUTPUTS_IN_RANGE",
         OUTPUTS_IN_RANGE,

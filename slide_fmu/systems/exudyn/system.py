@@ -23,7 +23,7 @@ from slide_fmu.systems.declared import (
 )
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
-from slide_fmu.systems.exudyn.wired_system import Solver, WiredPlant, WiredSystem
+from slide_fmu.systems.exudyn.wired_system import PlantSolver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 from slide_fmu.systems.specification import (
     Specification,
@@ -80,7 +80,7 @@ class SolverTable(Table):
     """Every model has these parameters besides its own; its file may give them other defaults.
 
     Attributes:
-        substeps: integration steps per sample step; as of ``wired_system.Solver`` if 0.
+        substeps: integration steps per sample step; as of ``PlantSolver`` if 0.
         integrator: how it is integrated, as of the same.
         start: where motions begin: at the static ``"equilibrium"`` under the first input if there
             is one, or at the ``"initial"`` configuration.
@@ -114,7 +114,7 @@ class _ExudynSystem(WiredSystem):
         step = specification.step or file.step or specification.sample_step()
         # between samples each part of a step has its part of the integration steps
         substeps = -(-self._table.substeps // specification.part_of)
-        solver = Solver(step, substeps, self._table.integrator)
+        solver = PlantSolver(step, substeps, self._table.integrator)
         super().__init__(0, inputs, outputs, solver)
         require_straight_inputs(inputs)
         model = self._built = self._build()

@@ -27,7 +27,7 @@ MOST_SUBSTEPS = 10_000
 
 
 @dataclass(frozen=True)
-class Solver:
+class PlantSolver:
     """A solver says how a model is integrated.
 
     Attributes:
@@ -70,7 +70,7 @@ class WiredSystem(PlantSystem[WiredPlant]):
         n_coordinates: int,
         inputs: tuple[Signal, ...],
         outputs: tuple[Signal, ...],
-        solver: Solver,
+        solver: PlantSolver,
     ) -> None:
         """Start at rest; wires of the same names belong to the signals."""
         super().__init__(n_coordinates, len(inputs))
@@ -148,7 +148,7 @@ def assembled(fill: Callable[[Any], object]) -> tuple[Any, Any, object]:
     return container, mbs, kept
 
 
-def _plant(container: Any, mbs: Any, solver: Solver, moves_parameters: bool) -> Plant:
+def _plant(container: Any, mbs: Any, solver: PlantSolver, moves_parameters: bool) -> Plant:
     """Make the plant, with an integrator and substeps that are chosen here where they are open."""
 
     def make(integrator: Integrator, substeps: int) -> Plant:

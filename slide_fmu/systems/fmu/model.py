@@ -32,7 +32,7 @@ from slide_fmu.systems.fmu.file import (
 )
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import SolverSteps
-from slide_fmu.systems.fmu.steps import CoSimulationSteps, Plan, Steps
+from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (
     parameters_of,
     require_parameters,
@@ -133,7 +133,7 @@ class FmuSystem(Stepping):
         self.plan = plan
         self._runs = Runs(self._make_steps)
 
-    def _make_steps(self) -> Steps:
+    def _make_steps(self) -> FmuSteps:
         exchanged = self.plan.file.interface == "model_exchange"
         return SolverSteps(self.plan) if exchanged else CoSimulationSteps(self.plan)
 

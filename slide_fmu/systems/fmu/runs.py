@@ -11,7 +11,7 @@ from fmpy.fmi2 import fmi2Fatal
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.fmu.steps import Steps
+from slide_fmu.systems.fmu.steps import FmuSteps
 from slide_fmu.systems.specification import values_text
 
 COMPARED = 1000, 20
@@ -29,15 +29,15 @@ class Runs:
         make: makes the steps of a fresh instance.
     """
 
-    def __init__(self, make: Callable[[], Steps]) -> None:
+    def __init__(self, make: Callable[[], FmuSteps]) -> None:
         self._make = make
-        self._steps: Steps | None = None
+        self._steps: FmuSteps | None = None
         self._resets: bool | None = None  # whether a reset instance is as a fresh one
         self._seen: list[tuple[FloatArray, FloatArray]] = []  # of the first run
         self._last, self._number = np.empty(0), 0
 
     @property
-    def steps(self) -> Steps:
+    def steps(self) -> FmuSteps:
         """The steps of the current run."""
         assert self._steps is not None
         return self._steps
@@ -171,7 +171,7 @@ class Runs:
         self._steps = None
 
 
-def _about_step(steps: Steps) -> str:
+def _about_step(steps: FmuSteps) -> str:
     """Say what to do where an FMU does not get over its first step."""
     file, step = steps.plan.file, steps.plan.step
     if file.interface != "co_simulation":

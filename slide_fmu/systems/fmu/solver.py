@@ -12,7 +12,7 @@ from fmpy.simulation import ForwardEuler
 from fmpy.sundials import CVodeSolver
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.fmu.steps import Plan, Steps, StoppedError
+from slide_fmu.systems.fmu.steps import FmuSteps, Plan, StoppedError
 from slide_fmu.systems.function.equilibrium import state_matrix
 
 TOLERANCE = 1e-8
@@ -44,7 +44,7 @@ class _CVode(CVodeSolver):  # type: ignore[misc]  # fmpy has no types
             return -1
 
 
-class SolverSteps(Steps):
+class SolverSteps(FmuSteps):
     """The equations of the FMU are integrated here; events are handled. Final.
 
     The solver begins anew at every sample, so that states alone tell how a motion goes on.

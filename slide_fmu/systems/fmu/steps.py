@@ -50,8 +50,8 @@ class Plan:
         return Instance(self.file, self.inputs, self.outputs, self.parameters)
 
 
-class Steps(abc.ABC):
-    """Steps take an initialized instance from sample to sample. Interface: never instantiated.
+class FmuSteps(abc.ABC):
+    """FmuSteps take an initialized instance from sample to sample. Interface: never instantiated.
 
     Calls that fail raise fmpy's ``FMICallException``, and a ``RuntimeError`` if the solver fails.
 
@@ -76,7 +76,7 @@ class Steps(abc.ABC):
         """
 
 
-class CoSimulationSteps(Steps):
+class CoSimulationSteps(FmuSteps):
     """The FMU steps by itself. Final."""
 
     def begin(self, held: FloatArray) -> None:

@@ -29,8 +29,8 @@ Course = Callable[[float], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
-    """Equations are a function of the user with its parameters, integrated over sample steps.
+class ModelEquations:
+    """ModelEquations are a function of the user with its parameters, integrated over sample steps.
 
     Attributes:
         function: f of (x, u, p) or (x, u, p, du).

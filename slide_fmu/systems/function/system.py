@@ -20,7 +20,7 @@ from slide_fmu.systems.base import (
 )
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.function.equations import Equations
+from slide_fmu.systems.function.equations import ModelEquations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
 from slide_fmu.systems.function.user_function import (
@@ -92,7 +92,7 @@ class FunctionSystem(Linearizable, Bending):
             state = self._start(held)
             self._g = UserFunction("g", g, len(self.outputs))
             function = UserFunction("f", f, len(state))
-            self._equations = Equations(function, self._p, self.step, solver or Solver())
+            self._equations = ModelEquations(function, self._p, self.step, solver or Solver())
             for one in (function, self._g):
                 self._require_rates(one)
                 one.finite(state, read_only(held), self._p, read_only(np.zeros_like(held)))

@@ -214,7 +214,7 @@ def test_model_that_cannot_be_trained_says_why() -> None:
     def fails(*_: object) -> None:
         raise TrainingError("training diverged")
 
-    candidate = comparing.Candidate("GRU", False, fails)  # type: ignore[arg-type]
+    candidate = comparing.BaselineCandidate("GRU", False, fails)  # type: ignore[arg-type]
     found = comparing._measured(candidate, None, None, 1.0, lambda _: lambda *_: None)  # type: ignore[arg-type]
     assert found.failed == "training diverged"
     assert found.title == "GRU"

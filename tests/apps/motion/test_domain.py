@@ -10,11 +10,11 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.apps.motion import (
-    Family,
     Limits,
     MotionError,
+    MoveFamily,
+    MoveProblem,
     MoveTask,
-    Problem,
     choose,
     coordinates_of,
     earliest,
@@ -35,14 +35,14 @@ ROOT = Path(__file__).parents[3]
 FREE = np.array([np.inf])
 
 
-def crank_problem(tolerance: float = 2e-3) -> Problem:
+def crank_problem(tolerance: float = 2e-3) -> MoveProblem:
     released = slide.load(ROOT / "fmus" / "slider_crank" / "slider_crank.fmu")
     crank = replace(released, bound=None)  # the tests have domains of their own
     limits = Limits(-FREE, FREE, np.array([8.0]), np.array([20.0]), FREE)
-    return Problem(crank, np.zeros(1), np.full(1, 2.0), limits, tolerance)
+    return MoveProblem(crank, np.zeros(1), np.full(1, 2.0), limits, tolerance)
 
 
-def with_domain(problem: Problem, slower: float = 1.4) -> Problem:
+def with_domain(problem: MoveProblem, slower: float = 1.4) -> MoveProblem:
     """The same problem for a surrogate that knows moves so many times slower than limits admit."""
     surrogate = problem.surrogate
     network = surrogate.network
@@ -56,7 +56,7 @@ def with_domain(problem: Problem, slower: float = 1.4) -> Problem:
     return replace(problem, surrogate=replace(surrogate, bound=small))
 
 
-def require_in_domain(problem: Problem, move: Move) -> None:
+def require_in_domain(problem: MoveProblem, move: Move) -> None:
     coordinates, surrogate = coordinates_of(problem.surrogate.inputs), problem.surrogate
     lead = np.tile(problem.start, (surrogate.window.n_in, 1))
     inputs = inputs_of(coordinates, np.concatenate([lead, move.motion[: move.end]]))
@@ -118,7 +118,7 @@ def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:
 
 def test_best_candidate_is_one_in_the_domain() -> None:
     problem = with_domain(crank_problem())
-    require_in_domain(problem, choose(problem, largest, Family(300, 3.0, 0)).move)
+    require_in_domain(problem, choose(problem, largest, MoveFamily(300, 3.0, 0)).move)
 
 
 def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
@@ -126,7 +126,7 @@ def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
     with refused(MotionError, "stays in the domain", "even 3 times slower"):
         earliest(hard)
     with refused(MotionError, "40 candidates leave", "the domain"):
-        choose(hard, settled, Family(40, 1.0, 0))
+        choose(hard, settled, MoveFamily(40, 1.0, 0))
 
 
 @pytest.mark.parametrize("kind", ["earliest", "quietest", "choose"])
@@ -134,11 +134,11 @@ def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -
     """It rests far out, and the limits are those of the range alone."""
     duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
-    problem = Problem(duffing, np.array([-1000.0]), np.array([600.0]), limits, 2e-3)
+    problem = MoveProblem(duffing, np.array([-1000.0]), np.array([600.0]), limits, 2e-3)
     searches = {
         "earliest": lambda: earliest(problem),
         "quietest": lambda: quietest(problem, 0.6),
-        "choose": lambda: choose(problem, settled, Family(10, 1.5, 0)),
+        "choose": lambda: choose(problem, settled, MoveFamily(10, 1.5, 0)),
     }
     with refused(MotionError, "[-1000.0] is outside", "start [-1000.0]"):
         searches[kind]()
@@ -147,7 +147,7 @@ def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -
 def test_a_move_of_the_released_duffing_without_limits_ends_in_its_domain() -> None:
     duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
-    problem = Problem(duffing, np.array([-300.0]), np.array([900.0]), limits, 5e-3)
+    problem = MoveProblem(duffing, np.array([-300.0]), np.array([900.0]), limits, 5e-3)
     found = earliest(problem)
     require_in_domain(problem, found.move)
     assert found.move.known == 1

@@ -11,11 +11,11 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.apps.motion import (
     Answers,
-    Family,
     Limits,
     MotionError,
+    MoveFamily,
+    MoveProblem,
     MoveTask,
-    Problem,
     choose,
     coordinates_of,
     earliest,
@@ -41,22 +41,22 @@ def released(name: str) -> slide.Surrogate:
     return slide.load(ROOT / f"fmus/{name}/{name}.fmu")
 
 
-def robot_problem(seed: int = 3, tolerance: float = 1e-4) -> Problem:
+def robot_problem(seed: int = 3, tolerance: float = 1e-4) -> MoveProblem:
     surrogate = released("robot_6r")
     low, high = (np.array([getattr(s, end) for s in surrogate.inputs]) for end in ("low", "high"))
     start, goal = np.random.default_rng(seed).uniform(0.6 * low, 0.6 * high, (2, 6))
     limits = Limits(low, high, SPEED, ACCELERATION, np.full(6, np.inf))
-    return Problem(surrogate, start, goal, limits, tolerance)
+    return MoveProblem(surrogate, start, goal, limits, tolerance)
 
 
-def force_problem(goal: float, tolerance: float, start: float = 0.0) -> Problem:
+def force_problem(goal: float, tolerance: float, start: float = 0.0) -> MoveProblem:
     surrogate = released("duffing")
     free = np.array([np.inf])
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), free, free, free)
-    return Problem(surrogate, np.array([start]), np.array([goal]), limits, tolerance)
+    return MoveProblem(surrogate, np.array([start]), np.array([goal]), limits, tolerance)
 
 
-def streamed(problem: Problem, move: Move) -> FloatArray:
+def streamed(problem: MoveProblem, move: Move) -> FloatArray:
     """What the surrogate says step by step, with a long rest before, about rest at the goal."""
     signals = coordinates_of(problem.surrogate.inputs)
     before = np.tile(problem.start, (300, 1))
@@ -104,7 +104,7 @@ def test_crank_turns_as_one_angle() -> None:
     assert angle.unit == "rad"
     free = np.array([np.inf])
     limits = Limits(-free, free, np.array([8.0]), np.array([20.0]), free)
-    problem = Problem(surrogate, np.full(1, 0.5), np.full(1, 7.5), limits, 1e-3)
+    problem = MoveProblem(surrogate, np.full(1, 0.5), np.full(1, 7.5), limits, 1e-3)
     found = earliest(problem)
     assert found.move.motion[-1, 0] == 7.5  # more than a turn
     inputs = inputs_of((angle,), found.move.motion)
@@ -138,7 +138,7 @@ def test_a_time_below_what_the_limits_need_is_refused() -> None:
         quietest(robot_problem(), 0.3)
 
 
-def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
+def cost_of(problem: MoveProblem, cost: Cost, move: Move) -> float:
     ends, time = np.array([move.end]), problem.surrogate.window.step * np.arange(len(move.motion))
     told = Answers(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
     return float(cost(told)[0])
@@ -148,8 +148,8 @@ def cost_of(problem: Problem, cost: Cost, move: Move) -> float:
 @pytest.mark.parametrize("cost", [settled, residual, largest])
 def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> None:
     problem = robot_problem()
-    few = choose(problem, cost, Family(40, 1.5, 0)).move
-    many = choose(problem, cost, Family(400, 1.5, 0))
+    few = choose(problem, cost, MoveFamily(40, 1.5, 0)).move
+    many = choose(problem, cost, MoveFamily(400, 1.5, 0))
     least = cost_of(problem, cost, many.move)
     assert least <= cost_of(problem, cost, few)
     assert all(least <= cost_of(problem, cost, move) for move in many.baselines)
@@ -159,7 +159,9 @@ def test_choice_is_the_least_cost_of_candidates_and_baselines(cost: Cost) -> Non
 @pytest.mark.extended
 def test_the_same_seed_chooses_the_same_move() -> None:
     problem = robot_problem()
-    one, same, other = (choose(problem, largest, Family(64, 1.5, seed)).move for seed in (1, 1, 2))
+    one, same, other = (
+        choose(problem, largest, MoveFamily(64, 1.5, seed)).move for seed in (1, 1, 2)
+    )
     np.testing.assert_array_equal(one.motion, same.motion)
     assert not np.array_equal(one.motion[: other.end], other.motion[: other.end])
 
@@ -186,7 +188,7 @@ def test_networks_without_a_state_are_refused() -> None:
     plain, free = sum_surrogate(), np.array([np.inf])
     limits = Limits(-free, free, free, free, free)
     with refused(MotionError, "expected one of the family", "family 'state_space'"):
-        earliest(Problem(plain, np.zeros(1), np.ones(1), limits, 1.0))
+        earliest(MoveProblem(plain, np.zeros(1), np.ones(1), limits, 1.0))
 
 
 @pytest.mark.parametrize("name", ["duffing", "linear", "robot_6r", "slider_crank"])
@@ -243,4 +245,4 @@ def test_moves_that_take_too_many_samples_are_refused_at_once() -> None:
     one = np.array([0.001])
     slow = Limits(problem.limits.low, problem.limits.high, one, one * np.inf, one * np.inf)
     with refused(MotionError, "expected at most 5000: raise", "the limits"):
-        earliest(Problem(problem.surrogate, problem.start, problem.goal, slow, 1e-3))
+        earliest(MoveProblem(problem.surrogate, problem.start, problem.goal, slow, 1e-3))

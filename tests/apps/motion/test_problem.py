@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.motion import Limits, MotionError, Past, Problem
+from slide_fmu.apps.motion import Limits, MotionError, MoveProblem, Past
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
@@ -34,11 +34,11 @@ def test_problems_of_other_numbers_are_refused(changes: dict[str, Any], message:
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), none, none, none)
     terms = {"start": np.zeros(1), "goal": np.array([600.0]), "tolerance": 2e-3} | changes
     with pytest.raises(MotionError, match=message):
-        Problem(surrogate=duffing(), limits=limits, **terms)
+        MoveProblem(surrogate=duffing(), limits=limits, **terms)
 
 
 def test_limits_of_a_problem_are_above_zero() -> None:
     none, wrong = np.array([np.inf]), np.array([-5.0])
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), wrong, none, none)
     with refused(MotionError, "speed is", "expected more than 0"):
-        Problem(duffing(), np.zeros(1), np.array([600.0]), limits, 2e-3)
+        MoveProblem(duffing(), np.zeros(1), np.array([600.0]), limits, 2e-3)

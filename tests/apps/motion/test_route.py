@@ -10,11 +10,11 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.apps.motion import (
-    Family,
     Limits,
     MotionError,
+    MoveFamily,
+    MoveProblem,
     Past,
-    Problem,
     choose,
     coordinates_of,
     earliest,
@@ -32,22 +32,22 @@ from tests.refusals import refused
 ROOT = Path(__file__).parents[3]
 
 
-def robot_problem() -> Problem:
+def robot_problem() -> MoveProblem:
     surrogate = slide.load(ROOT / "fmus" / "robot_6r" / "robot_6r.fmu")
     task = read_task(ROOT / "docs" / "tutorials" / "past_a_point.toml")
     assert isinstance(task, MoveTask)
     joints = coordinates_of(surrogate.inputs)
     limits = limits_of(task.limits, joints)
-    return Problem(surrogate, *task.points(joints), limits, task.tolerance, task.past(joints))
+    return MoveProblem(surrogate, *task.points(joints), limits, task.tolerance, task.past(joints))
 
 
-def duffing_problem(*via: float, near: float = 60.0) -> Problem:
+def duffing_problem(*via: float, near: float = 60.0) -> MoveProblem:
     """A force that may change by 4000 N/s, and whose outputs are those of held samples."""
     surrogate = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     one = np.ones(1)
     limits = Limits(-1000 * one, 1000 * one, 4000 * one, np.inf * one, np.inf * one)
     past = Past(np.array(via)[:, None], near * one)
-    return Problem(surrogate, 0 * one, 600 * one, limits, 5e-3, past)
+    return MoveProblem(surrogate, 0 * one, 600 * one, limits, 5e-3, past)
 
 
 def nearest(motion: FloatArray, point: FloatArray, near: FloatArray, parts: int) -> float:
@@ -57,7 +57,7 @@ def nearest(motion: FloatArray, point: FloatArray, near: FloatArray, parts: int)
     return float((np.abs(rows - point) / near).max(axis=-1).min())
 
 
-def require_passed(problem: Problem, move: Move, parts: int = 50) -> None:
+def require_passed(problem: MoveProblem, move: Move, parts: int = 50) -> None:
     assert problem.past is not None
     step = problem.surrogate.window.step
     assert problem.limits.kept(problem.start, move.motion, step)
@@ -155,4 +155,4 @@ def test_ways_that_cannot_be_are_refused(problem: object, message: str) -> None:
 
 def test_candidates_that_should_pass_points_are_refused() -> None:
     with refused(MotionError, "expected no points", "remove via"):
-        choose(duffing_problem(300.0), largest, Family(10, 1.5, 0))
+        choose(duffing_problem(300.0), largest, MoveFamily(10, 1.5, 0))

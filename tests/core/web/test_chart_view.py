@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
-from slide_fmu.report.html_report import Report, Section
+from slide_fmu.report.html_report import Report, ReportSection
 from tests.browser import Browser
 
 CANVAS = "document.querySelectorAll('canvas.chart')[{}]"
@@ -38,7 +38,7 @@ LOOP = Chart("a loop", [Panel("y", "m", [Line("loop", np.sin(X), np.cos(X))], he
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    sections = [Section("Charts", "Four.", charts=[SQUARE, POWER, LOOP, CORNER])]
+    sections = [ReportSection("Charts", "Four.", charts=[SQUARE, POWER, LOOP, CORNER])]
     return Report("charts", "All of them.", {}, sections).write(tmp_path_factory.mktemp("charts"))
 
 

@@ -77,8 +77,8 @@ class Budget:
 
 
 @dataclass(frozen=True, eq=False)
-class Learnt:
-    """A Learnt is the result of fitting a baseline.
+class FittedBaseline:
+    """A FittedBaseline is the result of fitting a baseline.
 
     Attributes:
         baseline: the trained model.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from slide_fmu.apps.compare.baselines.base import Budget, Learnt
+from slide_fmu.apps.compare.baselines.base import Budget, FittedBaseline
 from slide_fmu.apps.compare.baselines.gradient import fit_gru, fit_paper_network
 from slide_fmu.apps.compare.baselines.impulse_response import fit_fir
 from slide_fmu.apps.compare.baselines.lesson import Lesson
@@ -15,8 +15,8 @@ from slide_fmu.core.progress import Progress
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """A Candidate is a kind of baseline.
+class BaselineCandidate:
+    """A BaselineCandidate is a kind of baseline.
 
     Attributes:
         title: its name for users.
@@ -27,15 +27,15 @@ class Candidate:
 
     title: str
     linear: bool
-    fit: Callable[[Lesson, Budget, Progress], Learnt]
+    fit: Callable[[Lesson, Budget, Progress], FittedBaseline]
 
 
-CANDIDATES: dict[str, Candidate] = {
-    "fir": Candidate("FIR", True, fit_fir),
-    "arx": Candidate("ARX", True, fit_arx),
-    "narx": Candidate("NARX", False, fit_narx),
-    "linear_state_space": Candidate("linear state space", True, fit_linear_state_space),
-    "gru": Candidate("GRU", False, fit_gru),
-    "feed_forward": Candidate("feed-forward network", False, fit_paper_network),
+CANDIDATES: dict[str, BaselineCandidate] = {
+    "fir": BaselineCandidate("FIR", True, fit_fir),
+    "arx": BaselineCandidate("ARX", True, fit_arx),
+    "narx": BaselineCandidate("NARX", False, fit_narx),
+    "linear_state_space": BaselineCandidate("linear state space", True, fit_linear_state_space),
+    "gru": BaselineCandidate("GRU", False, fit_gru),
+    "feed_forward": BaselineCandidate("feed-forward network", False, fit_paper_network),
 }
 """All kinds of baselines, in the order in which they are fitted and shown."""

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen, Learnt, Stepped
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen, Stepped
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
@@ -39,7 +39,7 @@ Fit = Callable[[TrainingRecipe, Path, Progress], Baseline]
 """Trains a network by the recipe's table, with a path for its checkpoint."""
 
 
-def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Train the paper's feed-forward network on the window of the lesson.
 
     Raises:
@@ -56,7 +56,7 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Lea
     return _within(budget, "feed_forward", fit, lesson.seed, progress, "2 x 100 ReLU units")
 
 
-def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Train a GRU, from zero state at the beginning of each window of the lesson.
 
     Raises:
@@ -133,7 +133,7 @@ def _tensors(lesson: Lesson, which: str) -> tuple[torch.Tensor, torch.Tensor]:
 
 def _within(
     budget: Budget, kind: str, fit: Fit, seed: int, progress: Progress, words: str
-) -> Learnt:
+) -> FittedBaseline:
     """Train for the number of steps that the budget allows; the schedule of rates ends with it."""
 
     def recipe(steps: int, validations: int) -> TrainingRecipe:
@@ -162,7 +162,7 @@ def _within(
         step = max((seconds(PROBE, folder) - once) / (PROBE - 1), 1e-6)
         steps, validations = _affordable(budget.left, step, max(once - step, 1e-6))
         baseline = fit(recipe(steps, validations), folder / "training.pt", progress)
-    return Learnt(baseline, f"{words}, {steps} steps", cut=steps < MOST_STEPS)
+    return FittedBaseline(baseline, f"{words}, {steps} steps", cut=steps < MOST_STEPS)
 
 
 def _affordable(left: float, step: float, validation: float) -> tuple[int, int]:

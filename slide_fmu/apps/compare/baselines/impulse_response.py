@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen, Learnt
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress
@@ -20,7 +20,7 @@ RIDGES = (1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
 """Regularisation of the regression, relative to the mean power of the inputs; one is chosen."""
 
 
-def fit_fir(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_fir(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Fit a FIR model; the number of taps and the ridge are chosen by validation."""
     most = lesson.window.memory_length
     matrix, right = _normal_equations(lesson, most)

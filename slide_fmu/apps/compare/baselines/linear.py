@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen, Learnt
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress, quiet
@@ -23,7 +23,7 @@ ITERATIONS = 10
 """Number of iterations that refine a linear model on all data; before, it has some of them."""
 
 
-def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Fit linear state-space models; the order is chosen by validation.
 
     Raises:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Learnt, Stepped
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Stepped
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress
@@ -73,19 +73,19 @@ class Polynomial(Stepped):
         return self.simulate(inputs, start)  # it goes step by step
 
 
-def fit_arx(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_arx(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Fit ARX models with all terms; the number of lags is chosen by validation."""
     return _fit(lesson, [(lags, 1) for lags in ARX_LAGS], budget, progress)
 
 
-def fit_narx(lesson: Lesson, budget: Budget, progress: Progress) -> Learnt:
+def fit_narx(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
     """Fit polynomial NARX models; lags, degree and terms are chosen by validation."""
     return _fit(lesson, NARX_SHAPES, budget, progress)
 
 
 def _fit(
     lesson: Lesson, shapes: Sequence[tuple[int, int]], budget: Budget, progress: Progress
-) -> Learnt:
+) -> FittedBaseline:
     n_inputs, longest = lesson.n_inputs, lesson.window.memory_length
     possible = [
         (lags, degree)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Learnt
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline
 from slide_fmu.apps.compare.baselines.free_run import judged
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.core.progress import Progress, part_of
@@ -23,7 +23,7 @@ Structure = Callable[[], Iterable[tuple[str, Baseline]]]
 
 def search(
     structures: Sequence[Structure], lesson: Lesson, budget: Budget, progress: Progress
-) -> Learnt:
+) -> FittedBaseline:
     """Fit structures, the smallest first, and return the best in validation.
 
     Validation is a free simulation: a model that diverges there is taken only if all do. The first
@@ -47,7 +47,7 @@ def search(
             break
         if number + 1 < len(structures) and budget.left < GROWS * (budget.spent - begin):
             progress(len(structures), len(structures), best[1])
-            return Learnt(*found, cut=True)
+            return FittedBaseline(*found, cut=True)
     assert found is not None
     progress(len(structures), len(structures), best[1])
-    return Learnt(*found, cut=False)
+    return FittedBaseline(*found, cut=False)

@@ -12,9 +12,9 @@ from slide_fmu.data.draws import probe_draws
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.apps import check_app_tables
+from slide_fmu.recipe.against_system import require_all_kinds, require_features
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.recipe.systems import require_all_kinds, require_features
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError

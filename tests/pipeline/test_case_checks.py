@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.memory.modes import UnstableModeError
-from slide_fmu.pipeline.checks import check_case, guarded_case, require_names_in_fmu
+from slide_fmu.pipeline.case_checks import check_case, guarded_case, require_names_in_fmu
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.parameters import ParameterRecipe

@@ -14,6 +14,7 @@ FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>',
 TOKEN = re.compile(r"\\text\{[^}]*\}|\\[A-Za-z]+|\\.|[0-9]+(?:\.[0-9]+)?|\S")
 SYMBOLS = {f"\\{name}": name for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
 SYMBOLS |= {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
+SYMBOLS |= {r"\varphi": "φ"}
 SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", r"\|": "‖"}
 SYMBOLS |= {r"\nu": "\u03bd", r"\quad": "\u2003", r"\,": "\u2009"}
 ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}

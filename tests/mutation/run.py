@@ -59,6 +59,7 @@ MODULES = {
         ("tests/validation/test_compare.py", "tests/report/test_figures.py",
          "tests/validation/test_validation.py", "tests/validation/test_worker_processes.py",
          "tests/validation/test_trust_figures.py", "tests/validation/test_plain_call.py",
+         "tests/validation/test_known_truth.py",
          "tests/validation/test_moving_inputs.py", "tests/validation/test_parameters.py",
          "tests/report/test_charts.py"),
     ),

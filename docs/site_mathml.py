@@ -15,8 +15,9 @@ TOKEN = re.compile(r"\\text\{[^}]*\}|\\[A-Za-z]+|\\.|[0-9]+(?:\.[0-9]+)?|\S")
 SYMBOLS = {f"\\{name}": name for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
 SYMBOLS |= {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
 SYMBOLS |= {r"\varphi": "φ"}
-SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", r"\|": "‖"}
-SYMBOLS |= {r"\nu": "\u03bd", r"\quad": "\u2003", r"\,": "\u2009"}
+SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", "-": "\u2212"}
+SYMBOLS |= {r"\nu": "\u03bd"}
+SPACES = {r"\quad": "1em", r"\,": "0.17em"}
 ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}
 
 
@@ -60,6 +61,10 @@ def _atom(tokens: list[str]) -> str:
         return f"<msqrt>{_atom(tokens)}</msqrt>"
     if token in ACCENTS:
         return f'<mover accent="true">{_atom(tokens)}<mo>{ACCENTS[token]}</mo></mover>'
+    if token in SPACES:
+        return f'<mspace width="{SPACES[token]}"/>'
+    if token in "()":
+        return f'<mo stretchy="false">{token}</mo>'
     if token.startswith("\\") and token not in SYMBOLS:
         raise ValueError(f"docs/site_mathml.py does not know {token}: add it to SYMBOLS")
     text = SYMBOLS.get(token, token)

@@ -1,7 +1,8 @@
 r"""Formulas in TeX become MathML, which browsers show without any script.
 
-Pages write them between dollars, as in ``$x^2$``. A small part of TeX is known: ``SYMBOLS``,
-groups, indices, ``\frac``, ``\sqrt``, ``\text`` and ``ACCENTS``. Anything else is an error.
+Pages write them between dollars, as in ``$x^2$``. A small part of TeX is known: ``FUNCTIONS``,
+``SYMBOLS``, groups, indices, ``\frac``, ``\sqrt``, ``\text`` and ``ACCENTS``. Anything else is an
+error.
 """
 
 from __future__ import annotations
@@ -12,11 +13,10 @@ from html import escape, unescape
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 """How the extension arithmatex leaves a formula in a page."""
 TOKEN = re.compile(r"\\text\{[^}]*\}|\\[A-Za-z]+|\\.|[0-9]+(?:\.[0-9]+)?|\S")
-SYMBOLS = {f"\\{name}": name for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
-SYMBOLS |= {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
-SYMBOLS |= {r"\varphi": "φ"}
+FUNCTIONS = {f"\\{name}" for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
+SYMBOLS = {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
+SYMBOLS |= {r"\varphi": "φ", r"\nu": "\u03bd"}
 SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", "-": "\u2212"}
-SYMBOLS |= {r"\nu": "\u03bd"}
 SPACES = {r"\quad": "1em", r"\,": "0.17em"}
 ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}
 
@@ -63,6 +63,8 @@ def _atom(tokens: list[str]) -> str:
         return f'<mover accent="true">{_atom(tokens)}<mo>{ACCENTS[token]}</mo></mover>'
     if token in SPACES:
         return f'<mspace width="{SPACES[token]}"/>'
+    if token in FUNCTIONS:
+        return f'<mo form="prefix" lspace="0.17em" rspace="0.17em">{token[1:]}</mo>'
     if token in "()":
         return f'<mo stretchy="false">{token}</mo>'
     if token.startswith("\\") and token not in SYMBOLS:

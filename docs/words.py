@@ -19,10 +19,10 @@ import markdown
 
 DOCS = Path(__file__).parent
 EXTENSIONS = ["tables", "admonition", "attr_list", "md_in_html"]
-EXTENSIONS += ["pymdownx.superfences", "pymdownx.tabbed", "pymdownx.arithmatex"]
+EXTENSIONS += ["pymdownx.superfences", "pymdownx.blocks.tab", "pymdownx.arithmatex"]
 OPTIONS = {
     "pymdownx.arithmatex": {"generic": True},
-    "pymdownx.tabbed": {"alternate_style": True},
+    "pymdownx.blocks.tab": {"alternate_style": True},
 }
 BLOCKS = {"p", "li", "dd", "dt", "td", "th", "label", "div", "figcaption", "h1", "h2", "h3", "h4"}
 UNREAD = {"pre", "script", "style", "svg", "math", "button", "form"}

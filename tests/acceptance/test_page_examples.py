@@ -5,10 +5,15 @@ from __future__ import annotations
 import ast
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.reference import sections_of
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "slide_fmu" / "propose" / "templates"
@@ -51,3 +56,25 @@ def test_class_on_the_page_simulates() -> None:
 def test_recipe_of_an_fmu_on_the_page_is_toml() -> None:
     (recipe,) = blocks("own_model.md", "toml")
     assert tomllib.loads(recipe)["system"]["kind"] == "fmu"
+
+
+def test_job_array_on_the_page_is_that_of_its_file() -> None:
+    (script,) = blocks("many_machines.md", "bash")
+    assert script == (ROOT / "docs/many_machines/array.sh").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", ["records.md", "parameters.md", "robots.md"])
+def test_tables_of_recipes_on_pages_have_keys_that_there_are(page: str) -> None:
+    known = {key.name for section in sections_of(Recipe) for key in section.keys}
+    for block in blocks(page, "toml"):
+        for table in tables_of(tomllib.loads(block)):
+            assert set(table) <= known, block
+
+
+def tables_of(tables: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Return the tables of a recipe that hold keys, without the ones that hold tables alone."""
+    values = {key: value for key, value in tables.items() if not isinstance(value, dict)}
+    yield values
+    for value in tables.values():
+        if isinstance(value, dict):
+            yield from tables_of(value)

@@ -24,28 +24,13 @@ GENERATED = {"api.md", "recipe.md", "variables.md"}
 """Their words are those of the package."""
 NOT_YET = {
     "command_line.md",
-    "compare.md",
     "controllers.md",
     "credentials.md",
-    "features.md",
-    "many_machines.md",
     "method.md",
     "motion.md",
-    "moving_inputs.md",
-    "own_model.md",
-    "own_model_exudyn.md",
-    "own_model_fmu.md",
-    "own_model_function.md",
-    "own_model_record.md",
     "page.md",
-    "parameters.md",
-    "report.md",
     "results.md",
-    "robots.md",
-    "tools.md",
-    "torch_modules.md",
     "trust.md",
-    "use_an_fmu.md",
     "window.md",
 }
 """Pages with longer sentences. Remove a page when it was rewritten; never add one."""
@@ -71,7 +56,7 @@ MOST = {
 """Largest number of each idiom on all pages and in the README. Lower a number when a use has gone;
 never raise it. ``docs/contributing.md`` has the words instead."""
 
-INCLUDES = 5
+INCLUDES = 2
 """Largest number of pages with raw includes, which a reader of a clone would see."""
 
 
@@ -111,7 +96,8 @@ def test_pages_show_what_they_show_without_being_built() -> None:
 
 def test_formula_becomes_mathml() -> None:
     assert mathml(r"\frac{\ln a}{2} \le \dot q_1^2") == (
-        '<math display="inline"><mrow><mfrac><mrow><mi>ln</mi><mi>a</mi></mrow>'
+        '<math display="inline"><mrow><mfrac><mrow>'
+        '<mo form="prefix" lspace="0.17em" rspace="0.17em">ln</mo><mi>a</mi></mrow>'
         "<mrow><mn>2</mn></mrow></mfrac><mo>≤</mo><msubsup>"
         '<mover accent="true"><mi>q</mi><mo>˙</mo></mover><mn>1</mn><mn>2</mn></msubsup>'
         "</mrow></math>"

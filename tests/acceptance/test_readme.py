@@ -116,7 +116,7 @@ def test_python_examples_of_readme_and_pages_run() -> None:
         )
         assert result.returncode == 0, result.stderr
         said.append(result.stdout)
-    assert len(said) == 5
+    assert len(said) == 6
     position, error = (float(word) for word in said[0].split(" +- "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02
@@ -127,7 +127,7 @@ def test_python_examples_of_readme_and_pages_run() -> None:
 def test_network_of_torch_on_its_page_becomes_an_fmu(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (example,) = re.findall(r"```python\n(.*?)```", page("torch_modules.md"), re.DOTALL)
+    (example,) = re.findall(r"```py\n(.*?)```", page("api.md"), re.DOTALL)
     monkeypatch.chdir(tmp_path)
     exec(example, {})
     surrogate, _ = read_fmu(Path("my_network.fmu"))

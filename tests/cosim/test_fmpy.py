@@ -64,13 +64,13 @@ def test_plain_simulation_is_late_where_values_count_as_those_of_the_step_end(
 
 
 def test_fmpy_has_room_for_the_derivatives_of_nine_inputs_only(fmu: Path) -> None:
-    """When this fails, fmpy is repaired, and docs/moving_inputs.md says too much."""
+    """When this fails, fmpy is repaired, and docs/use_an_fmu.md says too much."""
     with refused(ValueError, "assign sequence"):
         run(fmu, set_input_derivatives=True)
 
 
 def test_derivatives_can_be_told_in_a_loop_of_ones_own(fmu: Path, surrogate: Surrogate) -> None:
-    """By the call that docs/moving_inputs.md names."""
+    """By the call that docs/use_an_fmu.md names."""
     moving, slopes = Moving(surrogate), 0.4 * 0.3 / STEP * np.cos(0.3 * np.arange(COUNT))
     folder, found, expected = fmpy.extract(str(fmu)), [], []
     with open_slave(folder, read_description(fmu), "one", []) as slave:

@@ -9,13 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 
-from rich.console import Console
-
 from slide_fmu.core.extras import how_to_install, missing_extra
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import reason_of, write_whole, writing
 from slide_fmu.core.progress import Stages
-from slide_fmu.report.display import messages, shown
+from slide_fmu.report.display import Messages, messages, shown
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable; if set, errors show a traceback."""
@@ -54,11 +52,9 @@ def json_bytes(figures: object) -> bytes:
     return (json.dumps(plain(figures), indent=2, allow_nan=False) + "\n").encode("utf-8")
 
 
-def show_json(path: str | None, figures: object) -> None:
-    """Write figures as ``write_json`` does, and print them unless they go to standard output."""
-    write_json(path, figures)
-    if path != "-":
-        Console().print_json(json.dumps(plain(figures)))
+def figures_console() -> Messages:
+    """Open standard output for tables and sentences that are the result of a subcommand."""
+    return Messages(file=sys.stdout, markup=False, highlight=False)
 
 
 def show_remark(remark: str | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,13 +10,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.errors import NotRenderableError
 
+from slide_fmu.cli.console import figures_console
 from slide_fmu.core.figures import read_figures
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.console import print_table, print_validation
-from slide_fmu.report.display import Messages
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.table import ReportTable
 from slide_fmu.report.verdict import Subject, verdict
@@ -68,7 +67,7 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
     Raises:
         ValueError: the origin in the FMU is not in the form that slide-fmu writes.
     """
-    out = Messages(file=sys.stdout, markup=False, highlight=False)
+    out = figures_console()
     try:
         origin = read_figures(Origin, provenance)
         out.print(f"{surrogate.name}: {origin.description}".rstrip(": "))

@@ -47,9 +47,16 @@ class BenchFigures:
 
 @dataclass(frozen=True)
 class FmuTimes:
-    """FmuTimes are the figures of an FMU, with its path."""
+    """FmuTimes are the figures of an FMU, with its path.
+
+    Attributes:
+        step_s: its step in s.
+        estimates_errors: whether it has outputs for its error.
+    """
 
     fmu: str
+    step_s: float
+    estimates_errors: bool
     figures: BenchFigures = spread()
 
 
@@ -66,7 +73,8 @@ def bench_fmu(path: Path, effort: Effort) -> FmuTimes:
         bench = Bench(surrogate, fmu, effort)
         for _ in range(effort.rounds):
             bench.round()
-    return FmuTimes(str(path), bench.figures())
+    step, estimates = surrogate.window.step, surrogate.estimates_errors
+    return FmuTimes(str(path), step, estimates, bench.figures())
 
 
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:

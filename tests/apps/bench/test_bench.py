@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from slide_fmu.apps.bench.bench_tables import duration, number
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -59,3 +60,38 @@ def test_bench_gives_times_and_batches(tmp_path: Path, shape: Shape, fmi: FmiVer
 def test_bench_gives_the_time_with_error_bounds(tmp_path: Path) -> None:
     path = export_fmu(bounded_surrogate(Shape(cell=CellShape())), tmp_path / "tiny.fmu")
     assert _bench(path)["fmu_set_step_get_with_bounds"] > 0  # type: ignore[operator]
+
+
+def test_bench_prints_a_table_in_words_and_units_without_json(tmp_path: Path) -> None:
+    path = export_fmu(bounded_surrogate(Shape(cell=CellShape())), tmp_path / "tiny.fmu")
+    kept = tmp_path / "figures.json"
+    few = ["--rounds", "1", "--steps", "3"]
+    result = CliRunner().invoke(app, ["bench", str(path), *few, "--json", str(kept)])
+    assert result.exit_code == 0, result.output
+    words = (
+        "doStep alone",
+        "with error bounds",
+        " us",
+        "80 % of the calls",
+        "windows in a second",
+    )
+    for part in (*words, "medians of 3 calls", "times faster than real time"):
+        assert part in result.stdout, part
+    assert "{" not in result.stdout
+    assert json.loads(kept.read_text(encoding="utf-8"))["step_s"] > 0
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(1.0722e-6, "1.07 us"), (4.4e-8, "0.0440 us"), (99.96e-6, "100 us"), (0.99996e-3, "1.00 ms")],
+)
+def test_times_have_three_digits_and_a_unit(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(219000.76, "219 000"), (15.61, "15.6"), (506, "506"), (14025.8, "14 000")],
+)
+def test_numbers_have_three_digits_and_no_exponent(value: float, words: str) -> None:
+    assert number(value) == words

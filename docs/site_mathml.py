@@ -23,7 +23,12 @@ ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}
 
 def with_formulas(html: str) -> str:
     """Return a page with MathML in the place of each formula."""
-    return FORMULA.sub(lambda found: mathml(unescape(found[2]), found[1] == "div"), html)
+    return FORMULA.sub(_replaced, html)
+
+
+def _replaced(found: re.Match[str]) -> str:
+    formula = mathml(unescape(found[2]), block=found[1] == "div")
+    return f'<div class="formula">{formula}</div>' if found[1] == "div" else formula
 
 
 def mathml(tex: str, block: bool = False) -> str:

@@ -22,16 +22,11 @@ FOR_DEVELOPERS = {"contributing.md", "testing.md"}
 """These stay files of the repository, outside of the site."""
 GENERATED = {"api.md", "recipe.md", "variables.md"}
 """Their words are those of the package."""
-NOT_YET = {
-    "command_line.md",
+NOT_YET: set[str] = {
     "controllers.md",
     "credentials.md",
-    "method.md",
     "motion.md",
     "page.md",
-    "results.md",
-    "trust.md",
-    "window.md",
 }
 """Pages with longer sentences. Remove a page when it was rewritten; never add one."""
 PAGES = sorted(DOCS.glob("*.md"))
@@ -40,23 +35,23 @@ MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
 
 MOST = {
-    r"beside": 85,
-    r"that of": 25,
-    r"those of": 35,
-    r"told": 11,
-    r"said": 6,
-    r"errs?": 25,
-    r"as many( \w+)? as": 13,
-    r"so many": 4,
-    r"whoever": 8,
-    r"stretch(es)?": 11,
-    r"nobody": 9,
-    r"anybody": 3,
+    r"beside": 23,
+    r"that of": 7,
+    r"those of": 14,
+    r"told": 2,
+    r"said": 1,
+    r"errs?": 2,
+    r"as many( \w+)? as": 3,
+    r"so many": 2,
+    r"whoever": 2,
+    r"stretch(es)?": 3,
+    r"nobody": 2,
+    r"anybody": 2,
 }
 """Largest number of each idiom on all pages and in the README. Lower a number when a use has gone;
 never raise it. ``docs/contributing.md`` has the words instead."""
 
-INCLUDES = 2
+INCLUDES = 1
 """Largest number of pages with raw includes, which a reader of a clone would see."""
 
 

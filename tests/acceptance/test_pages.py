@@ -25,7 +25,6 @@ GENERATED = {"api.md", "recipe.md", "variables.md"}
 NOT_YET: set[str] = {
     "controllers.md",
     "credentials.md",
-    "motion.md",
     "page.md",
 }
 """Pages with longer sentences. Remove a page when it was rewritten; never add one."""
@@ -35,14 +34,14 @@ MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
 
 MOST = {
-    r"beside": 23,
+    r"beside": 19,
     r"that of": 7,
     r"those of": 14,
     r"told": 2,
     r"said": 1,
     r"errs?": 2,
     r"as many( \w+)? as": 3,
-    r"so many": 2,
+    r"so many": 1,
     r"whoever": 2,
     r"stretch(es)?": 3,
     r"nobody": 2,
@@ -51,7 +50,7 @@ MOST = {
 """Largest number of each idiom on all pages and in the README. Lower a number when a use has gone;
 never raise it. ``docs/contributing.md`` has the words instead."""
 
-INCLUDES = 1
+INCLUDES = 0
 """Largest number of pages with raw includes, which a reader of a clone would see."""
 
 

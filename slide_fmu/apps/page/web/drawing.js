@@ -1,6 +1,7 @@
 // The machine in motion, by a description in plain values (slide_fmu/apps/page/drawing.py).
 
-import { colourOf, prepare } from "../../../core/web/modules/plot.js";
+import { isSeen, prepare } from "../../../core/web/modules/canvases.js";
+import { colourOf } from "../../../core/web/modules/colours.js";
 
 const OPERATIONS = {
   "+": (a, b) => a + b,

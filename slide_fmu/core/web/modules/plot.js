@@ -1,6 +1,8 @@
 // Plots on a canvas, drawn by hand: axes, and the course of lines and bands over them.
 
 import { axisOf, linearTicks, logTicks } from "./axes.js";
+import { isSeen, prepare } from "./canvases.js";
+import { colourOf } from "./colours.js";
 import { drawTrace } from "./traces.js";
 import { scaleFor } from "./units.js";
 
@@ -9,25 +11,6 @@ const RIGHT = 8;
 const TOP = 8;
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
-
-/** The colour that the style sheet gives to a name. */
-export function colourOf(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
-/** Makes the canvas as sharp as the screen; its context, in CSS pixels, and its size. */
-export function prepare(canvas) {
-  const ratio = window.devicePixelRatio || 1;
-  const { clientWidth: width, clientHeight: height } = canvas;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
-}
 
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
   const { left, right, top, bottom, x, xRange } = frame;
@@ -109,6 +92,9 @@ function drawMark(context, frame, place) {
  * places with a dotted line.
  */
 export function drawPlot(canvas, what) {
+  if (!isSeen(canvas)) {
+    return;
+  }
   const { context, width, height } = prepare(canvas);
   const [left, right, top, bottom] = [LEFT, width - RIGHT, TOP, height - BOTTOM];
   const { xRange, yRange } = what;

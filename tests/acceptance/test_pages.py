@@ -22,11 +22,7 @@ FOR_DEVELOPERS = {"contributing.md", "testing.md"}
 """These stay files of the repository, outside of the site."""
 GENERATED = {"api.md", "recipe.md", "variables.md"}
 """Their words are those of the package."""
-NOT_YET: set[str] = {
-    "controllers.md",
-    "credentials.md",
-    "page.md",
-}
+NOT_YET: set[str] = set()
 """Pages with longer sentences. Remove a page when it was rewritten; never add one."""
 PAGES = sorted(DOCS.glob("*.md"))
 USER_PAGES = [page for page in PAGES if page.name not in FOR_DEVELOPERS | GENERATED]
@@ -34,16 +30,16 @@ MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
 
 MOST = {
-    r"beside": 19,
-    r"that of": 7,
-    r"those of": 14,
-    r"told": 2,
+    r"beside": 9,
+    r"that of": 5,
+    r"those of": 10,
+    r"told": 1,
     r"said": 1,
-    r"errs?": 2,
-    r"as many( \w+)? as": 3,
+    r"errs?": 1,
+    r"as many( \w+)? as": 2,
     r"so many": 1,
-    r"whoever": 2,
-    r"stretch(es)?": 3,
+    r"whoever": 0,
+    r"stretch(es)?": 2,
     r"nobody": 2,
     r"anybody": 2,
 }

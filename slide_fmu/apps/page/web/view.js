@@ -5,6 +5,7 @@ import { Drawing } from "./drawing.js";
 import { keepCanvas } from "../../../core/web/modules/canvases.js";
 import { byId, element, write } from "../../../core/web/modules/elements.js";
 import { InputsPlot } from "./inputs.js";
+import { watchLooks } from "./looks.js";
 import { showLamp } from "./trust.js";
 
 /** The machine as the reference had it at the time that is shown; null where that is not known. */
@@ -20,10 +21,14 @@ export class View {
     this.facts = facts;
     this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
     this.cards.forEach((card) => card.block.classList.add("output"));
-    byId("plots").append(...this.cards.map((card) => card.block));
+    byId("outputs").append(...this.cards.map((card) => card.block));
     byId("drawing").hidden = drawing === null;
     byId("drawing-text").textContent = drawing?.text ?? "";
     this.drawing = drawing === null ? null : new Drawing(drawing, facts, byId("drawing-canvas"));
+    if (this.drawing !== null) {
+      watchLooks(this.drawing, wish);
+    }
+    byId("outputs").classList.toggle("many", this.cards.length > 2);
     this.inputs = new InputsPlot(channels, byId("inputs-plot"), facts.hold);
     this.cards.forEach((card) => card.onPoint(point));
     document.querySelectorAll("canvas").forEach((canvas) => keepCanvas(canvas, wish));
@@ -39,8 +44,8 @@ export class View {
 
   /** Draws a run, as Card.draw wants it, with its rows of inputs; not whole: the machine alone. */
   draw(run, whole) {
-    const { flags, outputs } = run.answers[run.at];
-    this.drawing?.draw(run.rows[run.at], outputs, run.parameters, truthAt(run));
+    const { flags } = run.answers[run.at];
+    this.drawing?.draw(run, run.parameters, truthAt(run));
     if (whole) {
       byId("plots").hidden = false;
       byId("lamp").hidden = false;
@@ -73,7 +78,7 @@ export class View {
     const [first, second] = moves.courses;
     const { time, rows, answers, xRange, given } = first;
     const behind = { row: second.rows[at], outputs: second.answers[at].outputs };
-    this.drawing?.draw(rows[at], answers[at].outputs, given, behind);
+    this.drawing?.draw({ time, rows, answers, at }, given, behind);
     if (whole) {
       byId("plots").hidden = false;
       byId("lamp").hidden = false;

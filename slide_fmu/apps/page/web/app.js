@@ -16,6 +16,9 @@ import { View } from "./view.js";
 
 const WAYS = ["live", "moves", "stored", "own"];
 
+// the machine is drawn in every frame, all else less often: that takes longer, and is read slowly
+const REDRAWN = 1000 / 15;
+
 // moves last a second or two: they are shown slowly
 const MOVES_PACE = 0.4;
 
@@ -46,7 +49,7 @@ export class App {
       },
     });
     this.grip = drawing === null ? null : new Drag(byId("drawing-canvas"), this);
-    this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
+    this.view = new View(facts, this.channels, { point: (time) => this.point(time), wish: () => this.wish() }, drawing);
   }
 
   begin() {
@@ -163,6 +166,7 @@ export class App {
     this.live.targets[index] = value;
     this.wander(false);
     this.panel.show(this.live.targets);
+    this.wish();
   }
 
   /** Marks a time of a record, where people point at one. */
@@ -198,9 +202,14 @@ export class App {
     if (this.playing) {
       this.goOn(seconds);
     }
-    if (this.wished) {
+    // a frame comes a little early or late
+    const whole = this.wished && !(now - this.redrawn < 0.9 * REDRAWN);
+    if (whole) {
       this.wished = false;
-      this.draw();
+      this.redrawn = now;
+    }
+    if (whole || this.playing) {
+      this.draw(whole);
     }
     requestAnimationFrame((next) => this.frame(next));
   }
@@ -208,9 +217,6 @@ export class App {
   goOn(seconds) {
     if (this.way === "live") {
       this.attempt(() => this.live.advance(seconds));
-      if (this.live.wandering) {
-        this.panel.show(this.live.targets);
-      }
     } else {
       this.player.go(this.player.time + seconds * (this.way === "moves" ? MOVES_PACE : 1));
       if (this.player.atEnd) {
@@ -220,13 +226,17 @@ export class App {
     this.wish();
   }
 
-  draw() {
+  /** Draws what is shown now; not whole: the machine alone. */
+  draw(whole) {
     if (this.way === "live") {
-      this.view.drawLive(this.live, this.parameters, this.confidence);
+      this.view.drawLive(this.live, this.parameters, this.confidence, whole);
+      if (whole) {
+        this.panel.show(this.live.targets);
+      }
     } else if (this.way === "moves") {
-      this.view.drawMoves(this.player, this.movesCard);
+      this.view.drawMoves(this.player, this.movesCard, whole);
     } else if (this.course !== null) {
-      this.view.drawCourse(this.player, this.confidence);
+      this.view.drawCourse(this.player, this.confidence, whole);
     } else {
       this.view.clear();
     }

@@ -1,6 +1,8 @@
 // Plots on a canvas, drawn by hand: axes, and the course of lines and bands over them.
 
 import { axisOf, linearTicks, logTicks } from "./axes.js";
+import { isSeen, prepare } from "./canvases.js";
+import { colourOf } from "./colours.js";
 import { drawTrace } from "./traces.js";
 import { scaleFor } from "./units.js";
 
@@ -11,6 +13,7 @@ const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
 
+<<<<<<< HEAD
 /** The place of the upper end of the y axis. */
 function topOf(unit) {
   return unit === "" || unit === "1" ? TOP : TOP + UNIT;
@@ -35,6 +38,8 @@ export function prepare(canvas) {
   return { context, width, height };
 }
 
+=======
+>>>>>>> 52e0ee0ced9903d59ce1c554b0b94aafb1a209d3
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
   const { left, right, top, bottom, x, xRange } = frame;
   const about = Math.max(2, (right - left) / 90);
@@ -113,6 +118,9 @@ function drawMark(context, frame, place) {
  * places with a dotted line.
  */
 export function drawPlot(canvas, what) {
+  if (!isSeen(canvas)) {
+    return;
+  }
   const { context, width, height } = prepare(canvas);
   const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit), height - BOTTOM];
   const { xRange, yRange } = what;

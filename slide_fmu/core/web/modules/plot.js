@@ -13,33 +13,11 @@ const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
 
-<<<<<<< HEAD
 /** The place of the upper end of the y axis. */
 function topOf(unit) {
   return unit === "" || unit === "1" ? TOP : TOP + UNIT;
 }
 
-/** The colour that the style sheet gives to a name. */
-export function colourOf(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
-/** Makes the canvas as sharp as the screen; its context, in CSS pixels, and its size. */
-export function prepare(canvas) {
-  const ratio = window.devicePixelRatio || 1;
-  const { clientWidth: width, clientHeight: height } = canvas;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
-}
-
-=======
->>>>>>> 52e0ee0ced9903d59ce1c554b0b94aafb1a209d3
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
   const { left, right, top, bottom, x, xRange } = frame;
   const about = Math.max(2, (right - left) / 90);

@@ -1,7 +1,8 @@
 r"""Formulas in TeX become MathML, which browsers show without any script.
 
-Pages write them between dollars, as in ``$x^2$``. A small part of TeX is known: ``SYMBOLS``,
-groups, indices, ``\frac``, ``\sqrt``, ``\text`` and ``ACCENTS``. Anything else is an error.
+Pages write them between dollars, as in ``$x^2$``. A small part of TeX is known: ``FUNCTIONS``,
+``SYMBOLS``, groups, indices, ``\frac``, ``\sqrt``, ``\text`` and ``ACCENTS``. Anything else is an
+error.
 """
 
 from __future__ import annotations
@@ -12,16 +13,22 @@ from html import escape, unescape
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 """How the extension arithmatex leaves a formula in a page."""
 TOKEN = re.compile(r"\\text\{[^}]*\}|\\[A-Za-z]+|\\.|[0-9]+(?:\.[0-9]+)?|\S")
-SYMBOLS = {f"\\{name}": name for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
-SYMBOLS |= {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
-SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", r"\|": "‖"}
-SYMBOLS |= {r"\quad": "\u2003", r"\,": "\u2009"}
+FUNCTIONS = {f"\\{name}" for name in ("max", "min", "ln", "lg", "exp", "tanh", "Re")}
+SYMBOLS = {r"\alpha": "\u03b1", r"\varepsilon": "ε", r"\lambda": "λ", r"\tau": "τ"}
+SYMBOLS |= {r"\varphi": "φ", r"\nu": "\u03bd"}
+SYMBOLS |= {r"\le": "≤", r"\ge": "≥", r"\cdot": "⋅", r"\sum": "∑", r"\dots": "…", "-": "\u2212"}
+SPACES = {r"\quad": "1em", r"\,": "0.17em"}
 ACCENTS = {r"\dot": "˙", r"\ddot": "¨", r"\hat": "^", r"\bar": "¯"}
 
 
 def with_formulas(html: str) -> str:
     """Return a page with MathML in the place of each formula."""
-    return FORMULA.sub(lambda found: mathml(unescape(found[2]), found[1] == "div"), html)
+    return FORMULA.sub(_replaced, html)
+
+
+def _replaced(found: re.Match[str]) -> str:
+    formula = mathml(unescape(found[2]), block=found[1] == "div")
+    return f'<div class="formula">{formula}</div>' if found[1] == "div" else formula
 
 
 def mathml(tex: str, block: bool = False) -> str:
@@ -59,6 +66,12 @@ def _atom(tokens: list[str]) -> str:
         return f"<msqrt>{_atom(tokens)}</msqrt>"
     if token in ACCENTS:
         return f'<mover accent="true">{_atom(tokens)}<mo>{ACCENTS[token]}</mo></mover>'
+    if token in SPACES:
+        return f'<mspace width="{SPACES[token]}"/>'
+    if token in FUNCTIONS:
+        return f'<mo form="prefix" lspace="0.17em" rspace="0.17em">{token[1:]}</mo>'
+    if token in "()":
+        return f'<mo stretchy="false">{token}</mo>'
     if token.startswith("\\") and token not in SYMBOLS:
         raise ValueError(f"docs/site_mathml.py does not know {token}: add it to SYMBOLS")
     text = SYMBOLS.get(token, token)

@@ -6,6 +6,7 @@ form.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, NotRequired, TypedDict
 
 import numpy as np
@@ -37,16 +38,21 @@ class Drawing(TypedDict):
     values: NotRequired[list[tuple[str, Expression]]]
     points: dict[str, list[Expression]]
     shapes: list[Shape]
+    trail: NotRequired[str]
+    magnification: NotRequired[float]
 
 
+MAGNIFICATION = "magnification"
+"""Name of the factor on deflections, which users of a page choose."""
 SPACING, CHAIN_SCALE = 0.5, 2.0
 """Distance of the chain's masses in m, and the factor on their drawn positions."""
 COILS, REST = 12, 3.2
 """Number of half turns of an oscillator's spring, and its length at rest in m."""
 ROD_PARTS, DEFLECTION_SCALE = 12, 3.0
 """Number of parts of the rod, and the factor on its drawn deflection."""
-HAND, DEVIATION_SCALE = 0.1, 25.0
-"""Length of the hand in m, and the factor on the drawn deviation of the tool."""
+HAND, DEVIATION_SCALE, SOCKET_PARTS = 0.1, 25.0, 6
+"""Length of the hand in m, the factor on the drawn deviation of the tool, and the number of parts
+of the socket."""
 
 
 def oscillator() -> Drawing:
@@ -127,7 +133,7 @@ def slider_crank() -> Drawing:
         ("tip_x", crank_x),
         ("tip_y", crank_y),
         ("along", ["sqrt", ["-", ROD_LENGTH**2, ["*", "tip_y", "tip_y"]]]),
-        ("bend", _times(4 * DEFLECTION_SCALE / ROD_LENGTH, "deflection")),
+        ("bend", ["*", MAGNIFICATION, _times(4 / ROD_LENGTH, "deflection")]),
     ]
     reach = CRANK_LENGTH + ROD_LENGTH
     points: dict[str, list[Expression]] = {
@@ -147,7 +153,8 @@ def slider_crank() -> Drawing:
         x = _plus(_plus("tip_x", _times(part, "along")), ["*", bow, "tip_y"])
         points[name] = [x, _plus(_times(1 - part, "tip_y"), ["*", bow, "along"])]
     return {
-        "text": f"the rod's deflection is drawn {DEFLECTION_SCALE:g} times as large",
+        "text": "the rod bends to one side by the deflection in its middle",
+        "magnification": DEFLECTION_SCALE,
         "view": (-0.62, reach + 0.25, -0.62, 0.62),
         "values": values,
         "points": points,
@@ -166,50 +173,67 @@ def robot() -> Drawing:
 
     The deviation of the tool grows from zero at the socket's bottom to its full size at the tool.
     """
-    values, places = _arm()
-    names = ["bottom", "base", *(f"link_{i}" for i in range(1, JOINTS + 1)), "tool"]
-    heights: list[list[Expression]] = [[0.0, 0.0, -SocketMesh.length], [0.0, 0.0, 0.0]]
-    points = {}
-    for i, (name, place) in enumerate(zip(names, [*heights, *places], strict=True)):
-        share = DEVIATION_SCALE * i / (len(names) - 1)
-        points[name] = [
-            _plus(value, _times(share, f"deviation_{axis}"))
-            for value, axis in zip(place, "xyz", strict=True)
-        ]
-    corners = {
-        f"floor_{x}_{y}": [0.6 * x, 0.6 * y, -SocketMesh.length] for x in _SIGNS for y in _SIGNS
-    }
-    floor = ["floor_1_1", "floor_1_-1", "floor_-1_-1", "floor_-1_1", "floor_1_1"]
-    arm = [name for name in names if name not in ("bottom", "link_5")]
+    values, places, axes = _arm()
+    values += [(f"off_{a}", ["*", MAGNIFICATION, f"deviation_{a}"]) for a in "xyz"]
+    names = ["base", *(f"link_{i}" for i in range(1, JOINTS + 1)), "tool"]
+    heights: list[list[Expression]] = [[0.0, 0.0, 0.0]]
+    points: dict[str, list[Expression]] = {}
+    for i, (name, place) in enumerate(zip(names, [*heights, *places], strict=True), start=1):
+        points[name] = _moved(place, i / len(names))
+    for i in range(SOCKET_PARTS + 1):  # a beam that is clamped at its bottom
+        part = i / SOCKET_PARTS
+        place = [0.0, 0.0, (part - 1) * SocketMesh.length]
+        points[f"socket_{i}"] = _moved(place, part**2 / len(names))
+    for name, (frame, reach) in {"shoulder": (1, 0.1), "elbow": (2, 0.09)}.items():
+        for end, sign in (("left", -1.0), ("right", 1.0)):
+            across = zip(points[f"link_{frame}"], axes[frame - 1], strict=True)
+            points[f"{name}_{end}"] = [_plus(p, _times(sign * reach, axis)) for p, axis in across]
+    floor: list[Shape] = []
+    for axis, (k, x) in itertools.product((0, 1), enumerate(np.linspace(-0.6, 0.6, 7).tolist())):
+        ends = [f"floor_{axis}{k}{sign}" for sign in _SIGNS]
+        for name, sign in zip(ends, _SIGNS, strict=True):
+            points[name] = [*([0.6 * sign, x] if axis else [x, 0.6 * sign]), -SocketMesh.length]
+        floor.append({"line": ends, "width": 0.005, "colour": "ground"})
+    socket = [f"socket_{i}" for i in range(SOCKET_PARTS + 1)]
     return {
-        "text": f"the deviation of the arm is drawn {DEVIATION_SCALE:g} times as large",
-        "view": (-1.15, 1.15, -0.62, 1.08),
+        "text": "the socket bends; the whole arm moves with it by the deviation of the tool",
+        "view": (-0.85, 0.85, -0.62, 0.95),
         "camera": (-52.0, 20.0),
+        "magnification": DEVIATION_SCALE,
+        "trail": "tool",
         "values": values,
-        "points": {**points, **corners},
+        "points": points,
         "shapes": [
-            {"line": floor, "width": 0.006, "colour": "ground"},
-            {"line": ["bottom", "base"], "width": 0.1, "colour": "accent"},
-            {"line": arm, "width": 0.07, "colour": "body"},
-            *(
-                Shape(disc=p, radius=0.045, colour="joint")
-                for p in ("link_1", "link_2", "link_3", "link_4")
-            ),
-            {"disc": "tool", "radius": 0.03, "colour": "accent"},
+            *floor,
+            {"line": socket, "width": 0.1, "colour": "soft"},
+            {"line": ["base", "link_1"], "width": 0.116, "colour": "arm"},
+            {"line": ["shoulder_left", "shoulder_right"], "width": 0.132, "colour": "motor"},
+            {"line": ["link_1", "link_2"], "width": 0.1, "colour": "arm"},
+            {"line": ["elbow_left", "elbow_right"], "width": 0.104, "colour": "motor"},
+            {"line": ["link_2", "link_3"], "width": 0.09, "colour": "motor"},
+            {"line": ["link_3", "link_4"], "width": 0.075, "colour": "arm"},
+            {"disc": "link_4", "radius": 0.05, "colour": "motor"},
+            {"line": ["link_4", "tool"], "width": 0.045, "colour": "hand"},
+            {"disc": "tool", "radius": 0.032, "colour": "hand"},
         ],
     }
+
+
+def _moved(place: list[Expression], share: float) -> list[Expression]:
+    """Return a place that moves by a share of the tool's magnified deviation."""
+    return [_plus(p, _times(share, f"off_{axis}")) for p, axis in zip(place, "xyz", strict=True)]
 
 
 _SIGNS = (-1, 1)
 
 
-def _arm() -> tuple[list[tuple[str, Expression]], list[list[Expression]]]:
-    """Return values, and the places of all link frames and of the tool, as expressions."""
+def _arm() -> tuple[list[tuple[str, Expression]], list[list[Expression]], list[list[Expression]]]:
+    """Return values, places of all link frames and of the tool, and the third axes of frames."""
     chain = puma_560(np.array([0.0, 0.0, HAND]))
     values: list[tuple[str, Expression]] = []
     place: list[Expression] = [0.0, 0.0, 0.0]
     turn: list[list[Expression]] = [[float(i == j) for j in range(3)] for i in range(3)]
-    places = []
+    places, axes = [], []
     for link in range(JOINTS):
         number, alpha, (a, _, d) = link + 1, float(chain.alpha[link]), chain.steps[link].tolist()
         c, s = f"cos_{number}", f"sin_{number}"
@@ -229,8 +253,9 @@ def _arm() -> tuple[list[tuple[str, Expression]], list[list[Expression]]]:
             for i, row in enumerate(turn)
         ]
         places.append(place)
+        axes.append([row[2] for row in turn])
     tool = [_plus(p, _times(HAND, row[2])) for p, row in zip(place, turn, strict=True)]
-    return values, [*places, tool]
+    return values, [*places, tool], axes
 
 
 def _named(values: list[tuple[str, Expression]], name: str, entry: Expression) -> Expression:

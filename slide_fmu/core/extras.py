@@ -5,12 +5,20 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 EXTRAS = {
+    "fmpy": "run",
+    "lxml": "run",
+    "scipy": "run",
     "torch": "train",
     "zarr": "train",
     "exudyn": "train",
+    "matplotlib": "train",
+    "PIL": "train",
+    "pythonfmu": "train",
     "sysidentpy": "compare",
 }
 """The extra that brings each package."""
+RUNNING = ("fmpy",)
+"""Packages that running an FMU needs."""
 TRAINING = "zarr", "torch"
 """Packages that training needs."""
 
@@ -40,7 +48,20 @@ def require_training() -> None:
     Raises:
         ModuleNotFoundError: a package is not installed; the message has the remedy.
     """
-    package = missing_for_training()
+    _require(TRAINING)
+
+
+def require_running() -> None:
+    """Raise an error if a package for running FMUs is missing.
+
+    Raises:
+        ModuleNotFoundError: a package is not installed; the message has the remedy.
+    """
+    _require(RUNNING)
+
+
+def _require(packages: tuple[str, ...]) -> None:
+    package = _first_missing(packages)
     if package is not None:
         missing = ModuleNotFoundError(name=package)
         raise ModuleNotFoundError(missing_extra(missing), name=package)
@@ -48,7 +69,11 @@ def require_training() -> None:
 
 def missing_for_training() -> str | None:
     """Return the first package for training that is not installed; None if all are."""
-    for package in TRAINING:
+    return _first_missing(TRAINING)
+
+
+def _first_missing(packages: tuple[str, ...]) -> str | None:
+    for package in packages:
         try:
             found = find_spec(package) is not None
         except ModuleNotFoundError:

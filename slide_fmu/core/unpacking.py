@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import fmpy
-
+from slide_fmu.core.extras import require_running
 from slide_fmu.core.files import FullDiskError, filling
 
 
@@ -19,7 +18,11 @@ def unpack(fmu: Path, folder: str) -> None:
     Raises:
         FullDiskError: there is no space for its files.
         UnpackingError: it cannot be unpacked.
+        ModuleNotFoundError: fmpy is not installed; the message has the remedy.
     """
+    require_running()
+    import fmpy
+
     try:
         with filling(Path(folder)):
             fmpy.extract(str(fmu), folder)

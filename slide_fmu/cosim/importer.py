@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import Any
-
-import fmpy
-from fmpy import fmi2, fmi3
-from fmpy.model_description import ModelDescription
+from typing import TYPE_CHECKING, Any
 
 from slide_fmu.fmu.export import FmuError
-from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
+
+if TYPE_CHECKING:  # fmpy is of the extra "run": who only imports this module needs none
+    from fmpy.model_description import ModelDescription
 
 
 def read_description(path: Path, validate: bool = True) -> ModelDescription:
@@ -25,6 +23,8 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
     Raises:
         FmuError: the file is not an FMU, or its model description cannot be read.
     """
+    import fmpy
+
     try:
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
             return fmpy.read_model_description(file, validate=validate)
@@ -43,6 +43,8 @@ class ImportedSlave:
     """
 
     def __init__(self, slave: Any) -> None:
+        from fmpy import fmi3
+
         self._slave = slave
         self.fmi_3 = isinstance(slave, fmi3.FMU3Slave)
         self.exit_initialization: Callable[[], None] = slave.exitInitializationMode
@@ -105,6 +107,10 @@ def open_slave(
     Raises:
         Exception: fmpy raises it when the library cannot be loaded or rejects the instance.
     """
+    from fmpy import fmi2, fmi3
+
+    from slide_fmu.systems.fmu.instance import callbacks_of_fmi2, logger
+
     arguments = {
         "guid": description.guid or description.instantiationToken,
         "unzipDirectory": folder,

@@ -11,7 +11,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.unpacking import UnpackingError, unpack
@@ -112,6 +111,8 @@ def instantiated(fmu: UnpackedFmu) -> Iterator[ImportedSlave]:
         CoSimulationError: its library cannot be loaded, or a call in the block failed; the message
             has the FMU's log.
     """
+    from fmpy.fmi1 import FMICallException
+
     messages: list[str] = []
 
     def failed(error: Exception) -> CoSimulationError:

@@ -8,10 +8,9 @@ steady state.
 from __future__ import annotations
 
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from scipy.stats import qmc
 
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.excitation.base import Kind, PositiveRange
@@ -68,7 +67,7 @@ class Box(Kind):
         n = len(signals)
         length = time[-1] - time[0] + 2 * (self.duration[1] + self.ramp[1])
         count = int(length / (self.duration[0] + self.ramp[0])) + 2
-        inner = 2 * qmc.Sobol(n, seed=rng).random(1 << (count - 1).bit_length())[:count] - 1
+        inner = 2 * _sobol(n, rng).random(1 << (count - 1).bit_length())[:count] - 1
         every = corners_of_box(n)
         order = np.concatenate(
             [rng.permutation(len(every)) for _ in range(count // len(every) + 1)]
@@ -96,7 +95,7 @@ def corners_of_box(n_inputs: int) -> FloatArray:
     """
     if n_inputs <= MOST_INPUTS:
         return np.array(list(product((-1.0, 1.0), repeat=n_inputs)))
-    inner = qmc.Sobol(n_inputs, seed=np.random.default_rng(0)).random(SOME_CORNERS)
+    inner = _sobol(n_inputs, np.random.default_rng(0)).random(SOME_CORNERS)
     return np.where(inner < 0.5, -1.0, 1.0)
 
 
@@ -105,7 +104,7 @@ def points_inside(n_inputs: int, count: int) -> FloatArray:
 
     The count is a power of two.
     """
-    sobol = qmc.Sobol(n_inputs, seed=np.random.default_rng(1))
+    sobol = _sobol(n_inputs, np.random.default_rng(1))
     return np.asarray(2 * sobol.random(count) - 1)
 
 
@@ -114,3 +113,10 @@ def at_points(signals: tuple[Signal, ...], points: FloatArray) -> FloatArray:
     low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
     # ends are copied: rounding must not move a point out of its range
     return within_ranges(signals, (high + low) / 2 + (high - low) / 2 * points)
+
+
+def _sobol(n_inputs: int, rng: np.random.Generator) -> Any:
+    """Return a Sobol sequence; scipy is imported here, since reading a recipe does not need it."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(n_inputs, seed=rng)

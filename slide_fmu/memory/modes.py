@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
@@ -98,6 +97,8 @@ def nullspace(constraints: FloatArray, rank_tolerance: float = 1e-10) -> FloatAr
     """
     if len(constraints) == 0:
         return np.eye(constraints.shape[1])
+    import scipy.linalg  # showing what was measured does not need it
+
     _, singular, right = scipy.linalg.svd(constraints)
     rank = int(np.sum(singular > rank_tolerance * singular[0]))
     return np.ascontiguousarray(right[rank:].T)
@@ -206,6 +207,8 @@ def _eigenvalues(
     one, zero = np.eye(n), np.zeros((n, n))
     a = np.block([[stiffness / (size * rate**2), damping / (size * rate)], [zero, -one]])
     b = np.block([[zero, mass / size], [one, zero]])
+    import scipy.linalg
+
     (alpha, beta), vectors = scipy.linalg.eig(a, -b, homogeneous_eigvals=True)
     scale = np.maximum(np.abs(alpha), np.abs(beta))
     if np.any(scale < 1e-12):  # 0 / 0: the pencil is singular

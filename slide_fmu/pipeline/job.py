@@ -101,7 +101,7 @@ def open_job(
         LoadError, ShortWindowError, SimulationError, ValueError: as in ``resolved_lengths``.
     """
     text = read_recipe_text(recipe_path)
-    make_importable(recipe_path.parent)
+    make_importable(recipe_path.parent, Path.cwd())
     seeds = training_seed, data_seed
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
     command = _command(recipe_path, training_seed, data_seed)

@@ -22,17 +22,7 @@ FOR_DEVELOPERS = {"contributing.md", "testing.md"}
 """These stay files of the repository, outside of the site."""
 GENERATED = {"api.md", "recipe.md", "variables.md"}
 """Their words are those of the package."""
-NOT_YET = {
-    "command_line.md",
-    "controllers.md",
-    "credentials.md",
-    "method.md",
-    "motion.md",
-    "page.md",
-    "results.md",
-    "trust.md",
-    "window.md",
-}
+NOT_YET: set[str] = set()
 """Pages with longer sentences. Remove a page when it was rewritten; never add one."""
 PAGES = sorted(DOCS.glob("*.md"))
 USER_PAGES = [page for page in PAGES if page.name not in FOR_DEVELOPERS | GENERATED]
@@ -40,23 +30,23 @@ MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
 
 MOST = {
-    r"beside": 85,
-    r"that of": 25,
-    r"those of": 35,
-    r"told": 11,
-    r"said": 6,
-    r"errs?": 25,
-    r"as many( \w+)? as": 13,
-    r"so many": 4,
-    r"whoever": 8,
-    r"stretch(es)?": 11,
-    r"nobody": 9,
-    r"anybody": 3,
+    r"beside": 9,
+    r"that of": 5,
+    r"those of": 10,
+    r"told": 1,
+    r"said": 1,
+    r"errs?": 1,
+    r"as many( \w+)? as": 2,
+    r"so many": 1,
+    r"whoever": 0,
+    r"stretch(es)?": 2,
+    r"nobody": 2,
+    r"anybody": 2,
 }
 """Largest number of each idiom on all pages and in the README. Lower a number when a use has gone;
 never raise it. ``docs/contributing.md`` has the words instead."""
 
-INCLUDES = 2
+INCLUDES = 0
 """Largest number of pages with raw includes, which a reader of a clone would see."""
 
 
@@ -96,7 +86,8 @@ def test_pages_show_what_they_show_without_being_built() -> None:
 
 def test_formula_becomes_mathml() -> None:
     assert mathml(r"\frac{\ln a}{2} \le \dot q_1^2") == (
-        '<math display="inline"><mrow><mfrac><mrow><mi>ln</mi><mi>a</mi></mrow>'
+        '<math display="inline"><mrow><mfrac><mrow>'
+        '<mo form="prefix" lspace="0.17em" rspace="0.17em">ln</mo><mi>a</mi></mrow>'
         "<mrow><mn>2</mn></mrow></mfrac><mo>≤</mo><msubsup>"
         '<mover accent="true"><mi>q</mi><mo>˙</mo></mover><mn>1</mn><mn>2</mn></msubsup>'
         "</mrow></math>"

@@ -1,4 +1,4 @@
-"""The table of the released bounds in ``docs/trust.md`` has the figures that the FMUs carry."""
+"""The table of the released bounds in ``docs/results.md`` has the figures that the FMUs carry."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def _rows(fmu: str) -> list[str]:
 
 
 def test_table_of_the_released_bounds_has_the_figures_of_the_fmus() -> None:
-    text = (ROOT / "docs" / "trust.md").read_text("utf-8")
-    table = text.split("## The released bounds")[1].split("| --- | --- | --- | --- |\n")[1]
+    text = (ROOT / "docs" / "results.md").read_text("utf-8")
+    table = text.split("## Error bounds")[1].split("| --- | --- | --- | --- |\n")[1]
     rows = [line.strip("| ").split(" | ") for line in table.split("\n\n")[0].splitlines()]
     columns = [list(column) for column in zip(*[row[1:] for row in rows], strict=True)]
     assert columns == [_rows(fmu) for fmu in RELEASED]

@@ -1,4 +1,4 @@
-"""The wheel alone: export, check and run FMUs where there is no compiler, torch or exudyn."""
+"""The wheel and its extra "run": FMUs where there is no compiler, torch or exudyn."""
 
 from __future__ import annotations
 
@@ -24,10 +24,20 @@ DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 FORCE, STEPS = 200.0, 400
 
 ABSENT = """
-import importlib.util, json, shutil
-names = ["torch", "exudyn", "zarr", "ziglang", "hatchling", "pip"]
+import importlib.util, json, shutil, sys
+names = ["torch", "exudyn", "zarr", "ziglang", "hatchling", "pip", "matplotlib", "pythonfmu"]
+names += ["mbs_models"] + sys.argv[1:]
 found = [name for name in names if importlib.util.find_spec(name)]
 print(json.dumps(found + [c for c in ("cc", "gcc", "clang", "zig") if shutil.which(c)]))
+"""
+BASE_LACKS = ("fmpy", "scipy", "lxml", "cmake")
+"""Packages of the extra "run"."""
+PREDICT = """
+import sys
+import numpy as np
+import slide_fmu
+force, steps = float(sys.argv[2]), int(sys.argv[3])
+print(slide_fmu.load(sys.argv[1]).predict_newest(np.full((steps, 1), force))[-1, 0])
 """
 RUN = """
 import json, sys
@@ -41,10 +51,12 @@ print(json.dumps([float(result[name][-1]) for name in ("position", "window_fille
 """
 
 
-def needed(requirements: list[str], found: dict[str, importlib.metadata.Distribution]) -> None:
+def needed(
+    requirements: list[str], found: dict[str, importlib.metadata.Distribution], extra: str = ""
+) -> None:
     """Collect the packages that requirements ask for, with those that they need themselves."""
     for requirement in map(Requirement, requirements):
-        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": extra}):
             continue
         distribution = importlib.metadata.distribution(requirement.name)
         if distribution.metadata["Name"] not in found:
@@ -61,9 +73,12 @@ def link(distribution: importlib.metadata.Distribution, site: Path) -> None:
 
 
 class Environment:
-    """An environment with the wheel and what it needs, and nothing else. Final."""
+    """An environment with the wheel and what it needs, and nothing else. Final.
 
-    def __init__(self, folder: Path, wheel: Path) -> None:
+    The extra "run" is left out if the name of the extra is empty.
+    """
+
+    def __init__(self, folder: Path, wheel: Path, extra: str) -> None:
         venv.create(folder, with_pip=False)
         self.folder = folder
         (self.site,) = folder.glob("lib/python*/site-packages")
@@ -78,7 +93,7 @@ class Environment:
         subprocess.run([*pip, *install], check=True, capture_output=True, cwd=folder)
         (wheel_info,) = self.site.glob("slide_fmu-*.dist-info")
         found: dict[str, importlib.metadata.Distribution] = {}
-        needed(importlib.metadata.Distribution.at(wheel_info).requires or [], found)
+        needed(importlib.metadata.Distribution.at(wheel_info).requires or [], found, extra)
         for distribution in found.values():
             link(distribution, self.site)
 
@@ -96,18 +111,40 @@ class Environment:
 
 
 @pytest.fixture(scope="module")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
-    """With the wheel of this working tree."""
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of this working tree."""
     place = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(place)]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
-    (wheel,) = place.glob("*.whl")
-    return Environment(tmp_path_factory.mktemp("environment"), wheel)
+    (built,) = place.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """With the wheel and its extra "run"."""
+    return Environment(tmp_path_factory.mktemp("environment"), wheel, "run")
 
 
 def test_environment_of_the_wheel_holds_its_dependencies_alone(environment: Environment) -> None:
     said = environment.call("python", "-c", ABSENT)
     assert json.loads(said.stdout) == [], said.stderr
+
+
+def test_wheel_without_extras_reads_evaluates_and_describes_an_fmu(
+    wheel: Path, tmp_path: Path
+) -> None:
+    base = Environment(tmp_path / "base", wheel, "")
+    said = base.call("python", "-c", ABSENT, *BASE_LACKS)
+    assert json.loads(said.stdout) == [], said.stderr
+    predicted = base.call("python", "-c", PREDICT, DUFFING, FORCE, STEPS)
+    surrogate, _ = read_fmu(DUFFING)
+    expected = surrogate.predict_newest(np.full((STEPS, 1), FORCE))[-1, 0]
+    assert float(predicted.stdout) == pytest.approx(expected, rel=1e-6), predicted.stderr
+    assert base.call("slide-fmu", "info", DUFFING).returncode == 0
+    checked = base.call("slide-fmu", "check", DUFFING)
+    assert checked.returncode == 1
+    assert "'slide-fmu[run]'" in checked.stderr.replace("\n", " ")
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

@@ -1,4 +1,4 @@
-"""An FMU with an error bound is run next to a known truth: bounds, domain, first trusted sample."""
+"""An FMU with a bound is run next to a known truth: bounds, domain, first trusted sample."""
 
 from __future__ import annotations
 

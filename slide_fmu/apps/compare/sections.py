@@ -30,7 +30,7 @@ TEXT = (
     "measured on the same {trajectories} unseen trajectories (seed {seed}), from the end of the "
     "burn-in on. They simulate freely: a model gets the inputs, and outputs only at the start of "
     "a trajectory. The error is the RMSE over the standard deviation of the true output. A step "
-    "is one sample. Networks of slide-fmu are timed in their FMU (doStep through FMPy), the others "
+    "is one sample. Networks of slide-fmu are timed in their FMU (doStep by FMPy), the others "
     "in numpy or torch on one thread, in turns with the own network."
 )
 

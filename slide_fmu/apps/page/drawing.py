@@ -11,7 +11,11 @@ or a list of an operation and its arguments, such as ``["*", 0.5, "speed"]``.
 | ``values`` | pairs of a name and an expression, found one after the other |
 | ``points`` | by name, two expressions, or three with a camera, in m |
 | ``shapes`` | in the order of drawing: ``line`` (names of points) with a ``width`` in m, or |
-| | ``disc`` (name of a point) with a ``radius`` in m; both have a ``colour`` |
+| | ``disc`` (name of a point) with a ``radius`` in m; both have a ``colour``; with a camera, |
+| | all but thin lines are shaded rods and balls |
+| ``trail`` | name of a point whose last two seconds are drawn; None without one |
+| ``magnification`` | factor on deflections at the start, which users change; expressions use |
+| | it by the name ``magnification``; None without one |
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ from slide_fmu.systems.user_code import imported
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
 """Operations of expressions, with their numbers of arguments; angles are in rad."""
 
-Colour = Literal["body", "accent", "joint", "ground"]
+Colour = Literal["body", "accent", "joint", "ground", "arm", "motor", "soft", "hand"]
 
 
 class DrawingError(ValueError):
@@ -59,6 +63,8 @@ class Drawing(BaseModel):
     values: list[tuple[str, Any]] = []
     points: dict[str, list[Any]]
     shapes: list[Shape]
+    trail: str | None = None
+    magnification: float | None = None
 
     def plain(self) -> Any:
         """Return the description as plain values."""
@@ -101,7 +107,7 @@ def checked_drawing(description: Any, signals: Collection[str], name: str) -> Dr
             for item in error.errors()
         ]
         raise DrawingError(f"drawing {name!r}: {'; '.join(places)}") from error
-    known = set(signals)
+    known = {*signals, *(() if drawing.magnification is None else ("magnification",))}
     for value, expression in drawing.values:
         _check(expression, known, f"drawing {name!r}, value {value!r}")
         known.add(value)
@@ -114,6 +120,11 @@ def checked_drawing(description: Any, signals: Collection[str], name: str) -> Dr
             )
         for coordinate in coordinates:
             _check(coordinate, known, f"drawing {name!r}, point {point!r}")
+    if drawing.trail is not None and drawing.trail not in drawing.points:
+        raise DrawingError(
+            f"drawing {name!r}, trail = {drawing.trail!r}; expected one of "
+            f"{sorted(drawing.points)}"
+        )
     for shape in drawing.shapes:
         missing = [point for point in shape.points if point not in drawing.points]
         if missing or not shape.points:

@@ -23,7 +23,7 @@ def reference(
     from slide_fmu.recipe.reading import load_open_recipe
 
     with errors():
-        make_importable(recipe.parent)
+        make_importable(recipe.parent, Path.cwd())
         path = write_reference(case_of(load_open_recipe(recipe).guess), output)
     console.print(f"FMU     {path}")
 

@@ -15,27 +15,47 @@ HEADER = Path(__file__).parents[1] / "runtime" / "calls" / "variable_kinds.h"
 PAGE = ROOT / "docs" / "variables.md"
 COMMAND = "python -m slide_fmu.fmu.description.generate"
 
-PER = {
-    "one": "",
-    "input": "for each input",
-    "output": "for each output",
-    "parameter": "for each physical parameter",
-}
 WHEN = {
-    "always": "",
-    "estimator": "with an error estimate",
-    "state_space": "with a state-space network",
-    "several_samples": "where the network knows several samples of the outputs at a time",
-    "first_order": "where inputs have a first-order hold",
-    "parameters": "with physical parameters",
-    "bound": "with an error bound",
-    "output_ranges": "where the ranges of the outputs in the training are known",
+    "always": "always",
+    "estimator": "error estimate",
+    "state_space": "state-space network",
+    "several_samples": "several samples at a time",
+    "first_order": "moving inputs",
+    "parameters": "physical parameters",
+    "bound": "error bound",
+    "output_ranges": "known ranges",
 }
-SIZE = {
-    "scalar": "",
-    "block": "as many values as the network knows samples of the outputs",
-    "sampled": "as many values as any result depends on samples of the inputs",
+"""What an FMU must have for the variable to exist, in the page's table."""
+
+MEANING = {
+    "INPUT": "input; its range is the training's",
+    "OUTPUT": "output at the end of the step",
+    "ERROR_ESTIMATE": "estimated RMS error over the last samples",
+    "WINDOW_FILLED": "outputs are valid once it is 1",
+    "ESTIMATE_FILLED": "error estimates are valid once it is 1",
+    "TRUNCATION_ERROR": "loss by forgetting inputs older than the window",
+    "IN_RANGE": "all inputs behind the outputs lay in their ranges",
+    "PREHISTORY_KNOWN": (
+        "before the start, inputs were: 0 the first input; 1 `initial_<input>`; "
+        "2 (FMI 3.0) `initial_<input>_window`"
+    ),
+    "INITIAL_INPUT": "value before the start",
+    "TIME": "simulation time in s",
+    "OUTPUT_WINDOW": "last samples of the output, oldest first",
+    "INITIAL_WINDOW": "last samples before the start, oldest first",
+    "INPUTS_AT_STEP_END": (
+        "inputs are those at: 0 the start of the step, with a forecast; 1 its end"
+    ),
+    "MODEL_PARAMETER": "physical parameter; values outside its range are refused",
+    "PARAMETERS_SETTLED": "outputs are those of the new parameters once it is 1",
+    "ERROR_BOUND": "limit of this sample's error, with the probability `confidence`",
+    "IN_DOMAIN": "inputs are like those of the calibration; if false, bounds may be far too small",
+    "NOVELTY": "distance of the inputs from the calibration; 1 is the edge of the domain",
+    "BOUND_FILLED": "bounds and novelty are valid once it is 1",
+    "CONFIDENCE": "probability of error bounds",
+    "OUTPUTS_IN_RANGE": "all outputs lie in the ranges of the training",
 }
+"""Meaning of each kind, for the page: shorter than the descriptions that FMUs carry."""
 
 
 def header() -> str:
@@ -67,39 +87,41 @@ def page() -> str:
     """Write the page for users, as Markdown."""
     rows = "\n".join(map(_row, KINDS))
     return f"""\
+---
+hide:
+  - toc
+---
+
 # Variables of an FMU
 
-Every FMU of slide-fmu has these variables, in FMI 2.0 and FMI 3.0 with the same
-names and value references. A value reference is {REFERENCES_PER_KIND} times the
-number of the kind of variable, plus the index among the variables of this kind,
-which counts from 0. So it stays what it is when a surrogate gets more inputs, or
-slide-fmu more kinds of variables.
+All FMUs of slide-fmu use these names and value references, in FMI 2.0 and in FMI 3.0. References
+never change: {REFERENCES_PER_KIND} times the kind, plus the index *i* of the signal from 0.
 
-A description of a signal in its recipe takes the place of the text below.
+Reals are Float64 in FMI 3.0. Variables with *r* cost time only when they are read. A recipe's
+description of a signal replaces ours in the FMU.
 
-| variable | value references | causality, variability | type | there is one | description |
+| variable | meaning | exists with | value reference | causality, variability | type |
 | --- | --- | --- | --- | --- | --- |
 {rows}
 
+[Use an FMU](use_an_fmu.md) shows the main ones, and [trust](trust.md) the error bound.
 This page is made by `{COMMAND}`.
 """
 
 
 def _row(kind: VariableKind) -> str:
     """Write the row of a kind, as Markdown."""
-    signal, index = f"<{kind.per}>", "" if kind.per == "one" else " + index"
-    of_type = {"Real": "Real (Float64)", "Boolean": "Boolean"}[kind.type]
-    conditions = [PER[kind.per], WHEN[kind.when], "in FMI 3.0" if kind.fmi == 3 else ""]
-    text = kind.text.format(signal=f"`{signal}`", positions="n", size="n")
-    if kind.text_fmi_3:
-        text += f" In FMI 3.0: {kind.text_fmi_3}"
+    signal, index = f"<{kind.per}>", "" if kind.per == "one" else " + i"
+    array = "" if kind.size == "scalar" else " array"
+    standard = ", FMI 3.0" if kind.fmi == 3 else ""
+    read = " *r*" if "when it is read" in kind.text or "when they are read" in kind.text else ""
     cells = [
-        f"`{kind.name_for(signal)}`",
+        f"`{kind.name_for(signal)}`{read}",
+        MEANING[kind.key],
+        f"{WHEN[kind.when]}{standard}",
         f"{kind.reference()}{index}",
         f"{kind.causality}, {kind.variability}",
-        ", ".join(filter(None, [of_type, SIZE[kind.size]])),
-        ", ".join(filter(None, conditions)) or "always",
-        text,
+        f"{kind.type}{array}",
     ]
     return f"| {' | '.join(cells)} |"
 

@@ -120,7 +120,8 @@ static bool step(Parts *parts, double part, bool reads) {
 int parts_repeat(Parts *parts, int part, int times) {
     bool good = true;
     for (int k = 0; k < times && good; ++k) {
-        const double value = (k % 100) * 0.01;
+        /* Not zero: a cosine without its sine would have no direction. */
+        const double value = (k % 100 + 1) * 0.01;
         switch (part) {
         case NETWORK:
             run_network(parts, (float)value);

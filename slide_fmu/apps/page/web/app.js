@@ -11,10 +11,14 @@ import { MovesCard } from "./moves_card.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
+import { Address, takeState } from "./state.js";
 import { beginTheme } from "../../../core/web/modules/theme.js";
 import { View } from "./view.js";
 
 const WAYS = ["live", "moves", "stored", "own"];
+
+// the machine is drawn in every frame, all else less often: that takes longer, and is read slowly
+const REDRAWN = 1000 / 15;
 
 // moves last a second or two: they are shown slowly
 const MOVES_PACE = 0.4;
@@ -28,12 +32,16 @@ export class App {
     this.channels = channelsOf(facts);
     this.parameters = facts.parameters.map((parameter) => parameter.start);
     this.confidence = facts.confidence?.start ?? 0;
-    this.courses = { stored: facts.trajectory === null ? null : storedCourse(facts, files), own: null };
+    this.courses = { own: null };
+    if (facts.trajectory !== null) {
+      this.courses.stored = storedCourse(facts, files);
+    }
     this.moves = facts.moves === null ? null : new Moves(facts);
     this.movesCard = this.moves === null ? null : new MovesCard(this.moves, byId("moves-plot"));
-    const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored));
+    const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored ?? null));
     this.live = new Live(this.session, facts, this.channels, limits);
     this.player = new Player();
+    this.address = new Address(this);
     this.panel = new Panel(facts, this.channels, {
       target: (i, value) => this.setTarget(i, value),
       parameter: (i, value) => {
@@ -46,26 +54,30 @@ export class App {
       },
     });
     this.grip = drawing === null ? null : new Drag(byId("drawing-canvas"), this);
-    this.view = new View(facts, this.channels, (time) => this.point(time), drawing);
+    this.view = new View(facts, this.channels, { point: (time) => this.point(time), wish: () => this.wish() }, drawing);
   }
 
   begin() {
-    this.panel.show(this.live.targets);
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.makeButtons();
+    this.wander(!still);
+    const { way, time } = takeState(this, location.hash);
+    this.panel.show(this.live.targets);
+    this.panel.showSettings(this.parameters, this.confidence);
     watchFiles(this);
     beginTheme(() => this.wish());
     new ResizeObserver(() => this.wish()).observe(byId("plots"));
-    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.wander(!still);
-    const stored = location.hash === "#stored" && this.courses.stored !== null;
-    this.choose(stored ? "stored" : "live");
+    this.choose(way in this.courses || (way === "moves" && this.moves !== null) ? way : "live");
+    if (Number.isFinite(time)) {
+      this.point(time);
+    }
     requestAnimationFrame((now) => this.frame(now));
   }
 
   makeButtons() {
     const on = (id, event, action) => byId(id).addEventListener(event, action);
     WAYS.forEach((way) => on(`way-${way}`, "click", () => this.choose(way)));
-    byId("way-stored").hidden = this.courses.stored === null;
+    byId("way-stored").hidden = this.courses.stored === undefined;
     byId("way-moves").hidden = this.moves === null;
     on("play", "click", () => this.play(!this.playing));
     on("restart", "click", () => this.restart());
@@ -163,6 +175,7 @@ export class App {
     this.live.targets[index] = value;
     this.wander(false);
     this.panel.show(this.live.targets);
+    this.wish();
   }
 
   /** Marks a time of a record, where people point at one. */
@@ -198,9 +211,15 @@ export class App {
     if (this.playing) {
       this.goOn(seconds);
     }
-    if (this.wished) {
+    // a frame comes a little early or late
+    const whole = this.wished && !(now - this.redrawn < 0.9 * REDRAWN);
+    if (whole) {
+      this.address.write(now);
       this.wished = false;
-      this.draw();
+      this.redrawn = now;
+    }
+    if (whole || this.playing) {
+      this.draw(whole);
     }
     requestAnimationFrame((next) => this.frame(next));
   }
@@ -208,9 +227,6 @@ export class App {
   goOn(seconds) {
     if (this.way === "live") {
       this.attempt(() => this.live.advance(seconds));
-      if (this.live.wandering) {
-        this.panel.show(this.live.targets);
-      }
     } else {
       this.player.go(this.player.time + seconds * (this.way === "moves" ? MOVES_PACE : 1));
       if (this.player.atEnd) {
@@ -220,13 +236,17 @@ export class App {
     this.wish();
   }
 
-  draw() {
+  /** Draws what is shown now; not whole: the machine alone. */
+  draw(whole) {
     if (this.way === "live") {
-      this.view.drawLive(this.live, this.parameters, this.confidence);
+      this.view.drawLive(this.live, this.parameters, this.confidence, whole);
+      if (whole) {
+        this.panel.show(this.live.targets);
+      }
     } else if (this.way === "moves") {
-      this.view.drawMoves(this.player, this.movesCard);
+      this.view.drawMoves(this.player, this.movesCard, whole);
     } else if (this.course !== null) {
-      this.view.drawCourse(this.player, this.confidence);
+      this.view.drawCourse(this.player, this.confidence, whole);
     } else {
       this.view.clear();
     }

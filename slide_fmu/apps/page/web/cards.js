@@ -1,6 +1,6 @@
 // A card for every output: its value now, its course, and what its error may be.
 
-import { element } from "../../../core/web/modules/elements.js";
+import { element, write } from "../../../core/web/modules/elements.js";
 import { rangeOf, widened } from "../../../core/web/modules/axes.js";
 import { drawPlot, placeAt } from "../../../core/web/modules/plot.js";
 import { quantity } from "../../../core/web/modules/units.js";
@@ -110,7 +110,8 @@ export class Card {
   say(at, values, estimates, bounds, errors) {
     const { unit, low, high } = this.output;
     const largest = Math.max(Math.abs(low), Math.abs(high));
-    this.value.textContent = quantity(values[at], largest, unit, 4);
+    const value = quantity(values[at], largest, unit, 4);
+    write(this.value, value);
     const parts = [];
     const add = (text, list) => {
       if (list !== null && Number.isFinite(list[at])) {
@@ -120,8 +121,8 @@ export class Card {
     add("bound", bounds);
     add("estimate", estimates);
     add("true error", errors);
-    this.error.textContent = parts.join(" · ");
-    this.main.setAttribute("aria-label", `${this.output.name}: ${this.value.textContent}`);
+    write(this.error, parts.join(" · "));
+    this.main.setAttribute("aria-label", `${this.output.name}: ${value}`);
     this.below.setAttribute("aria-label", `errors of ${this.output.name}: ${parts.join(", ")}`);
   }
 

@@ -1,100 +1,116 @@
 // The machine in motion, by a description in plain values (slide_fmu/apps/page/drawing.py).
 
-import { colourOf, prepare } from "../../../core/web/modules/plot.js";
+import { isSeen, prepare } from "../../../core/web/modules/canvases.js";
+import { colourOf } from "../../../core/web/modules/colours.js";
+import { compilePoints } from "./expressions.js";
+import { solidsOf, THINNEST } from "./solids.js";
+import { Trail } from "./trail.js";
 
-const OPERATIONS = {
-  "+": (a, b) => a + b,
-  "-": (a, b) => a - b,
-  "*": (a, b) => a * b,
-  "/": (a, b) => a / b,
-  sqrt: (a) => Math.sqrt(Math.max(a, 0)),
-  sin: Math.sin,
-  cos: Math.cos,
-};
+/** Name of the factor on deflections, which people choose, in the expressions of a drawing. */
+const MAGNIFICATION = "magnification";
 
-function valueOf(expression, known) {
-  if (typeof expression === "number") {
-    return expression;
-  }
-  if (typeof expression === "string") {
-    return known.get(expression);
-  }
-  const [operation, ...parts] = expression;
-  return OPERATIONS[operation](...parts.map((part) => valueOf(part, known)));
-}
+// between points in space and the edge of the drawing, in m
+const ROOM = 0.06;
 
 /** A Drawing shows the machine on a canvas. */
 export class Drawing {
   constructor(description, facts, canvas) {
     this.description = description;
-    this.names = {
-      inputs: facts.inputs.map((input) => input.name),
-      outputs: facts.outputs.map((output) => output.name),
-      parameters: facts.parameters.map((parameter) => parameter.name),
-    };
     this.canvas = canvas;
+    this.magnification = description.magnification ?? 1;
+    this.trailing = true;
+    const groups = [facts.inputs, facts.outputs, facts.parameters];
+    const names = groups.flatMap((group) => group.map(({ name }) => name));
+    this.find = compilePoints(description, [...names, MAGNIFICATION]);
+    this.trail = new Trail();
     const [left, right, low, high] = description.view;
     canvas.style.aspectRatio = `${right - left} / ${high - low}`;
-  }
-
-  /** Places on the plane that is drawn on, in m, by the names of the points. */
-  places(row, outputs, parameters) {
-    const known = new Map();
-    const learn = (names, values) => names.forEach((name, i) => known.set(name, values[i]));
-    learn(this.names.inputs, row);
-    learn(this.names.outputs, outputs);
-    learn(this.names.parameters, parameters);
-    for (const [name, expression] of this.description.values) {
-      known.set(name, valueOf(expression, known));
+    if (description.camera !== undefined) {
+      const [azimuth, elevation] = description.camera.map((angle) => (angle * Math.PI) / 180);
+      this.camera = [azimuth, elevation].flatMap((angle) => [Math.cos(angle), Math.sin(angle)]);
     }
-    return Object.fromEntries(
-      Object.entries(this.description.points).map(([name, coordinates]) => [
-        name,
-        this.flat(coordinates.map((coordinate) => valueOf(coordinate, known))),
-      ]),
-    );
   }
 
-  /** What a camera sees of a point in space. */
-  flat(point) {
-    if (this.description.camera === undefined) {
+  /** Chooses the factor on deflections. */
+  magnify(factor) {
+    this.magnification = factor;
+    this.trail.forget();
+  }
+
+  /** Places on the plane that is drawn on, in m, by the names of the points; the depth is third. */
+  places(row, outputs, parameters) {
+    const found = this.find([...row, ...outputs, ...parameters, this.magnification]);
+    return Object.fromEntries(found.map(([name, point]) => [name, this.seen(point)]));
+  }
+
+  /** What a camera sees of a point in space: to the right, upwards, towards the viewer. */
+  seen(point) {
+    if (this.camera === undefined) {
       return point;
     }
-    const [azimuth, elevation] = this.description.camera.map((angle) => (angle * Math.PI) / 180);
+    const [ca, sa, ce, se] = this.camera;
     const [x, y, z] = point;
-    const depth = x * Math.cos(azimuth) + y * Math.sin(azimuth);
-    const right = y * Math.cos(azimuth) - x * Math.sin(azimuth);
-    return [right, z * Math.cos(elevation) - depth * Math.sin(elevation)];
+    const depth = x * ca + y * sa;
+    return [y * ca - x * sa, z * ce - depth * se, depth * ce + z * se];
   }
 
-  /** Draws the machine; behind: { row, outputs } of another one behind it, or null. */
-  draw(row, outputs, parameters, behind) {
+  /** Draws the machine of a run; behind: { row, outputs } of another one behind it, or null. */
+  draw(run, parameters, behind) {
+    if (!isSeen(this.canvas)) {
+      return;
+    }
+    const places = this.places(run.rows[run.at], run.answers[run.at].outputs, parameters);
     const { context, width, height } = prepare(this.canvas);
-    const [left, right, low, high] = this.description.view;
+    const [left, right, low, high] = this.viewOf(places);
     const scale = Math.min(width / (right - left), height / (high - low));
     context.translate(width / 2, height / 2);
     context.scale(scale, -scale);
     context.translate(-(left + right) / 2, -(low + high) / 2);
     context.lineCap = "round";
     context.lineJoin = "round";
+    const { shapes, camera } = this.description;
+    const thin = ({ line, width: size }) => line !== undefined && size < THINNEST;
+    const solid = camera === undefined ? [] : shapes.filter((shape) => !thin(shape));
+    this.drawFlat(context, places, shapes.filter((shape) => !solid.includes(shape)), null);
     if (behind !== null) {
-      const places = this.places(behind.row, behind.outputs, parameters);
-      this.drawShapes(context, places, "draw-truth");
+      const others = this.places(behind.row, behind.outputs, parameters);
+      this.drawFlat(context, others, camera === undefined ? shapes : solid, "draw-truth");
     }
-    this.drawShapes(context, this.places(row, outputs, parameters), null);
+    const colour = (shape) => colourOf(`draw-${shape.colour}`);
+    solidsOf(solid, places, colour).forEach((each) => each.draw(context));
+    this.drawTrail(context, run, parameters, 2 / scale);
+  }
+
+  /** What is shown of the plane: more than usual where a point in space would be outside. */
+  viewOf(places) {
+    let [left, right, low, high] = this.description.view;
+    for (const [x, y] of this.camera === undefined ? [] : Object.values(places)) {
+      [left, right] = [Math.min(left, x - ROOM), Math.max(right, x + ROOM)];
+      [low, high] = [Math.min(low, y - ROOM), Math.max(high, y + ROOM)];
+    }
+    return [left, right, low, high];
+  }
+
+  drawTrail(context, run, parameters, width) {
+    const { trail } = this.description;
+    if (trail !== undefined && this.trailing) {
+      const find = (row, outputs) => this.places(row, outputs, parameters)[trail];
+      this.trail.draw(context, this.trail.placesOf(run, find), colourOf("draw-trail"), width);
+    }
   }
 
   /** colour: of all shapes; null: their own. */
-  drawShapes(context, places, colour) {
-    for (const shape of this.description.shapes) {
+  drawFlat(context, places, shapes, colour) {
+    for (const shape of shapes) {
       context.beginPath();
       if (shape.line !== undefined) {
-        shape.line.forEach((name) => context.lineTo(...places[name]));
+        shape.line.forEach((name) => context.lineTo(places[name][0], places[name][1]));
         context.strokeStyle = colourOf(colour ?? `draw-${shape.colour}`);
         context.lineWidth = shape.width;
         context.stroke();
       } else {
-        context.arc(...places[shape.disc], shape.radius, 0, 2 * Math.PI);
+        const [x, y] = places[shape.disc];
+        context.arc(x, y, shape.radius, 0, 2 * Math.PI);
         context.fillStyle = colourOf(colour ?? `draw-${shape.colour}`);
         context.fill();
       }

@@ -8,7 +8,8 @@ const COLOURS = 6;
 
 /** The plot of the inputs. */
 export class InputsPlot {
-  constructor(channels, block) {
+  constructor(channels, block, hold) {
+    this.held = hold === "zero_order"; // else inputs move from sample to sample
     this.channels = channels;
     this.canvas = element("canvas", { class: "plot main", role: "img", "aria-label": "inputs" });
     const keys = channels.map((channel, i) =>
@@ -21,15 +22,18 @@ export class InputsPlot {
     }
   }
 
-  /** Draws { time, rows, xRange, at, cursor }. */
+  /** Draws { live, time, rows, xRange, at, cursor }. */
   draw(run) {
+    // live, a row stands at the end of its step, in a record at the begin
+    const stairs = run.live ? "steps" : "held";
+    const style = this.held ? stairs : "line";
     const single = this.channels.length === 1;
     const lines = this.channels.map((channel, i) => {
       const middle = (channel.low + channel.high) / 2;
       const half = (channel.high - channel.low) / 2;
       const show = single ? (v) => v : (v) => (v - middle) / half;
       const values = run.rows.map((row) => show(channel.read(row)));
-      return { values, colour: `input-${i % COLOURS}`, width: 1.3 };
+      return { values, colour: `input-${i % COLOURS}`, width: 1.3, style };
     });
     const { low, high, unit } = this.channels[0];
     drawPlot(this.canvas, {

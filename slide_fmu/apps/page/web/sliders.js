@@ -12,6 +12,7 @@ export class Slider {
     this.range = element("input", { type: "range", id, min: low, max: high, step: "any" });
     this.number = element("output", { for: id });
     this.range.addEventListener("input", () => {
+      this.shown = Number(this.range.value);
       this.say();
       changed(Number(this.range.value));
     });
@@ -24,16 +25,21 @@ export class Slider {
 
   /** Shows a value that was set elsewhere. */
   show(value) {
-    this.range.value = value;
-    this.say();
+    if (value !== this.shown) {
+      this.shown = value;
+      this.range.value = value;
+      this.say();
+    }
   }
 
   say() {
     const value = Number(this.range.value);
     const small = Math.abs(value) < 1e-6 * this.size ? 0 : value;
     const text = `${digits(small)} ${this.unit}`.trim();
-    this.number.textContent = text;
-    this.range.setAttribute("aria-valuetext", text);
+    if (this.number.textContent !== text) {
+      this.number.textContent = text;
+      this.range.setAttribute("aria-valuetext", text);
+    }
   }
 
   choose(value) {

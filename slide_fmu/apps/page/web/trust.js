@@ -1,6 +1,6 @@
 // The lamp: whether what the surrogate says now can be trusted, by its own signs.
 
-import { byId } from "../../../core/web/modules/elements.js";
+import { byId, write } from "../../../core/web/modules/elements.js";
 import { digits } from "../../../core/web/modules/units.js";
 
 /** What the signs of an answer mean: { state, sign, title, text }. */
@@ -46,7 +46,7 @@ export function showLamp(flags) {
     lamp.dataset.state = state;
     byId("lamp-spoken").textContent = state === "wait" ? "the past is not known yet" : title;
   }
-  byId("lamp-sign").textContent = sign;
-  byId("lamp-title").textContent = title;
-  byId("lamp-text").textContent = text;
+  write(byId("lamp-sign"), sign);
+  write(byId("lamp-title"), title);
+  write(byId("lamp-text"), text);
 }

@@ -2,8 +2,10 @@
 
 import { Card } from "./cards.js";
 import { Drawing } from "./drawing.js";
-import { byId, element } from "../../../core/web/modules/elements.js";
+import { keepCanvas } from "../../../core/web/modules/canvases.js";
+import { byId, element, write } from "../../../core/web/modules/elements.js";
 import { InputsPlot } from "./inputs.js";
+import { watchLooks } from "./looks.js";
 import { showLamp } from "./trust.js";
 
 /** The machine as the reference had it at the time that is shown; null where that is not known. */
@@ -14,16 +16,22 @@ function truthAt({ references, rows, at }) {
 
 /** A View draws runs. */
 export class View {
-  constructor(facts, channels, point, drawing) {
+  /** wish: asks for a drawing of all. */
+  constructor(facts, channels, { point, wish }, drawing) {
     this.facts = facts;
     this.cards = facts.outputs.map((output, i) => new Card(output, i, facts));
     this.cards.forEach((card) => card.block.classList.add("output"));
-    byId("plots").append(...this.cards.map((card) => card.block));
+    byId("outputs").append(...this.cards.map((card) => card.block));
     byId("drawing").hidden = drawing === null;
     byId("drawing-text").textContent = drawing?.text ?? "";
     this.drawing = drawing === null ? null : new Drawing(drawing, facts, byId("drawing-canvas"));
-    this.inputs = new InputsPlot(channels, byId("inputs-plot"));
+    if (this.drawing !== null) {
+      watchLooks(this.drawing, wish);
+    }
+    byId("outputs").classList.toggle("many", this.cards.length > 2);
+    this.inputs = new InputsPlot(channels, byId("inputs-plot"), facts.hold);
     this.cards.forEach((card) => card.onPoint(point));
+    document.querySelectorAll("canvas").forEach((canvas) => keepCanvas(canvas, wish));
     byId("plots").scrollTo(0, 0); // where they lie side by side, as on a phone
   }
 
@@ -34,45 +42,52 @@ export class View {
     byId("clock").textContent = "";
   }
 
-  /** Draws a run, as Card.draw wants it, with its rows of inputs. */
-  draw(run) {
-    byId("plots").hidden = false;
-    byId("lamp").hidden = false;
-    this.cards.forEach((card) => card.draw(run));
-    this.inputs.draw(run);
-    this.drawing?.draw(run.rows[run.at], run.answers[run.at].outputs, run.parameters, truthAt(run));
-    showLamp(run.answers[run.at].flags);
-    byId("clock").textContent = `${run.time[run.at].toFixed(2)} s`;
+  /** Draws a run, as Card.draw wants it, with its rows of inputs; not whole: the machine alone. */
+  draw(run, whole) {
+    const { flags } = run.answers[run.at];
+    this.drawing?.draw(run, run.parameters, truthAt(run));
+    if (whole) {
+      byId("plots").hidden = false;
+      byId("lamp").hidden = false;
+      this.cards.forEach((card) => card.draw(run));
+      this.inputs.draw(run);
+      showLamp(flags);
+      write(byId("clock"), `${run.time[run.at].toFixed(2)} s`);
+    }
   }
 
-  drawLive(live, parameters, confidence) {
+  drawLive(live, parameters, confidence, whole) {
     const { now, span, time, rows, answers } = live;
     const xRange = [Math.max(0, now - span), Math.max(span, now)];
     const at = time.length - 1;
-    this.draw({ live: true, time, rows, answers, references: null, xRange, at, cursor: false, parameters, confidence });
+    this.draw({ live: true, time, rows, answers, references: null, xRange, at, cursor: false, parameters, confidence }, whole);
   }
 
-  drawCourse(player, confidence) {
+  drawCourse(player, confidence, whole) {
     const { course, at } = player;
-    byId("time").value = course.time[at];
     const { time, rows, answers, references, xRange, given: parameters } = course;
-    this.draw({ live: false, time, rows, answers, references, xRange, at, cursor: true, parameters, confidence });
+    this.draw({ live: false, time, rows, answers, references, xRange, at, cursor: true, parameters, confidence }, whole);
+    if (whole) {
+      byId("time").value = course.time[at];
+    }
   }
 
   /** Draws two moves at the same time of both: the machine of the second one behind the first. */
-  drawMoves(player, card) {
+  drawMoves(player, card, whole) {
     const { course: moves, at } = player;
     const [first, second] = moves.courses;
-    byId("time").value = moves.time[at];
-    byId("plots").hidden = false;
-    byId("lamp").hidden = false;
-    card.draw(at);
     const { time, rows, answers, xRange, given } = first;
-    this.inputs.draw({ time, rows, xRange, at, cursor: true });
     const behind = { row: second.rows[at], outputs: second.answers[at].outputs };
-    this.drawing?.draw(rows[at], answers[at].outputs, given, behind);
-    showLamp(answers[at].flags);
-    byId("clock").textContent = `${time[at].toFixed(2)} s`;
+    this.drawing?.draw({ time, rows, answers, at }, given, behind);
+    if (whole) {
+      byId("plots").hidden = false;
+      byId("lamp").hidden = false;
+      byId("time").value = moves.time[at];
+      card.draw(at);
+      this.inputs.draw({ live: false, time, rows, xRange, at, cursor: true });
+      showLamp(answers[at].flags);
+      write(byId("clock"), `${time[at].toFixed(2)} s`);
+    }
   }
 
   /** The table of errors beside a reference; difference: to what the FMU stores, or null. */

@@ -22,3 +22,10 @@ export function byId(id) {
   }
   return found;
 }
+
+/** Writes a text into an element, where it is another one: the page is then laid out anew. */
+export function write(place, text) {
+  if (place.textContent !== text) {
+    place.textContent = text;
+  }
+}

@@ -1,32 +1,21 @@
 // Plots on a canvas, drawn by hand: axes, and the course of lines and bands over them.
 
 import { axisOf, linearTicks, logTicks } from "./axes.js";
+import { isSeen, prepare } from "./canvases.js";
+import { colourOf } from "./colours.js";
 import { drawTrace } from "./traces.js";
 import { scaleFor } from "./units.js";
 
 const LEFT = 52;
 const RIGHT = 8;
 const TOP = 8;
+const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
 
-/** The colour that the style sheet gives to a name. */
-export function colourOf(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
-/** Makes the canvas as sharp as the screen; its context, in CSS pixels, and its size. */
-export function prepare(canvas) {
-  const ratio = window.devicePixelRatio || 1;
-  const { clientWidth: width, clientHeight: height } = canvas;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
+/** The place of the upper end of the y axis. */
+function topOf(unit) {
+  return unit === "" || unit === "1" ? TOP : TOP + UNIT;
 }
 
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
@@ -59,9 +48,7 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
     const at = Math.round(y(value * scale.factor)) + 0.5;
     context.moveTo(left, at);
     context.lineTo(right, at);
-    if (at > top + 6 || scale.unit === "") {
-      context.fillText(text, left - GAP, at); // the unit stands above
-    }
+    context.fillText(text, left - GAP, at);
   }
   context.textBaseline = "top";
   context.textAlign = "left";
@@ -109,8 +96,11 @@ function drawMark(context, frame, place) {
  * places with a dotted line.
  */
 export function drawPlot(canvas, what) {
+  if (!isSeen(canvas)) {
+    return;
+  }
   const { context, width, height } = prepare(canvas);
-  const [left, right, top, bottom] = [LEFT, width - RIGHT, TOP, height - BOTTOM];
+  const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit), height - BOTTOM];
   const { xRange, yRange } = what;
   const x = axisOf(xRange, [left, right], what.xLog);
   const y = axisOf(yRange, [bottom, top], what.yLog);

@@ -23,6 +23,13 @@ function stepped(part) {
   return part.flatMap(([x, y], k) => (k === 0 ? [[x, y]] : [[part[k - 1][0], y], [x, y]]));
 }
 
+/** A value holds from its own place to the next one: it was set there. */
+function held(part) {
+  return part.flatMap(([x, y], k) => (k === 0 ? [[x, y]] : [[x, part[k - 1][1]], [x, y]]));
+}
+
+const WAYS_ON = { line: (part) => part, steps: stepped, held };
+
 function drawPoints(context, frame, xs, { values, paint, size = 1.5 }) {
   context.fillStyle = paint;
   context.globalAlpha = size > 2 ? 1 : 0.55;
@@ -50,7 +57,7 @@ function drawLine(context, frame, xs, { values, paint, width = 1.6, dashed = fal
   context.lineJoin = "round";
   context.beginPath();
   for (const part of partsOf(frame, xs, values)) {
-    (style === "steps" ? stepped(part) : part).forEach(([x, y], k) =>
+    WAYS_ON[style](part).forEach(([x, y], k) =>
       k === 0 ? context.moveTo(x, y) : context.lineTo(x, y),
     );
   }

@@ -1,0 +1,26 @@
+"""The page about motions shows what its task gives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.apps.motion import MoveTask, read_task
+from slide_fmu.apps.motion.solve import solve
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.extended
+def test_headline_of_the_page_is_what_the_reference_model_gives() -> None:
+    task = read_task(ROOT / "docs/tutorials/turned_payload.toml")
+    assert isinstance(task, MoveTask)
+    fmu = ROOT / "fmus/slider_crank_payload/slider_crank_payload.fmu"
+    true = solve(fmu, task, verify=True).figures().reference
+    assert true is not None
+    plain = true.baselines[0]
+    shaper = min(true.baselines[1:], key=lambda move: move.settled_s or float("inf"))
+    page = (ROOT / "docs/motion.md").read_text("utf-8")
+    for move in (plain, shaper, true.move):
+        assert f"| {move.settled_s:.2f} s | {1e3 * move.residual:.3g} mm |" in page

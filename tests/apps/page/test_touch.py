@@ -125,6 +125,7 @@ def test_keys_alone_move_inputs_and_stop_the_clock(chromium: Browser, page_of: P
     chromium.evaluate("document.activeElement.blur()")
     chromium.press(" ")
     assert _text(chromium, "play") == "Play"
+    chromium.evaluate("new Promise(done => setTimeout(done, 200))")  # until it is shown
     stopped = chromium.evaluate(CLOCK)
     chromium.evaluate("new Promise(done => setTimeout(done, 300))")
     assert chromium.evaluate(CLOCK) == stopped

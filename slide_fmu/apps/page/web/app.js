@@ -11,6 +11,7 @@ import { MovesCard } from "./moves_card.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
+import { Address, takeState } from "./state.js";
 import { beginTheme } from "../../../core/web/modules/theme.js";
 import { View } from "./view.js";
 
@@ -31,12 +32,16 @@ export class App {
     this.channels = channelsOf(facts);
     this.parameters = facts.parameters.map((parameter) => parameter.start);
     this.confidence = facts.confidence?.start ?? 0;
-    this.courses = { stored: facts.trajectory === null ? null : storedCourse(facts, files), own: null };
+    this.courses = { own: null };
+    if (facts.trajectory !== null) {
+      this.courses.stored = storedCourse(facts, files);
+    }
     this.moves = facts.moves === null ? null : new Moves(facts);
     this.movesCard = this.moves === null ? null : new MovesCard(this.moves, byId("moves-plot"));
-    const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored));
+    const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored ?? null));
     this.live = new Live(this.session, facts, this.channels, limits);
     this.player = new Player();
+    this.address = new Address(this);
     this.panel = new Panel(facts, this.channels, {
       target: (i, value) => this.setTarget(i, value),
       parameter: (i, value) => {
@@ -53,22 +58,26 @@ export class App {
   }
 
   begin() {
-    this.panel.show(this.live.targets);
+    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.makeButtons();
+    this.wander(!still);
+    const { way, time } = takeState(this, location.hash);
+    this.panel.show(this.live.targets);
+    this.panel.showSettings(this.parameters, this.confidence);
     watchFiles(this);
     beginTheme(() => this.wish());
     new ResizeObserver(() => this.wish()).observe(byId("plots"));
-    const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.wander(!still);
-    const stored = location.hash === "#stored" && this.courses.stored !== null;
-    this.choose(stored ? "stored" : "live");
+    this.choose(way in this.courses || (way === "moves" && this.moves !== null) ? way : "live");
+    if (Number.isFinite(time)) {
+      this.point(time);
+    }
     requestAnimationFrame((now) => this.frame(now));
   }
 
   makeButtons() {
     const on = (id, event, action) => byId(id).addEventListener(event, action);
     WAYS.forEach((way) => on(`way-${way}`, "click", () => this.choose(way)));
-    byId("way-stored").hidden = this.courses.stored === null;
+    byId("way-stored").hidden = this.courses.stored === undefined;
     byId("way-moves").hidden = this.moves === null;
     on("play", "click", () => this.play(!this.playing));
     on("restart", "click", () => this.restart());
@@ -205,6 +214,7 @@ export class App {
     // a frame comes a little early or late
     const whole = this.wished && !(now - this.redrawn < 0.9 * REDRAWN);
     if (whole) {
+      this.address.write(now);
       this.wished = false;
       this.redrawn = now;
     }

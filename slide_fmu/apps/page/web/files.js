@@ -15,7 +15,7 @@ export function watchFiles(app) {
   });
   on("save", "click", () => saveText(`${app.facts.name}_answers.csv`, app.course.table(app.facts)));
   on("example", "click", () => saveText("inputs.csv", app.files.inputs));
-  byId("example").hidden = app.courses.stored === null;
+  byId("example").hidden = app.courses.stored === undefined;
 }
 
 /** Takes a user's record, if the surrogate can answer it. */

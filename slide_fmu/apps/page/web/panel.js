@@ -13,14 +13,20 @@ export class Panel {
     this.pad = new Pad(channels, changed.target);
     byId("pad").append(this.pad.block);
     byId("sliders").append(...this.sliders.map((slider) => slider.block));
-    const others = facts.parameters.map(
+    this.settings = facts.parameters.map(
       (parameter, i) => new Slider(parameter, (value) => changed.parameter(i, value)),
     );
     if (facts.confidence !== null) {
       const what = { ...facts.confidence, name: "confidence of the bound", unit: "1" };
-      others.push(new Slider(what, changed.confidence));
+      this.settings.push(new Slider(what, changed.confidence));
     }
-    byId("parameters").append(...others.map((slider) => slider.block));
+    byId("parameters").append(...this.settings.map((slider) => slider.block));
+  }
+
+  /** Shows physical parameters and the confidence. */
+  showSettings(parameters, confidence) {
+    const values = [...parameters, confidence];
+    this.settings.forEach((slider, i) => slider.show(values[i]));
   }
 
   /** Shows where the inputs are set to. */

@@ -43,7 +43,7 @@ for model in models:
 # All linear models agree: the rest of this motion is out of reach of any of them. NARX does well
 # because its terms are polynomials, and so is this spring. GRU and feed-forward network would get
 # better with more time: the table says that the budget has cut them short
-# ([how to read a comparison](../../compare.md)).
+# ([how to read a comparison](../../report.md#how-to-read-it)).
 
 plt.style.use("docs/tutorials/plots.mplstyle")
 _, axes = plt.subplots()

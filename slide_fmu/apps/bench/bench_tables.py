@@ -6,7 +6,7 @@ import math
 
 from slide_fmu.apps.bench.bench import FmuTimes
 from slide_fmu.apps.bench.effort import Effort
-from slide_fmu.report.table import Table
+from slide_fmu.report.table import ReportTable
 
 CALLS = {
     "fmu_step": "doStep alone",
@@ -31,7 +31,7 @@ def summary(found: FmuTimes, effort: Effort) -> str:
     )
 
 
-def tables(found: FmuTimes) -> list[Table]:
+def tables(found: FmuTimes) -> list[ReportTable]:
     """Return the table of the times of a step, and the one of batches of windows."""
     times, spread = found.figures.medians, found.figures.spread
     calls = [
@@ -45,8 +45,10 @@ def tables(found: FmuTimes) -> list[Table]:
         for name, words in BATCHES.items()
     ]
     return [
-        Table.of(("a step of the FMU, through FMPy", "time", "80 % of the calls"), calls),
-        Table.of(("many windows at once", "CPU time a window", "windows in a second"), batches),
+        ReportTable.of(("a step of the FMU, through FMPy", "time", "80 % of the calls"), calls),
+        ReportTable.of(
+            ("many windows at once", "CPU time a window", "windows in a second"), batches
+        ),
     ]
 
 

@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import DESCRIPTION, FmuError, read_fmu
 from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.pipeline.agreement import card_problems
-from slide_fmu.pipeline.apps import Repeated, app_problems, repeated
+from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -105,7 +105,7 @@ def checked_parts(fmu: Path, surrogate: Surrogate, run: bool) -> tuple[str, ...]
     unknown = " (their content is not compared with --run)" if run else ", as in this version"
     steps = steps_of_check(surrogate)
     parts = [
-        f"archive: {len(names)} files, and their hashes",
+        f"archive: {len(names)} files; hashes of all of them{' but libraries and sources' * run}",
         f"{DESCRIPTION}: valid for FMI {fmi}.0, and all variables as in this version",
         f"libraries for {', '.join(platforms)}{unknown}",
         *([f"C sources: {len(sources)} files{unknown}"] if sources else []),
@@ -113,5 +113,6 @@ def checked_parts(fmu: Path, surrogate: Surrogate, run: bool) -> tuple[str, ...]
     if runs_here(surrogate, fmi):
         parts.append(f"library of this computer: {steps} random steps agree with numpy")
     if CARD in names:
-        parts.append("model card and credentials: they agree with the measured figures inside")
+        parts.append("model card: it agrees with the measured figures inside")
+    parts += [f"files of the app {name!r}" for name, app in apps().items() if app.problems]
     return tuple(parts)

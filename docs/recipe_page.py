@@ -26,7 +26,7 @@ EXCITATION = """## Excitation
 
 Tables `[[data.excitation]]` give the kinds of input for the training. `[[bound.excitation]]` adds
 kinds for the error bound, and `[[validation.excitation]]` kinds that are only measured. Each table
-has these two keys, and those of its kind:
+has these two keys, and the keys of its kind:
 
 """
 TABLE = "| key | type | default | meaning |\n| --- | --- | --- | --- |\n"

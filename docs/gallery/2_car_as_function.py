@@ -29,16 +29,20 @@ system = slide.FunctionSystem(
 )  # fmt: skip
 
 # %%
-# By default the program finds all sizes, which takes longer. Here they are given, and small: the
-# network sees 7.68 s of the road, learns from 12 motions, and is chosen by 3 others.
+# A network knows only roads like the ones of its training: here rough roads, waves, and rest. By
+# default the program finds all sizes, which takes longer. Here they are small: the network sees
+# 7.68 s of the road, learns from 12 motions, and is chosen by 3 others.
 
+roads = [
+    {"kind": "filtered_random", "weight": 2, "amplitude": [0, 0.4], "angular_frequency": [1, 20]},
+    {"kind": "multisine", "weight": 2, "amplitude": [0.1, 0.5], "angular_frequency": [1, 30]},
+    {"kind": "rest", "weight": 1, "amplitude": [0.05, 0.3], "duration": [0.3, 2]},
+]
+data = {"train": 12, "validation": 3, "duration": 12.0, "burn_in": 5.0, "excitation": roads}
 learnt = slide.learn(
-    system, "car_as_function",
-    window={"step": 0.01, "n_in": 768, "n_out": 128},
-    data={"train": 12, "validation": 3, "duration": 12.0, "burn_in": 5.0},
-    network={"order": 4, "hidden": 20},
+    system, "car_as_function", data=data, validation={"trajectories": 4},
+    window={"step": 0.01, "n_in": 768, "n_out": 128}, network={"order": 4, "hidden": 20},
     training={"starts": 2, "iterations": 50, "expert": {"part": 2, "kept": 1}},
-    validation={"trajectories": 4},
 )  # fmt: skip
 print("FMU and report:", learnt.fmu.parent)
 

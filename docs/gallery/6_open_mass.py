@@ -45,7 +45,7 @@ for number, mass in enumerate((1.2, 1.7, 2.8)):
     print(f"{mass} kg: {100 * np.std((found - true)[236:]) / np.std(true[236:]):.3f} %")
     panel.plot(t, true, "0.6", lw=6, label=None if number else "model")
     panel.plot(t, found, f"C{number}", label=f"FMU, {mass} kg")
-panel.set(xlim=(10, 11.5), ylim=(-0.8, 1.2), xlabel="time / s", ylabel="position / m")
+panel.set(xlim=(10, 11), ylim=(-0.95, 1.25), xlabel="time / s", ylabel="position / m")
 panel.legend(loc="upper left", ncols=2)
 plt.savefig("open_mass.png")
 

@@ -20,9 +20,11 @@ from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
-from slide_fmu.report.html_report import Report
+from slide_fmu.report.html_report import Report, Verdict, folded
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.report.verdict import Subject
+from slide_fmu.report.verdict_facts import facts_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
@@ -151,12 +153,15 @@ def validation_report(
         call = plain_call_figures(fmu, validation, case)
         figures = replace(figures, plain_call=call, box=box_figures(fmu, validation, case, quiet))
     sections = [
-        *plain_call_sections(figures.plain_call),
-        *box_sections(figures.box),
         *validation_sections({_title(validation.task): validation}),
+        *folded([*plain_call_sections(figures.plain_call), *box_sections(figures.box)]),
     ]
     title = f"Validation of {validation.surrogate.name}"
-    return Report(title, validation.recipe.description, figures, sections), figures
+    facts = facts_of(figures, figures.plain_call, Subject.of(validation.surrogate))
+    verdict = Verdict(facts=facts)
+    return Report(
+        title, validation.recipe.description, figures, sections, verdict=verdict
+    ), figures
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

@@ -188,7 +188,7 @@ def measure_trained(
     members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
     write_release(Release(surrogate, job.case, released, members, fmu, seed=seed), fmu)
     replace(report, inside=last_section(fmu)).write(job.folder.path)
-    return Finished(fmu, page, figures, report.verdict)
+    return Finished(fmu, page, figures, report.verdict.sentences)
 
 
 def require_same_answers(surrogate: Surrogate, name: str) -> None:

@@ -10,12 +10,13 @@ from slide_fmu.recipe.kind_rules import Words
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import accuracy_table, parameter_table, timing_table
-from slide_fmu.report.frequency_charts import frequency_sections
-from slide_fmu.report.html_report import ReportSection
+from slide_fmu.report.frequency_charts import error_maps, frequency_sections
+from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
 from slide_fmu.report.limits import meaning_of
-from slide_fmu.report.trajectory_charts import phase_charts, trajectory_charts
+from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
+from slide_fmu.report.trust_charts import ratio_chart
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
 from slide_fmu.report.validity import RULE, is_ruled, judgement_table, judgements
 from slide_fmu.report.worst_windows import worst_section
@@ -24,6 +25,10 @@ from slide_fmu.systems.base import System
 from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigures
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
+
+CLOSE_UP = (
+    "Each output in the two seconds around its largest error, with the inputs that led there."
+)
 
 PHASE = (
     "Every output over its speed, around the largest error of its worst trajectory, as splines "
@@ -45,6 +50,12 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
+        ReportSection("Around the largest error", CLOSE_UP, charts=close_ups(main)),
+        _validity_section(main, figures),
+        *frequency_sections(main),
+        *([] if worst is None else [worst]),
+    ]
+    details = [
         ReportSection(
             "Side by side with the reference",
             rules.compared(main.recipe, len(main.comparisons), main.task.seed)
@@ -54,22 +65,19 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
             charts=trajectory_charts(main),
         ),
         _kinds_section(in_range, rules.words),
-        _validity_section(main, figures),
-        *frequency_sections(main),
         *([ReportSection("Phase plot", PHASE, charts=phases)] if phases else []),
-        *([] if worst is None else [worst]),
     ]
     if in_range.parameters is not None:
         text = about_parameters(main.recipe)
         table = parameter_table(in_range.parameters)
-        sections.append(ReportSection("Physical parameters", text, table))
+        details.append(ReportSection("Physical parameters", text, table))
     if main.surrogate.estimates_errors:
-        sections.append(estimate_section(validations, figures))
+        details.append(estimate_section(validations, figures))
     if main.surrogate.bound is not None:
-        sections += bound_sections(validations, figures)
+        details += bound_sections(validations, figures)
     text = "Both measured in one run on one machine."
-    sections.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
-    return sections
+    details.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
+    return [*sections, *folded(details)]
 
 
 def _kinds_section(figures: ValidationFigures, words: Words) -> ReportSection:
@@ -91,7 +99,13 @@ def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]
     """Return the section that says in words for which inputs the surrogate is valid."""
     found = judgements(main.surrogate, main.recipe, figures)
     text = RULE if is_ruled(found) else ""
-    return ReportSection("Where it is valid", text, judgement_table(found))
+    return ReportSection(
+        "Where it is valid",
+        text,
+        judgement_table(found),
+        charts=[ratio_chart(main)] if main.trusted else [],
+        maps=error_maps(main),
+    )
 
 
 def moving_text(surrogate: Surrogate) -> str:

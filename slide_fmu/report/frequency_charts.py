@@ -1,14 +1,19 @@
-"""This module draws the responses of reference and surrogate, and spectra of the error."""
+"""This module draws the responses of reference and surrogate, and the error over frequencies."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
-from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
+from slide_fmu.core.web.charts import Axis, Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import own_line, true_line
+from slide_fmu.validation.error_map import ErrorMap, error_map
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 from slide_fmu.validation.results import Validation
 
@@ -21,6 +26,8 @@ RESPONSES = (
     "motions. Of several inputs the one is drawn that moves the output most; frequencies at which "
     "it has no power are left out."
 )
+
+MAP = "Error by amplitude and frequency"
 
 SPECTRA = (
     "Amplitude densities of the outputs and of the error over all trajectories. Where the line of "
@@ -36,13 +43,12 @@ def frequency_sections(validation: Validation) -> list[ReportSection]:
     if spectra is None:
         return []
     outputs = range(len(validation.surrogate.outputs))
-    responses = [_response_chart(validation, spectra, i) for i in outputs]
+    charts = [_response_chart(validation, spectra, i) for i in outputs]
+    responses = [chart for chart in charts if chart is not None]
     errors = [_spectrum_chart(validation, spectra, i) for i in outputs]
     return [
-        ReportSection(
-            "Frequency response", RESPONSES, charts=[c for c in responses if c is not None]
-        ),
-        ReportSection("Error spectrum", SPECTRA, charts=errors),
+        *([ReportSection("Frequency response", RESPONSES, charts=responses)] if responses else []),
+        ReportSection("Error spectrum", SPECTRA, charts=errors, folded=True),
     ]
 
 
@@ -101,3 +107,44 @@ def _both(
 
 def _phase(response: ComplexArray) -> FloatArray:
     return np.asarray(np.angle(response, deg=True))
+
+
+def error_maps(validation: Validation) -> list[HeatMap]:
+    """Return the heat map of a validation; none where its trajectories are too short."""
+    found = error_map(validation)
+    return [] if found is None or not np.nansum(found.error) else [_heat_map(found)]
+
+
+def _heat_map(found: ErrorMap) -> HeatMap:
+    """Draw the largest amplitudes on top, and the lowest frequencies on the left."""
+    text = (
+        f"Relative RMSE of the worst output, in pieces of {found.seconds:.3g} s. "
+        "Amplitude and frequency are those of the input that moves most in a piece."
+    )
+    rows = _part_names([100 * edge for edge in found.amplitudes[1:]], " %")
+    columns = _part_names(found.frequencies.tolist(), "")
+    known = found.error[np.isfinite(found.error) & (found.error > 0)]
+    low, high = np.log(known.min()), np.log(known.max())
+    cells = [
+        [_cell(error, int(count), low, high) for error, count in zip(*row, strict=True)]
+        for row in zip(found.error, found.pieces, strict=True)
+    ]
+    down, last = "part of the range", int(np.flatnonzero(found.pieces.sum(axis=1))[-1])
+    rows, cells = rows[last::-1], cells[last::-1]
+    return HeatMap(MAP, text, "frequency / Hz", down, columns, rows, cells)
+
+
+def _cell(error: float, count: int, low: float, high: float) -> HeatCell | None:
+    if count == 0:
+        return None
+    level = (np.log(max(error, np.exp(low))) - low) / max(high - low, 1e-9)
+    return HeatCell(percent(float(f"{error:.2g}")), float(level), f"{count} pieces")
+
+
+def _part_names(edges: Sequence[float], unit: str) -> list[str]:
+    """Name the parts between edges; the first and the last one are open."""
+    texts = [f"{edge:g}" for edge in edges]
+    if not texts:
+        return ["all"]
+    between = [f"{one} to {other}{unit}" for one, other in pairwise(texts)]
+    return [f"below {texts[0]}{unit}", *between, f"above {texts[-1]}{unit}"]

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import datetime
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
 
 import jinja2
 
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.web.charts import Bar, Chart, Columns, described
+from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.table import ReportTable
@@ -32,6 +34,8 @@ class ReportSection:
         table: figures in words.
         charts: what the page draws itself.
         bars: sizes, drawn as bars.
+        maps: tables of coloured values.
+        folded: whether only the title is shown until the reader opens it.
     """
 
     title: str
@@ -39,6 +43,44 @@ class ReportSection:
     table: ReportTable | None = None
     charts: Sequence[Chart] = ()
     bars: Sequence[Bar] = ()
+    maps: Sequence[HeatMap] = ()
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A Fact is one of the few large numbers of a verdict.
+
+    Attributes:
+        name: what it is about.
+        value: the number with its unit.
+        text: what the number says.
+        good: whether it is as it should be; None where nothing is expected.
+    """
+
+    name: str
+    value: str
+    text: str
+    good: bool | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """A Verdict stands above all else in a report.
+
+    Attributes:
+        sentences: the most important facts in a few sentences.
+        facts: the same in large numbers.
+        commands: what each command does, and the command.
+    """
+
+    sentences: tuple[str, ...] = ()
+    facts: Sequence[Fact] = ()
+    commands: Sequence[tuple[str, str]] = ()
+
+    def __bool__(self) -> bool:
+        """Tell whether there is something to show."""
+        return bool(self.sentences or self.facts or self.commands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +92,7 @@ class Report:
         figures: a dataclass or plain values; JSON has their dump.
         sections: the sections, in this order.
         inside: a whole page of HTML, shown behind the sections; no page if None.
-        verdict: the most important facts in a few sentences, shown above all else.
+        verdict: shown above all else.
     """
 
     title: str
@@ -58,16 +100,16 @@ class Report:
     figures: object
     sections: list[ReportSection] = field(default_factory=list)
     inside: str | None = None
-    verdict: tuple[str, ...] = ()
+    verdict: Verdict = field(default_factory=Verdict)
 
     def html(self) -> str:
-        """Return the whole report as one self-contained page."""
+        """Return the whole report as one self-contained page; folded sections come last."""
         environment = jinja2.Environment(
             loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
         )
         columns, sections = Columns(), []
         charts: list[object] = []
-        for section in self.sections:
+        for section in sorted(self.sections, key=lambda one: one.folded):
             first = len(charts)
             charts += [described(chart, columns) for chart in section.charts]
             sections.append({**_shown(section), "charts": range(first, len(charts))})
@@ -76,6 +118,9 @@ class Report:
         return environment.get_template("report.html").render(
             report=self,
             sections=sections,
+            drawn=bool(charts),
+            version=_version(),
+            date=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),
             **scripts(WEB / "report.js"),
@@ -95,6 +140,11 @@ class Report:
         return path
 
 
+def _version() -> str:
+    """Return the version; a plain import of the root would count as one of all rooms."""
+    return str(import_module("slide_fmu").__version__)
+
+
 def _shown(section: ReportSection) -> dict[str, object]:
     """Return a section for the template; the longest bar has the length ``LONGEST_BAR``."""
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
@@ -102,6 +152,11 @@ def _shown(section: ReportSection) -> dict[str, object]:
         **vars(section),
         "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
     }
+
+
+def folded(sections: Iterable[ReportSection]) -> list[ReportSection]:
+    """Return sections of which only the titles are shown at first."""
+    return [replace(section, folded=True) for section in sections]
 
 
 def remark_sections(remarks: Sequence[str]) -> list[ReportSection]:

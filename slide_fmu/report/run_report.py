@@ -12,12 +12,13 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
-from slide_fmu.report.html_report import Report, ReportSection, remark_sections
+from slide_fmu.report.html_report import Report, ReportSection, folded, remark_sections
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import search_section
-from slide_fmu.report.verdict import Subject, verdict
+from slide_fmu.report.verdict import Subject
+from slide_fmu.report.verdict_facts import verdict_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
@@ -161,7 +162,7 @@ def run_report(
         recipe.description,
         figures,
         _sections(found, figures, response),
-        verdict=verdict(figures, Subject.of(found.surrogate)),
+        verdict=verdict_of(figures, Subject.of(found.surrogate)),
     )
 
 
@@ -170,23 +171,21 @@ def _sections(
 ) -> list[ReportSection]:
     """Return all sections of the report of a run."""
     surrogate, curve = found.surrogate, figures.learning_curve
-    sections = [
-        *plain_call_sections(figures.plain_call),
-        *box_sections(figures.box),
-        *accuracy_sections.validation_sections(found.validations),
-        *response,
-    ]
+    details = [*plain_call_sections(figures.plain_call), *box_sections(figures.box), *response]
     if found.tests:
-        sections.append(learning_sections.stability_section(found.tests, surrogate.window.step))
-    sections.append(learning_sections.sizing_section(found.sizing))
+        details.append(learning_sections.stability_section(found.tests, surrogate.window.step))
+    details.append(learning_sections.sizing_section(found.sizing))
     if found.histories:
-        sections.append(learning_sections.training_section(found.histories))
+        details.append(learning_sections.training_section(found.histories))
     if figures.sizes_tried or figures.remark:
         sizes = figures.sizes_tried or ()
-        sections.append(learning_sections.sizes_section(sizes, figures.remark))
+        details.append(learning_sections.sizes_section(sizes, figures.remark))
     if curve is not None:
-        sections.append(learning_sections.curve_section(curve))
-    sections += remark_sections(figures.record_remarks or ())
+        details.append(learning_sections.curve_section(curve))
     if figures.adversarial is not None:
-        sections.append(search_section(figures.adversarial, found.attacks, surrogate))
-    return sections
+        details.append(search_section(figures.adversarial, found.attacks, surrogate))
+    return [
+        *accuracy_sections.validation_sections(found.validations),
+        *remark_sections(figures.record_remarks or ()),
+        *folded(details),
+    ]

@@ -26,6 +26,9 @@ SHOWN_SECONDS, SHOWN_SAMPLES = 6.0, 8000
 """Time in s around the largest error that charts side by side show, and their largest number of
 samples: more samples look like a black bar."""
 
+CLOSE_SECONDS, CLOSE_SAMPLES = 2.0, (60, 600)
+"""Time in s around the largest error that a close-up shows, and its fewest and most samples."""
+
 INPUT_COLOURS = 6
 
 
@@ -47,6 +50,36 @@ def ranked(validation: Validation, output: int) -> dict[str, Comparison]:
     if len(order) == 1:  # of a record there is often but one block
         return {"the only trajectory": order[0]}
     return {"worst trajectory": order[-1], "median trajectory": order[len(order) // 2]}
+
+
+def close_ups(validation: Validation) -> list[Chart]:
+    """Draw every output around the largest error of all trajectories."""
+    return [_close_up(validation, output) for output in range(len(validation.surrogate.outputs))]
+
+
+def _close_up(validation: Validation, output: int) -> Chart:
+    """Draw an output, its error, and the inputs around its largest error."""
+    chosen = max(validation.comparisons, key=lambda c: float(np.abs(c.error[:, output]).max()))
+    step = chosen.time[1] - chosen.time[0] if len(chosen.time) > 1 else 1.0
+    few, most = CLOSE_SAMPLES
+    part = around_worst(chosen, output, min(max(round(CLOSE_SECONDS / step), few), most))
+    worst = int(np.argmax(np.abs(chosen.error[:, output])))
+    signal, size = validation.surrogate.outputs[output], abs(chosen.error[worst, output])
+    place = chosen.time[worst]
+    return Chart(
+        signal.name,
+        [
+            outputs_panel(validation, chosen, part, output),
+            error_panel(validation, chosen, part, output),
+            inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
+        ],
+        text=(
+            f"The largest error is {size:.3g}{behind(signal.unit)}, at {place:.6g} s of a "
+            f"trajectory of the kind {name_of_motion(validation, chosen)}."
+        ),
+        parts=outside_parts(chosen, part),
+        marks=[float(place)],
+    )
 
 
 def phase_charts(validation: Validation) -> list[Chart]:
@@ -114,7 +147,7 @@ def error_panel(validation: Validation, chosen: Comparison, part: slice, output:
     signal, time = validation.surrogate.outputs[output], chosen.time[part]
     error = np.abs(chosen.error[part, output])
     lines, bands = [Line("|error|", time, error, "bad", width=1.1)], []
-    if chosen.estimate is not None:
+    if chosen.estimate is not None and np.isfinite(chosen.true_error[part, output]).any():
         true = chosen.true_error[part, output]
         estimate = np.where(np.isfinite(true), chosen.estimate[part, output], np.nan)
         span = validation.surrogate.estimated_samples

@@ -25,6 +25,9 @@ SCATTER_POINTS = 3000
 SMALLEST_SHOWN = 1e-3
 """Errors below this part of their median are drawn at this part: they hit zero by chance."""
 
+SMALLEST_RATIO, RATIO_BAR = 1e-2, 0.1
+"""Left end of a histogram of errors over bounds, and the decades that a bar is wide."""
+
 BEFORE_WORST = 120
 """Samples that are drawn before the worst one of a search; a fourth as many are drawn after it."""
 
@@ -143,6 +146,27 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
         axis = Axis("covered samples", "%")
         found.append(Chart(title, [panel], axis, marks=[100 * USUAL_CONFIDENCE]))
     return found
+
+
+def ratio_chart(validation: Validation) -> Chart:
+    """Draw the histogram of errors over their bounds, all outputs together.
+
+    The axis is logarithmic; smaller ratios than ``SMALLEST_RATIO`` count in its first bar.
+    """
+    ratios = np.concatenate([error_over_bound(c).ravel() for c in validation.trusted])
+    last = np.log10(max(float(ratios.max()), 1.0))
+    first = np.log10(SMALLEST_RATIO)
+    edges = 10 ** np.arange(first, last + RATIO_BAR, RATIO_BAR)
+    counts, _ = np.histogram(np.clip(ratios, edges[0], edges[-1]), edges)
+    share = 100 * np.repeat(counts / len(ratios), 2)
+    x = np.repeat(edges, 2)[1:-1]
+    covered = np.repeat(edges[1:] < 1 + 1e-9, 2)
+    under, above = (np.where(some, share, np.nan) for some in (covered, ~covered))
+    zero = np.zeros_like(share)
+    bands = [Band("covered", x, zero, under, "line"), Band("not covered", x, zero, above, "bad")]
+    panel = Panel("samples in each bar", "%", (), bands, include=(0.0,))
+    title = f"Error over its bound: {percent(float(np.mean(ratios <= 1)))} of the samples covered"
+    return Chart(title, [panel], Axis("|error| over its bound", log=True), marks=[1.0])
 
 
 def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:

@@ -20,7 +20,7 @@ from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
 
-WINDOWS = 10
+WINDOWS = 3
 """Number of worst windows that are drawn."""
 
 MOST_BEFORE = 400

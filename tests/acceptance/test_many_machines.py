@@ -1,4 +1,4 @@
-"""Many machines on one store: what docs/many_machines.md shows is run, on loopback."""
+"""Many machines on one store: what docs/command_line.md shows is run, on loopback."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def test_recipe_of_an_fmu_on_the_page_is_toml() -> None:
 
 
 def test_job_array_on_the_page_is_that_of_its_file() -> None:
-    (script,) = blocks("many_machines.md", "bash")
+    (script,) = blocks("command_line.md", "bash")
     assert script == (ROOT / "docs/many_machines/array.sh").read_text(encoding="utf-8")
 
 

@@ -64,6 +64,7 @@ def test_report_fits_phones_and_screens_dark_and_light(
         chromium.resize(width, height, dark)
         chromium.open(report)
         assert chromium.evaluate("document.documentElement.dataset.ready") == "yes"
+        chromium.evaluate("document.getElementById('unfold').click()")
         assert chromium.evaluate("document.documentElement.scrollWidth") <= width
         assert chromium.evaluate(OVERLAPS) == []
         assert chromium.evaluate(WIDER) == []
@@ -78,12 +79,22 @@ def test_report_fits_phones_and_screens_dark_and_light(
 def test_every_chart_of_a_report_is_drawn(chromium: Browser, report: Path) -> None:
     chromium.resize(1400, 900)
     chromium.open(report)
+    chromium.evaluate("document.getElementById('unfold').click()")
     empty = chromium.evaluate(
         "[...document.querySelectorAll('canvas.chart')].filter(c => !c.getContext('2d')"
         ".getImageData(0, 0, c.width, c.height).data.some(v => v !== 0)).length"
     )
     assert empty == 0
     assert chromium.evaluate("document.querySelectorAll('canvas.chart').length") > 20
+
+
+def test_folded_section_opens_where_the_address_names_it(chromium: Browser, report: Path) -> None:
+    chromium.resize(1400, 900)
+    chromium.open(report)
+    last = "[...document.querySelectorAll('.folded')].at(-1)"
+    assert not chromium.evaluate(f"{last}.firstElementChild.open")
+    chromium.evaluate(f"location.hash = {last}.id")
+    chromium.until(f"{last}.firstElementChild.open")
 
 
 def test_surrogate_runs_in_the_last_section(chromium: Browser, report: Path) -> None:

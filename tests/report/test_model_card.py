@@ -22,7 +22,8 @@ def test_report_and_card_show_the_error_of_the_model(finer: Validation) -> None:
     error = finer.figures().outputs[0].model_relative_rmse
     assert error is not None
     percent = f"{100 * error:.3g} %"
-    section = validation_sections({"in range": finer, "beyond": finer})[0]
+    sections = validation_sections({"in range": finer, "beyond": finer})
+    (section,) = [one for one in sections if one.title.startswith("Side by side")]
     assert "finer model" in section.text
     assert section.table is not None
     assert section.table.heading[-1] == "relative RMSE of the data's model"

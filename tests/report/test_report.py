@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.web.charts import Bar, Chart, Line, Panel
-from slide_fmu.report.html_report import LONGEST_BAR, Report, ReportSection
+from slide_fmu import __version__
+from slide_fmu.core.web.charts import Bar, Chart, HeatCell, HeatMap, Line, Panel
+from slide_fmu.report.html_report import LONGEST_BAR, Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
 from tests.charts import charts_of
 
@@ -24,7 +25,7 @@ def test_report_names_no_address_beside_those_of_its_own_parts() -> None:
     section = ReportSection(
         "a", "b", ReportTable.of(("x",), [("1",)]), [_chart("c")], [Bar("d", 1, "e")]
     )
-    page = Report("title", "summary", {}, [section]).html()
+    page = Report("title", "summary", {}, [section, section]).html()
     addresses = re.findall(r"""(?:src|href)="([^"]*)"|@import|url\(|https?:""", page)
     assert addresses
     assert all(address.startswith("#part-") for address in addresses)
@@ -48,6 +49,39 @@ def test_texts_of_users_do_not_become_html() -> None:
     page = Report("<h1>", "<em>", {}, [section]).html()
     assert not re.findall(r"<(?:b|i|u|s|em)>", page)
     assert page.count("</script>") == 3
+
+
+def test_verdict_stands_above_open_sections_and_folded_ones_come_last() -> None:
+    sections = [
+        ReportSection("first", "", charts=[_chart("hidden")], folded=True),
+        ReportSection("second", "", charts=[_chart("seen")]),
+    ]
+    facts = [Fact("Error", "1 %", "a text", good=True), Fact("Memory", "2 s", "another")]
+    verdict = Verdict(("One sentence.",), facts, [("Read it", "slide-fmu info x.fmu")])
+    page = Report("title", "summary", {}, sections, verdict=verdict).html()
+    words = "1 %", "One sentence.", "slide-fmu info x.fmu", "<h2>second</h2>", "<h2>first</h2>"
+    places = [page.index(word) for word in words]
+    assert places == sorted(places)
+    assert [chart["title"] for chart in charts_of(page)["charts"]] == ["seen", "hidden"]
+    assert page.count('class="good"') == 1
+    assert 'href="#part-1">second' in page
+    assert 'href="#part-2">first' in page
+
+
+def test_report_has_its_date_and_the_version() -> None:
+    page = Report("title", "summary", {}).html()
+    assert re.search(rf"\d{{4}}, slide-fmu {re.escape(__version__)}<", page)
+
+
+def test_heat_map_needs_no_script_and_colours_its_cells() -> None:
+    cells = [
+        [HeatCell("1 %", 0.0, "2 pieces"), None],
+        [HeatCell("3 %", 1.0), HeatCell("2 %", 0.5)],
+    ]
+    heat = HeatMap("errors", "", "frequency / Hz", "part", ("a", "b"), ("c", "d"), cells)
+    page = Report("title", "", {}, [ReportSection("s", "", maps=[heat])]).html()
+    assert re.findall(r"--level: (\d+)%", page) == ["0", "50", "25"]
+    assert 'title="2 pieces">1 %</td><td></td>' in page
 
 
 def test_longest_bar_has_the_whole_length_and_others_their_part() -> None:

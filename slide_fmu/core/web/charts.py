@@ -126,6 +126,36 @@ class Bar:
     text: str
 
 
+@dataclass(frozen=True)
+class HeatCell:
+    """A HeatCell is a value of a heat map: its text, its colour from 0 to 1, and a note on it."""
+
+    text: str
+    level: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """A HeatMap is a table of coloured values, which a page shows without a script.
+
+    Attributes:
+        title: heading.
+        text: explanation below the heading.
+        across, down: what the columns and the rows are, with their units.
+        columns, rows: their names.
+        cells: a row for each of ``rows``, with a cell for each of ``columns``; None without value.
+    """
+
+    title: str
+    text: str
+    across: str
+    down: str
+    columns: Sequence[str]
+    rows: Sequence[str]
+    cells: Sequence[Sequence[HeatCell | None]]
+
+
 @dataclass
 class Columns:
     """Columns hold all numbers of the charts of a page; equal columns are stored once."""

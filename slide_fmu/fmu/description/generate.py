@@ -87,6 +87,11 @@ def page() -> str:
     """Write the page for users, as Markdown."""
     rows = "\n".join(map(_row, KINDS))
     return f"""\
+---
+hide:
+  - toc
+---
+
 # Variables of an FMU
 
 All FMUs of slide-fmu use these names and value references, in FMI 2.0 and in FMI 3.0. References
@@ -95,7 +100,7 @@ never change: {REFERENCES_PER_KIND} times the kind, plus the index *i* of the si
 Reals are Float64 in FMI 3.0. Variables with *r* cost time only when they are read. A recipe's
 description of a signal replaces ours in the FMU.
 
-| variable | value reference | causality, variability | type | exists with | meaning |
+| variable | meaning | exists with | value reference | causality, variability | type |
 | --- | --- | --- | --- | --- | --- |
 {rows}
 
@@ -112,11 +117,11 @@ def _row(kind: VariableKind) -> str:
     read = " *r*" if "when it is read" in kind.text or "when they are read" in kind.text else ""
     cells = [
         f"`{kind.name_for(signal)}`{read}",
+        MEANING[kind.key],
+        f"{WHEN[kind.when]}{standard}",
         f"{kind.reference()}{index}",
         f"{kind.causality}, {kind.variability}",
         f"{kind.type}{array}",
-        f"{WHEN[kind.when]}{standard}",
-        MEANING[kind.key],
     ]
     return f"| {' | '.join(cells)} |"
 

@@ -31,7 +31,30 @@ function showInside(frame) {
   }
 }
 
+/** Opens what is folded: the section that the address names, all by the button, all on paper. */
+function beginFolds() {
+  const folds = [...document.querySelectorAll(".folded > details")];
+  const openAll = () => folds.forEach((fold) => (fold.open = true));
+  const openNamed = () => {
+    const named = document.getElementById(location.hash.slice(1));
+    const fold = named?.querySelector(":scope > details");
+    if (fold) {
+      fold.open = true;
+      named.scrollIntoView();
+    }
+  };
+  document.getElementById("unfold")?.addEventListener("click", openAll);
+  window.addEventListener("beforeprint", openAll);
+  window.addEventListener("hashchange", openNamed);
+  const contents = document.querySelector("nav details");
+  if (contents !== null) {
+    contents.open = window.matchMedia("(min-width: 1180px)").matches;
+  }
+  openNamed();
+}
+
 async function beginReport() {
+  beginFolds();
   const { columns, charts } = JSON.parse(await unpackText("charts"));
   const shown = charts.map((description) => new Chart(description, columns));
   document.querySelectorAll("[data-chart]").forEach((place) => {

@@ -45,7 +45,8 @@ export function widenedLog([low, high]) {
 
 /** Ticks of an even axis: { value, text }, about so many. */
 export function linearTicks([low, high], about) {
-  const { values, decimals } = ticksOf(low, high, about);
+  const few = ticksOf(low, high, about);
+  const { values, decimals } = few.values.length > 1 ? few : ticksOf(low, high, 2 * about);
   const power = Math.floor(Math.log10(Math.max(Math.abs(low), Math.abs(high))));
   const step = values.length > 1 ? values[1] - values[0] : 10 ** power;
   const places = Math.max(0, power - Math.floor(Math.log10(step * 1.001)));

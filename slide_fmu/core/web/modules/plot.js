@@ -9,8 +9,14 @@ import { scaleFor } from "./units.js";
 const LEFT = 52;
 const RIGHT = 8;
 const TOP = 8;
+const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
 const GAP = 6; // between the y axis and its numbers
+
+/** The place of the upper end of the y axis. */
+function topOf(unit) {
+  return unit === "" || unit === "1" ? TOP : TOP + UNIT;
+}
 
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
   const { left, right, top, bottom, x, xRange } = frame;
@@ -42,9 +48,7 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
     const at = Math.round(y(value * scale.factor)) + 0.5;
     context.moveTo(left, at);
     context.lineTo(right, at);
-    if (at > top + 6 || scale.unit === "") {
-      context.fillText(text, left - GAP, at); // the unit stands above
-    }
+    context.fillText(text, left - GAP, at);
   }
   context.textBaseline = "top";
   context.textAlign = "left";
@@ -96,7 +100,7 @@ export function drawPlot(canvas, what) {
     return;
   }
   const { context, width, height } = prepare(canvas);
-  const [left, right, top, bottom] = [LEFT, width - RIGHT, TOP, height - BOTTOM];
+  const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit), height - BOTTOM];
   const { xRange, yRange } = what;
   const x = axisOf(xRange, [left, right], what.xLog);
   const y = axisOf(yRange, [bottom, top], what.yLog);

@@ -84,9 +84,9 @@ def check(fmu: Path, run: bool) -> Checked:
         return Checked([*problems, str(error)])
     except CoSimulationError as error:
         return Checked([f"the experiment cannot be repeated: {error}"])
-    found = [problem for run in runs.values() for problem in run.problems]
+    others = [problem for one in runs.values() for problem in one.problems]
     return Checked(
-        found, runs, (*parts, *["the experiment that it carries, repeated"] * bool(runs))
+        others, runs, (*parts, *["the experiment that it carries, repeated"] * bool(runs))
     )
 
 

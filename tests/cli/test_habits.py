@@ -159,11 +159,8 @@ def test_info_says_whether_the_error_of_an_fmu_can_be_measured(
 ) -> None:
     surrogate, _ = read_fmu(DUFFING)
     path = export_fmu(surrogate, tmp_path / "bare.fmu", provenance=provenance)
-    (line,) = [
-        line
-        for line in CliRunner().invoke(app, ["info", str(path)]).stdout.splitlines()
-        if line.startswith("error ")
-    ]
+    _, line, *_ = CliRunner().invoke(app, ["info", str(path)]).stdout.splitlines()
+    assert line.startswith("Its error ")
     assert all(word in line for word in words)
 
 

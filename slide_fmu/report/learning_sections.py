@@ -25,8 +25,8 @@ from slide_fmu.report.learning_tables import (
 EIGENVALUES = (
     "from the eigenvalues of the equations linearized along motions, by their mean rate over "
     "pieces of the motions, and measured as the time in which two motions under the same "
-    "input meet. At an instant on the way the slowest mode may decay more slowly, or grow "
-    "(without end): what counts is the mean."
+    "input meet. At single instants the slowest mode may even grow; its mean along the motion "
+    "decides."
 )
 
 MEASURED_ALONE = (
@@ -80,11 +80,9 @@ def training_section(histories: Mapping[str, History]) -> ReportSection:
     """Show steps and errors of the trainings."""
     return ReportSection(
         "Training",
-        "The weights of the best validation are kept. Errors in per cent are relative RMSE of the "
-        "outputs, over their standard deviation. Others are RMSE in scaled units, weighted "
-        "by the spectrum of the outputs' noise where a noise record is named; of the "
-        "estimator at single samples, where it learns by likelihood, a mean standard deviation, "
-        "and then the mean deviation of its scaled logarithm.",
+        "Training loss: lower is better, and units differ between stages. The weights of the best "
+        "validation are kept. Losses in per cent are relative RMSE of the outputs, over their "
+        "standard deviation. The loss of an error bound may be negative.",
         training_table(histories),
         charts=training_charts(histories),
     )

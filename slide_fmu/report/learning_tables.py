@@ -59,7 +59,7 @@ def training_table(histories: Mapping[str, History]) -> ReportTable:
             error = percent(best) if history.relative else f"{best:.4g}, scaled"
             yield stage, str(history.step[-1]), error
 
-    return ReportTable.of(("stage", "steps or iterations", "best validation error"), rows())
+    return ReportTable.of(("stage", "steps or iterations", "best validation loss"), rows())
 
 
 def size_table(sizes: Sequence[TriedSize]) -> ReportTable:

@@ -69,13 +69,13 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | 
     found = [
         "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
         f"calibrated by {recipe.count('calibration')} trajectories of the same mix.",
-        "There, the share of the samples whose error stays below the bound is on average at least "
-        f"the confidence, {low} to {high} %; a single trajectory, a single kind, or the samples "
-        "with the largest errors may be covered less.",
-        "Where in_domain is false, inputs have left their ranges, or the surrogate and its "
-        "companion are further apart, or move more, than is usual on the calibration: a bound is "
-        "not calibrated there, and the error may be many times larger.",
-        "That in_domain is true proves nothing of inputs of other kinds.",
+        "There, at least this share of the samples has an error below the bound, averaged over "
+        f"trajectories: the confidence, {low} to {high} %. A single trajectory, a single kind, or "
+        "the samples with the largest errors may be covered less.",
+        "Where in_domain is false, the bound is not calibrated, and may be far too small: inputs "
+        "have left their ranges, or the surrogate and its companion are further apart, or move "
+        "more, than is usual on the calibration.",
+        "For inputs of other kinds, in_domain = true proves nothing.",
     ]
     if recipe.further_kinds():
         found.append(

@@ -31,13 +31,12 @@ TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
 """Names of kinds for which no harmful errors are known."""
 
 RULE = (
-    f"A sample is harmful if an error is more than {HARMFUL:g} times what 95 % of the errors in "
-    "range are below; it is flagged if in_domain is false, and unnoticed if it is harmful, not "
-    "flagged, and its bound does not cover it. A kind of inputs is called valid if at most "
-    f"{percent(MOST_HARMFUL)} of its measured samples are harmful and at most "
-    f"{percent(MOST_UNNOTICED)} unnoticed; if the latter alone holds, it is not valid, and the "
-    f"FMU says so. Where more than {percent(MOSTLY)} of the harmless samples are flagged, a valid "
-    "kind is outside of the domain, and its bounds are not calibrated."
+    f"A sample is harmful if its error exceeds {HARMFUL:g} times the usual 95 % level. It is "
+    "flagged if in_domain is false, and unnoticed if it is harmful, not flagged, and above its "
+    f"bound. A kind of inputs is valid if at most {percent(MOST_HARMFUL)} of its samples are "
+    f"harmful and at most {percent(MOST_UNNOTICED)} unnoticed. If only the second holds, it is "
+    f"not valid, and the FMU says so. Where more than {percent(MOSTLY)} of the harmless samples "
+    "are flagged, a valid kind lies outside of the domain, and its bounds are not calibrated."
 )
 """Explanation of the verdicts."""
 

@@ -117,7 +117,7 @@ def test_model_card_shows_what_the_released_fmu_carries(name: str) -> None:
 @pytest.mark.parametrize("name", RELEASED)
 def test_model_card_lists_the_variables_of_the_released_fmu(name: str) -> None:
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
-    table = card[card.index("| variable |") :].split("\n\n")[0]
+    table = card[card.index("| variable |") :].split("\n\n")[0].rstrip()
     listed = [line.split(" | ") for line in table.splitlines()[2:]]
     found = fmpy.read_model_description(str(released(name))).modelVariables
     assert [row[0] for row in listed] == [f"| `{variable.name}`" for variable in found]

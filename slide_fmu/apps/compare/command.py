@@ -26,6 +26,7 @@ from slide_fmu.cli.options import (
     WorkersOption,
 )
 from slide_fmu.core.extras import require_training
+from slide_fmu.core.readable import duration
 from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
@@ -36,8 +37,8 @@ def compare(
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Train each model for this CPU time, in s; as long as the training of the "
-            "recipe's network took if not given.",
+            help="Train each model for at most this CPU time, in s. If not given, it is the time "
+            "that the training of the recipe's network took.",
         ),
     ] = None,
     seed: TrainingSeedOption = None,
@@ -59,8 +60,8 @@ def compare(
         with job.folder.alone():
             figures, page = compare_recipe(job, terms)
     console.print(
-        f"{figures.trajectories} trajectories, seed {figures.seed}; "
-        f"{figures.budget_s:.3g} s of CPU time for each model"
+        f"Errors are relative RMSE on {figures.trajectories} unseen trajectories (seed "
+        f"{figures.seed}). Each training had at most {duration(figures.budget_s)} of CPU time."
     )
     show_table(model_table(figures))
     show_remark(figures.remark)

@@ -35,6 +35,8 @@ class ModelFigures:
         diverged: number of motions on which it diverged.
         step_us: time of a step.
         time_ratio: ratio of that time to the step time of the recipe's own network.
+        validation_error: of a network that was trained for the budget, an RMS in scaled units.
+        error_half_way: the same at half of its time; None if none was known then.
     """
 
     title: str
@@ -48,6 +50,8 @@ class ModelFigures:
     outputs: tuple[ModelOutput, ...] = optional(())
     step_us: float | None = optional()
     time_ratio: float | None = optional()
+    validation_error: float | None = optional()
+    error_half_way: float | None = optional()
 
     @property
     def error(self) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import duration, number
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel, colour_of
 from slide_fmu.report.html_report import Report, ReportSection
 from slide_fmu.report.quality import LINEAR_DOES
@@ -18,14 +19,19 @@ from slide_fmu.validation.error_figures import worst_of
 EXACT = 1e-6
 """Smallest error shown: networks round to single precision."""
 
+CONVERGED = 0.9
+"""A training has converged if its second half left more than this part of the error."""
+
+LONGER = 1.05
+"""A training took longer than the budget if its time exceeds this multiple."""
+
 TEXT = (
-    "All models learnt from the same trajectories, for about {budget:.3g} s of CPU time each or "
-    "less, and are measured on the same {trajectories} unseen ones (seed {seed}), scored from the "
-    "end of the burn-in on. They simulate freely: none is given an output but those at the start "
-    "of a trajectory. The error is the RMSE over the standard deviation of the true output. A "
-    "step is one sample: of the networks of slide-fmu doStep of their FMU through fmpy, of the "
-    "others a step by numpy or torch on one thread, as the library does it; the ratio is that to "
-    "the own network, timed in turns."
+    "Every model learnt from the same trajectories, in at most {budget} of CPU time. All are "
+    "measured on the same {trajectories} unseen trajectories (seed {seed}), from the end of the "
+    "burn-in on. They simulate freely: a model gets the inputs, and outputs only at the start of "
+    "a trajectory. The error is the RMSE over the standard deviation of the true output. A step "
+    "is one sample. Networks of slide-fmu are timed in their FMU (doStep by FMPy), the others "
+    "in numpy or torch on one thread, in turns with the own network."
 )
 
 
@@ -50,8 +56,11 @@ def _error(model: ModelFigures) -> float:
     return model.error
 
 
-def remark_on(model: ModelFigures, trajectories: int) -> str:
-    """Describe a model that failed, diverged, or was cut; otherwise return an empty text."""
+def remark_on(model: ModelFigures, trajectories: int, budget: float | None = None) -> str:
+    """Describe a model that failed, diverged, or was cut; otherwise return an empty text.
+
+    ``budget`` is the CPU time in s of each training.
+    """
     if model.failed is not None:
         return f"failed: {model.failed}"
     remarks = []
@@ -59,9 +68,27 @@ def remark_on(model: ModelFigures, trajectories: int) -> str:
         bounded = worst_of(output.bounded_rmse_over_deviation for output in model.outputs)
         others = "" if bounded is None else f", {percent(bounded)} off on the others"
         remarks.append(f"diverged on {model.diverged} of {trajectories} trajectories{others}")
-    if model.cut:
-        remarks.append("cut by the budget")
+    if model.validation_error is not None:
+        remarks.append(course_of(model, model.validation_error, model.error_half_way))
+    elif model.cut:
+        remarks.append("its search was cut by the budget")
+    time = model.cpu_seconds or 0.0
+    if budget is not None and time > LONGER * budget:
+        remarks.append(f"took {time / budget:.2g} times the budget")
     return "; ".join(remarks)
+
+
+def course_of(model: ModelFigures, error: float, half_way: float | None) -> str:
+    """Say whether the training of a network has converged, by what its second half brought."""
+    if not model.cut:
+        return f"trained to its end: {percent(error)} in validation"
+    if half_way is None:
+        return f"not converged: {percent(error)} in validation"
+    converged = error > CONVERGED * half_way
+    return (
+        f"{'converged' if converged else 'not converged'}: {percent(half_way)} in validation at "
+        f"half of its time, {percent(error)} at the end"
+    )
 
 
 def model_table(figures: ComparisonFigures) -> ReportTable:
@@ -70,12 +97,12 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
     heading = (
         "model",
         "size",
-        *(f"relative RMSE of {name}" for name in names),
+        *(f"error of {name}" for name in names),
         "parameters",
-        "CPU time / s",
-        "step / us",
-        "ratio",
-        "remark",
+        "CPU time",
+        "a step",
+        "step, own = 1",
+        "how the training ended",
     )
 
     def cells(model: ModelFigures) -> Iterator[str]:
@@ -85,11 +112,11 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
             yield from (_percent(output.rmse_over_deviation) for output in model.outputs)
         else:
             yield from [""] * len(names)
-        yield "" if model.parameters is None else str(model.parameters)
-        yield "" if model.cpu_seconds is None else f"{model.cpu_seconds:.3g}"
-        yield "" if model.step_us is None else f"{model.step_us:.3g}"
-        yield "" if model.time_ratio is None else f"{model.time_ratio:.2g}"
-        yield remark_on(model, figures.trajectories)
+        yield "" if model.parameters is None else number(model.parameters)
+        yield "" if model.cpu_seconds is None else duration(model.cpu_seconds)
+        yield "" if model.step_us is None else duration(1e-6 * model.step_us)
+        yield "" if model.time_ratio is None else f"{float(f'{model.time_ratio:.2g}'):g}"
+        yield remark_on(model, figures.trajectories, figures.budget_s)
 
     return ReportTable.of(heading, map(cells, figures.models))
 
@@ -97,7 +124,7 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
 def baselines_report(figures: ComparisonFigures, summary: str) -> Report:
     """Return the report of a comparison."""
     budget, trajectories, seed = figures.budget_s, figures.trajectories, figures.seed
-    text = TEXT.format(budget=budget, trajectories=trajectories, seed=seed)
+    text = TEXT.format(budget=duration(budget), trajectories=trajectories, seed=seed)
     if figures.remark is not None:
         text += f" Remark: {figures.remark}."
     charts = error_charts(figures.models)
@@ -114,6 +141,12 @@ def error_charts(models: Sequence[ModelFigures]) -> list[Chart]:
     bounded = [model.error for model in shown if model.error < math.inf]
     top = 2 * max(bounded, default=1.0)
 
+    def room(places: Sequence[float | None]) -> list[Line]:
+        """Return a line that is not drawn, so that no point is cut by the edge."""
+        known = [place for place in places if place is not None]
+        ends = np.array([min(known) / 1.3, 1.3 * max(known)]) if known else np.zeros(0)
+        return [Line("", ends, np.full(len(ends), np.nan), style="points")]
+
     def chart(title: str, axis: Axis, places: Sequence[float | None]) -> Chart:
         lines = [
             Line(
@@ -126,7 +159,11 @@ def error_charts(models: Sequence[ModelFigures]) -> list[Chart]:
             )
             for index, (model, place) in enumerate(zip(shown, places, strict=True))
         ]
-        return Chart(title, [Panel("relative RMSE, worst output", "%", lines, log=True)], axis)
+        return Chart(
+            title,
+            [Panel("error of the worst output", "%", [*lines, *room(places)], log=True)],
+            axis,
+        )
 
     return [
         chart("Error by size", Axis("parameters", log=True), [m.parameters for m in shown]),

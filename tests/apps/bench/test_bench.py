@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.apps.bench.bench_tables import duration, number
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -79,19 +78,3 @@ def test_bench_prints_a_table_in_words_and_units_without_json(tmp_path: Path) ->
         assert part in result.stdout, part
     assert "{" not in result.stdout
     assert json.loads(kept.read_text(encoding="utf-8"))["step_s"] > 0
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(1.0722e-6, "1.07 us"), (4.4e-8, "0.0440 us"), (99.96e-6, "100 us"), (0.99996e-3, "1.00 ms")],
-)
-def test_times_have_three_digits_and_a_unit(seconds: float, words: str) -> None:
-    assert duration(seconds) == words
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [(219000.76, "219 000"), (15.61, "15.6"), (506, "506"), (14025.8, "14 000")],
-)
-def test_numbers_have_three_digits_and_no_exponent(value: float, words: str) -> None:
-    assert number(value) == words

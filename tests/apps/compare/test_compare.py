@@ -117,8 +117,11 @@ def test_every_model_has_its_figures(duffing: tuple[Job, ComparisonFigures, Path
         assert model.parameters > 0
         assert model.step_us > 0
         assert model.time_ratio > 0
-        assert model.cpu_seconds < 3 * figures.budget_s or model.title.startswith("own")
+        assert model.cpu_seconds < 3 * figures.budget_s, model.title
     models = by_title(figures)
+    for title in ("GRU", "feed-forward network"):
+        assert models[title].cpu_seconds == pytest.approx(figures.budget_s, rel=0.1)
+        assert models[title].validation_error <= models[title].error_half_way
     assert models["GRU"].cut
     assert models["feed-forward network"].cut
     assert models["own: state space"].time_ratio == pytest.approx(1, rel=0.5)

@@ -21,7 +21,7 @@ def test_compare_prints_a_table_and_writes_figures_and_report(bounded: Finished)
     titles = [model["title"] for model in figures["models"]]
     assert titles[0] == "own: state space"
     assert all(title in result.stderr for title in titles)
-    assert "relative RMSE of position" in result.stderr
+    assert "error of position" in result.stderr
     page = bounded.runs / bounded.name / "compare" / "report.html"
     assert str(page) in result.stderr
     assert page.exists()

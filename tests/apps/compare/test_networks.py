@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
+from slide_fmu.apps.compare.baselines.adam_training import AdamTraining, schedule
 from slide_fmu.apps.compare.baselines.base import Budget, Frozen
-from slide_fmu.apps.compare.baselines.gradient import (
-    MOST_STEPS,
-    VALIDATIONS,
-    Gru,
-    _affordable,
-    fit_gru,
-    fit_paper_network,
-)
+from slide_fmu.apps.compare.baselines.gradient import Gru, fit_gru, fit_paper_network
 from slide_fmu.apps.compare.baselines.impulse_response import fit_fir
 from slide_fmu.apps.compare.baselines.linear import fit_linear_state_space
+from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.network.feed_forward.network import FeedForward
 from tests.apps.compare.lessons import WINDOW, cubic, error, lesson, linear, record, silent
+from tests.refusals import refused
 
 
 def test_fir_has_the_impulse_response_of_a_linear_system() -> None:
@@ -55,17 +53,24 @@ def test_gru_step_by_step_gives_what_it_gives_at_once() -> None:
     assert learnt.cut
 
 
-@pytest.mark.parametrize("fit", [fit_gru, fit_paper_network])
-def test_seed_decides_what_a_network_begins_with(
-    fit: object, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from slide_fmu.apps.compare.baselines import gradient
+class Counted:
+    """A budget that counts questions in place of time, so that trainings can be repeated."""
 
-    monkeypatch.setattr(gradient, "_affordable", lambda *_: (3, 1))  # as on any machine
-    assert callable(fit)
+    def __init__(self, seconds: float) -> None:
+        self.seconds, self._asked = seconds, 0
+
+    @property
+    def spent(self) -> float:
+        """One second for each question."""
+        self._asked += 1
+        return float(self._asked)
+
+
+@pytest.mark.parametrize("fit", [fit_gru, fit_paper_network])
+def test_seed_decides_what_a_network_begins_with(fit: Any) -> None:
     (inputs,), _ = record(cubic, 1, 5)
     first, again, other = (
-        fit(dataclasses.replace(lesson(cubic), seed=seed), Budget(60), silent).baseline.simulate(
+        fit(dataclasses.replace(lesson(cubic), seed=seed), Counted(20), silent).baseline.simulate(
             inputs, np.zeros((0, 1))
         )
         for seed in (0, 0, 1)
@@ -82,10 +87,34 @@ def test_paper_network_has_two_layers_of_100_units() -> None:
     assert learnt.cut
 
 
-def test_steps_and_validations_fit_into_what_is_left() -> None:
-    steps, validations = _affordable(100.0, step=0.01, validation=1.0)
-    assert (steps, validations) == (8000, VALIDATIONS)
-    steps, validations = _affordable(10.0, step=0.01, validation=1.0)
-    assert (steps, validations) == (800, 2)
-    assert _affordable(1e6, step=0.01, validation=1.0) == (MOST_STEPS, VALIDATIONS)
-    assert _affordable(-1.0, step=0.01, validation=1.0) == (1, 1)
+def quadratic(error: Any = None) -> AdamTraining:
+    """The training of one weight towards 3."""
+    module = torch.nn.Linear(1, 1, bias=False)
+
+    def loss() -> torch.Tensor:
+        return (module.weight - 3.0).square().sum()
+
+    return AdamTraining(module, loss, error or (lambda: float(loss().detach()) ** 0.5), 0.3)
+
+
+def test_training_ends_with_its_budget() -> None:
+    training, budget = quadratic(), Budget(0.3)
+    course = training.run(budget, silent)
+    assert 0.27 < budget.spent < 0.4
+    assert course.cut
+    assert course.error_half_way is not None
+    assert course.error <= course.error_half_way
+    assert course.error == pytest.approx(training.error(), abs=1e-6)
+
+
+def test_training_without_a_finite_error_is_refused() -> None:
+    with refused(TrainingError, "no validation error is finite"):
+        quadratic(lambda: float("nan")).run(Budget(0.05), silent)
+
+
+def test_rate_rises_and_falls_to_nothing() -> None:
+    rates = [schedule(part) for part in (0.0, 0.05, 0.5, 1.0)]
+    assert rates[0] < 0.2
+    assert rates[1] == pytest.approx(1.0)
+    assert 0.4 < rates[2] < 0.6
+    assert rates[3] == pytest.approx(0.0)

@@ -97,7 +97,8 @@ def test_error_of_several_outputs_is_the_largest_and_without_one_infinite() -> N
 
 def test_divergence_is_told_with_what_is_left() -> None:
     assert remark_on(model("NARX", None, cut=True), 7) == (
-        "diverged on 2 of 7 trajectories, 3.1 % off on the others; cut by the budget"
+        "diverged on 2 of 7 trajectories, 3.1 % off on the others; "
+        "its search was cut by the budget"
     )
     (output,) = model("NARX", None).outputs
     unknown = replace(output, bounded_rmse_over_deviation=None)
@@ -106,14 +107,30 @@ def test_divergence_is_told_with_what_is_left() -> None:
     assert remark_on(OWN, 7) == ""
 
 
+def test_training_that_still_improves_is_not_converged() -> None:
+    course = {"validation_error": 0.02, "error_half_way": 0.03, "cut": True}
+    assert remark_on(model("GRU", 0.02, **course), 7) == (
+        "not converged: 3 % in validation at half of its time, 2 % at the end"
+    )
+    near = model("GRU", 0.02, **{**course, "error_half_way": 0.021})
+    assert remark_on(near, 7).startswith("converged: 2.1 %")
+    ended = model("GRU", 0.02, **{**course, "cut": False})
+    assert remark_on(ended, 7) == "trained to its end: 2 % in validation"
+
+
+def test_training_that_took_longer_than_the_budget_is_remarked() -> None:
+    assert remark_on(model("FIR", 0.02, cpu_seconds=3.0), 7, 2.0) == "took 1.5 times the budget"
+    assert remark_on(model("FIR", 0.02, cpu_seconds=2.05), 7, 2.0) == ""
+
+
 def test_table_has_a_row_for_every_model_also_for_one_that_failed() -> None:
     untimed = model("own: state space", 0.02, cpu_seconds=None)
     table = model_table(figures(untimed, model("NARX", None), FAILED))
     heading, (own, narx, failed) = table.heading, table.rows
-    assert heading[2] == "relative RMSE of position"
-    assert own == ("own: state space", "4 lags", "2 %", "9", "", "3", "2", "")
+    assert heading[2] == "error of position"
+    assert own == ("own: state space", "4 lags", "2 %", "9", "", "3 us", "2", "")
     assert narx[2] == "diverged"
-    assert failed == ("GRU", "", "", "", "1", "", "", "failed: training diverged")
+    assert failed == ("GRU", "", "", "", "1 s", "", "", "failed: training diverged")
     assert len(heading) == len(own) == len(failed)
 
 
@@ -134,7 +151,7 @@ def test_report_shows_table_charts_and_remark() -> None:
 def test_charts_are_drawn_whatever_diverges(models: list[ModelFigures]) -> None:
     size, time = error_charts(models)
     for chart in (size, time):
-        lines = chart.panels[0].lines
+        lines = [line for line in chart.panels[0].lines if line.name]
         assert len(lines) == sum(one.failed is None for one in models)
         assert all(np.isfinite(line.y).all() for line in lines)
         assert all(("(diverged)" in line.name) == (line.y[0] > 2.5) for line in lines)

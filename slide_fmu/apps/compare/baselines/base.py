@@ -76,6 +76,23 @@ class Budget:
         return self.seconds - self.spent
 
 
+@dataclass(frozen=True)
+class Course:
+    """A Course says how far the training of a network came.
+
+    Attributes:
+        steps: number of its steps.
+        error: its smallest validation error, an RMS in scaled units.
+        error_half_way: the one at half of its time; None if none was known then.
+        cut: whether the budget ended it.
+    """
+
+    steps: int
+    error: float
+    error_half_way: float | None
+    cut: bool
+
+
 @dataclass(frozen=True, eq=False)
 class FittedBaseline:
     """A FittedBaseline is the result of fitting a baseline.
@@ -84,8 +101,10 @@ class FittedBaseline:
         baseline: the trained model.
         structure: its size in words, such as "8 lags".
         cut: whether the budget ended the search or the training before its own end.
+        course: course of the training of a network; None for other models.
     """
 
     baseline: Baseline
     structure: str
     cut: bool
+    course: Course | None = None

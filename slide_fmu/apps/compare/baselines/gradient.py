@@ -3,40 +3,34 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen, Stepped
+from slide_fmu.apps.compare.baselines.adam_training import AdamTraining
+from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, Frozen, Stepped
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fitting.feed_forward import fit_feed_forward
-from slide_fmu.fitting.problem import Problem
-from slide_fmu.fitting.training import train
+from slide_fmu.core.window import Window
+from slide_fmu.fitting.feed_forward import FeedForwardModule
+from slide_fmu.fitting.training import evaluate
 from slide_fmu.fitting.windows import WindowData
-from slide_fmu.recipe.learning import FeedForwardRecipe, TrainingRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe
 
-MOST_STEPS = 20_000
-"""Largest number of optimizer steps in a training; the budget may end it before."""
-PROBE = 9
-"""Number of steps over which the time of a step is measured."""
-VALIDATIONS, SHARE = 20, 0.2
-"""Number of validations of a training, and the largest share of the budget for them."""
 FEED_FORWARD = FeedForwardRecipe(family="feed_forward", hidden=(100, 100), activation="relu")
 """The paper's network of the Duffing oscillator: two layers of 100 ReLU units."""
 GRU_UNITS = 32
 """Number of states of a GRU."""
-BATCHES = {"feed_forward": 256, "gru": 64}
-RATES = {"feed_forward": 1e-3, "gru": 5e-3}
+BATCHES = {"feed_forward": 256, "gru": 32}
+RATES = {"feed_forward": 1e-3, "gru": 2e-2}
 """Windows per step, and highest learning rate, of both trainings."""
-
-Fit = Callable[[TrainingRecipe, Path, Progress], Baseline]
-"""Trains a network by the recipe's table, with a path for its checkpoint."""
+STARTING, SCORED = 0.35, 0.55
+"""A GRU learns from parts of trajectories: number of samples in which it starts, and of scored
+ones, relative to the memory length. A step takes a time in
+proportion to their length, so short parts allow more steps than whole windows do."""
+FEWEST = 8
+"""Smallest number of samples of either kind."""
 
 
 def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
@@ -45,51 +39,47 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Fit
     Raises:
         TrainingError: the training diverged.
     """
-    n_outputs = lesson.n_outputs
-
-    def fit(recipe: TrainingRecipe, place: Path, progress: Progress) -> Baseline:
-        training, validation = (_tensors(lesson, which) for which in ("training", "validation"))
-        problem = Problem(lesson.window, lesson.features, training, validation, place)
-        network = fit_feed_forward(problem, FEED_FORWARD, recipe, progress).network
-        return Frozen(network, lesson.window, n_outputs)
-
-    return _within(budget, "feed_forward", fit, lesson.seed, progress, "2 x 100 ReLU units")
+    window = lesson.window
+    module = FeedForwardModule(
+        FEED_FORWARD, window.n_in, lesson.features, window.n_out * lesson.n_outputs
+    )
+    module.initialise(torch.Generator().manual_seed(lesson.seed))
+    course = _trained(module, lesson, window, "feed_forward", budget, progress)
+    baseline = Frozen(module.freeze(), window, lesson.n_outputs)
+    words = f"2 x 100 ReLU units, {course.steps} steps"
+    return FittedBaseline(baseline, words, course.cut, course)
 
 
 def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaseline:
-    """Train a GRU, from zero state at the beginning of each window of the lesson.
+    """Train a GRU on parts of trajectories, from zero state at the beginning of each.
 
     Raises:
         TrainingError: the training diverged.
     """
-
-    def fit(recipe: TrainingRecipe, place: Path, progress: Progress) -> Baseline:
-        torch.manual_seed(recipe.seed)
-        module = GruModule(lesson)
-        data = [
-            WindowData(*_tensors(lesson, which), lesson.window)
-            for which in ("training", "validation")
-        ]
-        train(module, data[0], data[1], recipe, place, progress)
-        return Gru(module, lesson)
-
-    return _within(budget, "gru", fit, lesson.seed, progress, f"{GRU_UNITS} states")
+    torch.manual_seed(lesson.seed)
+    memory, samples = lesson.window.memory_length, lesson.training[0].shape[1]
+    starting = min(max(FEWEST, math.ceil(STARTING * memory)), samples // 2)
+    scored = min(max(FEWEST, math.ceil(SCORED * memory)), samples - starting)
+    module = GruModule(lesson, scored)
+    window = Window(lesson.window.step, starting + scored, scored)
+    course = _trained(module, lesson, window, "gru", budget, progress)
+    words = f"{GRU_UNITS} states, {course.steps} steps"
+    return FittedBaseline(Gru(module, lesson), words, course.cut, course)
 
 
 class GruModule(torch.nn.Module):
-    """A GruModule maps windows of features to the outputs at the end of each window. Final."""
+    """A GruModule maps parts of features to the outputs at the end of each part. Final."""
 
-    def __init__(self, lesson: Lesson) -> None:
+    def __init__(self, lesson: Lesson, scored: int) -> None:
         super().__init__()
-        n_outputs = lesson.n_outputs
-        self.n_out = lesson.window.n_out
+        self.scored = scored
         self.gru = torch.nn.GRU(lesson.features.n_signals, GRU_UNITS, batch_first=True)
-        self.readout = torch.nn.Linear(GRU_UNITS, n_outputs)
+        self.readout = torch.nn.Linear(GRU_UNITS, lesson.n_outputs)
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
-        """Map features (B, n_in, n_features) to outputs (B, n_out * n_outputs)."""
+        """Map features (B, n_in, n_features) to outputs (B, scored * n_outputs)."""
         states, _ = self.gru(windows)
-        found: torch.Tensor = self.readout(states[:, -self.n_out :]).flatten(1)
+        found: torch.Tensor = self.readout(states[:, -self.scored :]).flatten(1)
         return found
 
 
@@ -131,42 +121,25 @@ def _tensors(lesson: Lesson, which: str) -> tuple[torch.Tensor, torch.Tensor]:
     return one, other
 
 
-def _within(
-    budget: Budget, kind: str, fit: Fit, seed: int, progress: Progress, words: str
-) -> FittedBaseline:
-    """Train for the number of steps that the budget allows; the schedule of rates ends with it."""
+def _trained(
+    module: torch.nn.Module,
+    lesson: Lesson,
+    window: Window,
+    kind: str,
+    budget: Budget,
+    progress: Progress,
+) -> Course:
+    """Train a network on windows at all phases of the training trajectories."""
+    data, judging = (
+        WindowData(*_tensors(lesson, which), window) for which in ("training", "validation")
+    )
+    generator = torch.Generator().manual_seed(lesson.seed)
 
-    def recipe(steps: int, validations: int) -> TrainingRecipe:
-        values = {
-            "seed": seed,
-            "steps": steps,
-            "batch": BATCHES[kind],
-            "learning_rate": RATES[kind],
-            "expert": {
-                "gradient_clip": 1.0,
-                "validate_every": math.ceil(steps / validations),
-            },
-        }
-        return TrainingRecipe.model_validate(values)
+    def loss() -> torch.Tensor:
+        numbers = torch.randint(data.n_windows, (BATCHES[kind],), generator=generator)
+        windows, targets = data.cut(numbers)
+        errors: torch.Tensor = module(windows) - targets
+        return errors.square().mean()
 
-    def seconds(steps: int, folder: Path) -> float:
-        begin = time.process_time()
-        fit(recipe(steps, 1), folder / f"{steps}.pt", lambda *_: None)
-        (folder / f"{steps}.pt").unlink()
-        return time.process_time() - begin
-
-    with TemporaryDirectory() as name:
-        folder = Path(name)
-        seconds(1, folder)  # the first step loads libraries
-        once = seconds(1, folder)
-        step = max((seconds(PROBE, folder) - once) / (PROBE - 1), 1e-6)
-        steps, validations = _affordable(budget.left, step, max(once - step, 1e-6))
-        baseline = fit(recipe(steps, validations), folder / "training.pt", progress)
-    return FittedBaseline(baseline, f"{words}, {steps} steps", cut=steps < MOST_STEPS)
-
-
-def _affordable(left: float, step: float, validation: float) -> tuple[int, int]:
-    """Return numbers of steps and validations that take at most the time left, in s."""
-    validations = min(VALIDATIONS, max(1, int(SHARE * left / validation)))
-    steps = int((left - validations * validation) / step)
-    return min(MOST_STEPS, max(1, steps)), validations
+    training = AdamTraining(module, loss, lambda: evaluate(module, judging), RATES[kind])
+    return training.run(budget, progress)

@@ -1,0 +1,28 @@
+"""Numbers and times become texts with three digits and a unit, for tables that people read."""
+
+from __future__ import annotations
+
+import math
+
+UNITS = ((1e-6, "us"), (1e-3, "ms"), (1.0, "s"))
+"""Units of short times in s, the smallest first."""
+
+
+def duration(seconds: float) -> str:
+    """Write a time with three digits, in the largest unit in which it is at least 1."""
+    factor, unit = next((u for u in reversed(UNITS) if seconds >= 0.9995 * u[0]), UNITS[0])
+    return f"{number(seconds / factor)} {unit}"
+
+
+def number(value: float) -> str:
+    """Write a number with three digits, without an exponent, in groups of thousands.
+
+    Whole numbers below a million keep all their digits.
+    """
+    rounded = float(f"{value:.3g}")
+    if rounded == 0:
+        return "0"
+    if rounded >= 100 or value == int(value):
+        count = int(value) if value == int(value) < 1e6 else round(rounded)
+        return f"{count:,}".replace(",", " ")
+    return f"{rounded:.{2 - math.floor(math.log10(rounded))}f}"

@@ -1,0 +1,23 @@
+"""Numbers and times as texts."""
+
+from __future__ import annotations
+
+import pytest
+
+from slide_fmu.core.readable import duration, number
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(1.0722e-6, "1.07 us"), (4.4e-8, "0.0440 us"), (99.96e-6, "100 us"), (0.99996e-3, "1.00 ms")],
+)
+def test_times_have_three_digits_and_a_unit(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(219000.76, "219 000"), (15.61, "15.6"), (506, "506"), (14025.8, "14 000")],
+)
+def test_numbers_have_three_digits_and_no_exponent(value: float, words: str) -> None:
+    assert number(value) == words

@@ -138,6 +138,6 @@ def _show(found: Calibration) -> None:
     show_table(
         ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs)
     )
-    console.print(f"{found.samples} samples count")
+    console.print(f"{found.samples} samples were used")
     for remark in found.remarks:
         show_remark(remark)

@@ -9,13 +9,14 @@ import numpy as np
 from slide_fmu.apps.calibrate.calibrate_fmu import FittedCourse
 from slide_fmu.apps.calibrate.result import Calibration, FittedParameter, OutputFit
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict, remark_sections
 from slide_fmu.report.table import ReportTable
 
-SHOWN = 600
+SHOWN = 160
 """Largest number of samples around the largest deviation that a chart shows."""
 
 FIT = (
@@ -88,7 +89,7 @@ def _parameter_fact(one: FittedParameter) -> Fact:
 
 
 def _output_fact(fit: OutputFit) -> Fact:
-    text = f"Relative RMSE after the fit. RMSE before: {fit.before:.3g}{behind(fit.unit)}."
+    text = f"Relative RMSE after the fit. RMSE before: {quantity(fit.before, fit.unit)}."
     return Fact(fit.name, percent(fit.relative), text)
 
 

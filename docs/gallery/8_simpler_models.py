@@ -41,8 +41,8 @@ for model in models:
 
 # %%
 # All linear models agree: the rest of this motion is out of reach of any of them. NARX does well
-# because its terms are polynomials, and so is this spring. GRU and feed-forward network would get
-# better with more time: the table says that the budget has cut them short
+# because its terms are polynomials, and so is this spring. The table of the command also says
+# whether the GRU and the feed-forward network have converged
 # ([how to read a comparison](../../report.md#how-to-read-it)).
 
 plt.style.use("docs/tutorials/plots.mplstyle")

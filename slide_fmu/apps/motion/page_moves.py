@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import settled
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.solve import Solved, solve
@@ -36,31 +37,47 @@ class ShownMove:
 
 
 @dataclass(frozen=True)
+class ShownLimits:
+    """ShownLimits are the limits of one coordinate, in its unit, or in degrees for an angle."""
+
+    speed: float
+    acceleration: float
+
+
+@dataclass(frozen=True)
 class ShownMoves:
-    """ShownMoves are two moves that a page shows next to each other.
+    """ShownMoves are moves that a page shows next to each other.
 
     Attributes:
         time: times in s at which inputs are set.
         tolerance: largest deviation of settled outputs.
         parameters: values of the physical parameters of the moves, by name.
-        moves: the chosen one first.
+        limits: of each coordinate; None where speed or acceleration has no limit.
+        moves: the chosen one first, then the best shaper if there is one, the unshaped one last.
     """
 
     time: tuple[float, ...]
     tolerance: float
     parameters: Mapping[str, float]
+    limits: tuple[ShownLimits | None, ...]
     moves: tuple[ShownMove, ...]
 
 
 def moves_of(solved: Solved) -> ShownMoves:
-    """Return the chosen move and the first baseline.
+    """Return the chosen move, the shaped baseline that settles first, and the unshaped one.
 
     The first time is the last one of rest. Moving inputs are known ahead: they are set one step
     before their time, and reached by the end of the step.
     """
     response = solved.found.response
-    shown = dict(zip((solved.moves[0].name, UNSHAPED), solved.moves, strict=False))
     terms = settled, response, solved.task.tolerance, False
+    chosen, (plain, *shaped) = solved.moves[0], solved.found.baselines
+    shown = {chosen.name: chosen}
+    if shaped:
+        best = min(shaped, key=lambda move: move.cost(*terms))
+        if np.isfinite(best.cost(*terms)):
+            shown[best.name] = best
+    shown[UNSHAPED] = plain
     late = max(move.cost(*terms) for move in shown.values()) + AFTER
     last = response.count if np.isinf(late) else min(response.count, round(late / response.step))
     rows = slice(response.lead - 1, response.lead + last)
@@ -71,7 +88,22 @@ def moves_of(solved: Solved) -> ShownMoves:
     inputs = [tuple(map(tuple, sequence.T.tolist())) for sequence in sequences]
     moves = tuple(ShownMove(*move) for move in zip(shown, arrive, inputs, strict=True))
     parameters = dict(solved.task.parameters)
-    return ShownMoves(tuple(time.tolist()), solved.task.tolerance, parameters, moves)
+    limits = _limits(solved)
+    return ShownMoves(tuple(time.tolist()), solved.task.tolerance, parameters, limits, moves)
+
+
+def _limits(solved: Solved) -> tuple[ShownLimits | None, ...]:
+    found: list[ShownLimits | None] = []
+    rows = zip(solved.limits.speed, solved.limits.acceleration, strict=True)
+    for coordinate, (speed, acceleration) in zip(
+        coordinates_of(solved.surrogate.inputs), rows, strict=True
+    ):
+        scale = 1.0 if coordinate.radius is None else float(np.rad2deg(1.0))
+        limited = np.isfinite(speed) and np.isfinite(acceleration)
+        found.append(
+            ShownLimits(scale * float(speed), scale * float(acceleration)) if limited else None
+        )
+    return tuple(found)
 
 
 def solved_moves(fmu: Path, task: Path) -> ShownMoves:

@@ -1,5 +1,6 @@
 // The page of one surrogate: live, over its stored trajectory, over a user's record.
 
+import { watchButtons, WAYS } from "./buttons.js";
 import { channelsOf, limitsOf } from "./channels.js";
 import { differenceTo, storedCourse } from "./course.js";
 import { watchFiles } from "./files.js";
@@ -8,14 +9,13 @@ import { Drag } from "./drag.js";
 import { Live } from "./live.js";
 import { Moves } from "./moves.js";
 import { MovesCard } from "./moves_card.js";
+import { Optimiser } from "./optimiser.js";
 import { Panel } from "./panel.js";
 import { Player } from "./player.js";
 import { Session } from "./session.js";
 import { Address, takeState } from "./state.js";
 import { beginTheme } from "../../../core/web/modules/theme.js";
 import { View } from "./view.js";
-
-const WAYS = ["live", "moves", "stored", "own"];
 
 // the machine is drawn in every frame, all else less often: that takes longer, and is read slowly
 const REDRAWN = 1000 / 15;
@@ -36,9 +36,10 @@ export class App {
     if (facts.trajectory !== null) {
       this.courses.stored = storedCourse(facts, files);
     }
-    this.moves = facts.moves === null ? null : new Moves(facts);
-    this.movesCard = this.moves === null ? null : new MovesCard(this.moves, byId("moves-plot"));
+    this.moves = facts.moves === null ? null : new Moves(facts, facts.moves);
+    this.movesCard = new MovesCard(byId("moves-plot"));
     const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored ?? null));
+    this.optimiser = new Optimiser(this, limits);
     this.live = new Live(this.session, facts, this.channels, limits);
     this.player = new Player();
     this.address = new Address(this);
@@ -59,7 +60,7 @@ export class App {
 
   begin() {
     const still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.makeButtons();
+    watchButtons(this);
     this.wander(!still);
     const { way, time } = takeState(this, location.hash);
     this.panel.show(this.live.targets);
@@ -67,31 +68,11 @@ export class App {
     watchFiles(this);
     beginTheme(() => this.wish());
     new ResizeObserver(() => this.wish()).observe(byId("plots"));
-    this.choose(way in this.courses || (way === "moves" && this.moves !== null) ? way : "live");
+    this.choose(way in this.courses || (way === "moves" && this.optimiser.possible) ? way : "live");
     if (Number.isFinite(time)) {
       this.point(time);
     }
     requestAnimationFrame((now) => this.frame(now));
-  }
-
-  makeButtons() {
-    const on = (id, event, action) => byId(id).addEventListener(event, action);
-    WAYS.forEach((way) => on(`way-${way}`, "click", () => this.choose(way)));
-    byId("way-stored").hidden = this.courses.stored === undefined;
-    byId("way-moves").hidden = this.moves === null;
-    on("play", "click", () => this.play(!this.playing));
-    on("restart", "click", () => this.restart());
-    on("wander", "change", () => this.wander(byId("wander").checked));
-    on("pace", "change", () => {
-      this.live.pace = Number(byId("pace").value);
-    });
-    on("time", "input", () => this.point(Number(byId("time").value)));
-    document.addEventListener("keydown", (event) => {
-      if (event.key === " " && event.target === document.body) {
-        event.preventDefault();
-        this.play(!this.playing);
-      }
-    });
   }
 
   /** The record that is shown, once the surrogate has answered it; null when there is none. */
@@ -105,10 +86,16 @@ export class App {
     document.body.dataset.way = way;
     WAYS.forEach((name) => byId(`way-${name}`).setAttribute("aria-pressed", String(name === way)));
     this.restart();
-    if (way === "moves") {
-      this.player.go(this.moves.xRange[0]);
-    }
+    this.optimiser.enter(way);
     this.play(way === "live" || way === "moves");
+  }
+
+  /** Takes moves over, and plays them. */
+  showMoves(moves) {
+    this.moves = moves;
+    this.restart();
+    this.player.go(moves.xRange[0]);
+    this.play(true);
   }
 
   /** What the player plays: a record, or moves; null when there is neither. */
@@ -147,7 +134,7 @@ export class App {
   answer(course) {
     if (course === this.moves) {
       course.run(this.session, this.facts, this.parameters, this.confidence);
-      this.movesCard.say();
+      this.movesCard.say(this.moves);
       return;
     }
     const given = this.facts.parameters.map(
@@ -175,6 +162,7 @@ export class App {
     this.live.targets[index] = value;
     this.wander(false);
     this.panel.show(this.live.targets);
+    this.optimiser.chooseGoal();
     this.wish();
   }
 
@@ -208,6 +196,9 @@ export class App {
   frame(now) {
     const seconds = (now - (this.before ?? now)) / 1000;
     this.before = now;
+    if (this.optimiser.searching) {
+      this.attempt(() => this.optimiser.goOn());
+    }
     if (this.playing) {
       this.goOn(seconds);
     }
@@ -243,6 +234,8 @@ export class App {
       if (whole) {
         this.panel.show(this.live.targets);
       }
+    } else if (this.way === "moves" && this.optimiser.open) {
+      this.view.drawPose(this.optimiser.goalRow, this.parameters);
     } else if (this.way === "moves") {
       this.view.drawMoves(this.player, this.movesCard, whole);
     } else if (this.course !== null) {

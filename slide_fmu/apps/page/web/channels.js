@@ -44,7 +44,7 @@ export function channelsOf(facts) {
 }
 
 /** The shortest way from one value of a channel to another. */
-function distanceOf(channel, from, to) {
+export function distanceOf(channel, from, to) {
   const way = to - from;
   return channel.turns ? way - 360 * Math.round(way / 360) : way;
 }

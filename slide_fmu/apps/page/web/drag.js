@@ -18,7 +18,7 @@ export class Drag {
   }
 
   begin(event) {
-    if (this.app.way !== "live") {
+    if (!["live", "moves"].includes(this.app.way)) {
       this.app.choose("live");
     }
     this.canvas.setPointerCapture(event.pointerId);

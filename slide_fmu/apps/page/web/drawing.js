@@ -71,10 +71,14 @@ export class Drawing {
     const { shapes, camera } = this.description;
     const thin = ({ line, width: size }) => line !== undefined && size < THINNEST;
     const solid = camera === undefined ? [] : shapes.filter((shape) => !thin(shape));
-    this.drawFlat(context, places, shapes.filter((shape) => !solid.includes(shape)), null);
-    if (behind !== null) {
-      const others = this.places(behind.row, behind.outputs, parameters);
-      this.drawFlat(context, others, camera === undefined ? shapes : solid, "draw-truth");
+    const flat = shapes.filter((shape) => !solid.includes(shape));
+    const others = behind === null ? null : this.places(behind.row, behind.outputs, parameters);
+    if (others !== null && camera === undefined) {
+      this.drawFlat(context, others, shapes, "draw-truth");
+    }
+    this.drawFlat(context, places, flat, null);
+    if (others !== null) {
+      this.drawFlat(context, others, solid, "draw-truth");
     }
     const colour = (shape) => colourOf(`draw-${shape.colour}`);
     solidsOf(solid, places, colour).forEach((each) => each.draw(context));

@@ -23,12 +23,16 @@ export class Session {
 
   /** Starts anew; the first row of inputs counts as held for ever before. */
   restart(row, parameters, confidence) {
+    this.begin(row, parameters, confidence);
+    return this.answer();
+  }
+
+  begin(row, parameters, confidence) {
     this.machine.reset();
     this.atStepEnd?.set([this.known ? 1 : 0]);
     this.set(parameters, confidence);
     this.given.set(row);
     this.machine.start();
-    return this.answer();
   }
 
   /** Sets physical parameters and the confidence of error bounds, which may change at any time. */

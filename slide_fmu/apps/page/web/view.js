@@ -72,10 +72,10 @@ export class View {
     }
   }
 
-  /** Draws two moves at the same time of both: the machine of the second one behind the first. */
+  /** Draws moves at the same time of all: the machine of the plain one behind the first. */
   drawMoves(player, card, whole) {
     const { course: moves, at } = player;
-    const [first, second] = moves.courses;
+    const [first, second] = [moves.courses[0], moves.courses.at(-1)];
     const { time, rows, answers, xRange, given } = first;
     const behind = { row: second.rows[at], outputs: second.answers[at].outputs };
     this.drawing?.draw({ time, rows, answers, at }, given, behind);
@@ -88,6 +88,12 @@ export class View {
       showLamp(answers[at].flags);
       write(byId("clock"), `${time[at].toFixed(2)} s`);
     }
+  }
+
+  /** Draws the machine at a row of inputs, as if it were rigid: a goal that is being chosen. */
+  drawPose(row, parameters) {
+    const outputs = this.facts.outputs.map(() => 0);
+    this.drawing?.draw({ time: [0], rows: [row], answers: [{ outputs }], at: 0 }, parameters, null);
   }
 
   /** The table of errors beside a reference; difference: to what the FMU stores, or null. */

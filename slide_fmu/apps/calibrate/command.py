@@ -25,7 +25,8 @@ def calibrate(
     records: Annotated[
         list[str],
         typer.Argument(
-            metavar="RECORD...", help="Fit to these records: CSV, Parquet, HDF5 or MAT files."
+            metavar="RECORD...",
+            help="One or more measured records: CSV, Parquet, HDF5 or MAT files.",
         ),
     ],
     inputs: Annotated[
@@ -33,8 +34,8 @@ def calibrate(
         typer.Option(
             "--input",
             metavar="NAME=COLUMN",
-            help="Take this column for this input; once for each. An input that is not named "
-            "has the column of its own name.",
+            help="Column of an input; repeat it for each one. Default: the column with "
+            "the name of the input.",
         ),
     ] = None,
     outputs: Annotated[
@@ -42,25 +43,24 @@ def calibrate(
         typer.Option(
             "--output",
             metavar="NAME=COLUMN",
-            help="Take this column for this output; once for each. If any is named, the others "
-            "do not count; else all count, each with the column of its own name.",
+            help="Column of an output; repeat it for each one. Outputs that you do not "
+            "name are left out. Default: all outputs, in the columns with their "
+            "names.",
         ),
     ] = None,
     fix: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Hold this parameter at this value; once for each. All others are fitted.",
+            help="Value of a parameter that is not fitted; repeat it for each one.",
         ),
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME", help="Take this column as times; found by its name if not given."
-        ),
+        typer.Option(metavar="NAME", help="Column with the times. Default: found by its name."),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="Take this sample step, in s, for records without times.")
+        float | None, typer.Option(help="Sample step in s of records without times.")
     ] = None,
     pairing: Annotated[
         str | None,
@@ -68,12 +68,14 @@ def calibrate(
             metavar="same|later",
             callback=one_of(PAIRINGS, "leave the option out, and the FMU decides"),
             autocompletion=lambda: list(PAIRINGS),
-            help="Say whether outputs answer the input of the same sample, or that of the sample "
-            "before. If not given, the FMU decides: the same where its inputs move between "
-            "samples, one sample later where they are held.",
+            help="Whether an output belongs to the input of the same sample (same) or of"
+            " the sample before (later). Default: same if the inputs of the FMU "
+            "move between samples, later if they are held.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the points where the search begins.")
+    ] = 0,
     json_path: JsonOption = None,
     report: Annotated[
         Path | None,
@@ -81,10 +83,10 @@ def calibrate(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
+        typer.Option("-o", "--ssv", help="Write the fitted values to this SSV file, for an SSP."),
     ] = None,
 ) -> None:
-    """Fit the physical parameters of an FMU to measured records, with their intervals."""
+    """Fit the physical parameters of an FMU to measured records, with 95 % intervals."""
     from slide_fmu.apps.calibrate.calibrate_fmu import (
         Measured,
         calibrate_fmu,

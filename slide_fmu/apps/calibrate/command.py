@@ -11,8 +11,6 @@ from slide_fmu.cli.console import console, progress_bars, show_remark, write_jso
 from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
 from slide_fmu.core.figures import plain
-from slide_fmu.core.units import behind
-from slide_fmu.report.table import ReportTable
 
 if TYPE_CHECKING:
     from slide_fmu.apps.calibrate.result import Calibration
@@ -79,6 +77,10 @@ def calibrate(
         int, typer.Option(min=0, help="Seed of the points where the search begins.")
     ] = 0,
     json_path: JsonOption = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write report.html and report.json here."),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--ssv", help="Write the fitted values to this SSV file, for an SSP."),
@@ -108,36 +110,22 @@ def calibrate(
     write_json(json_path, {**plain(found.figures()), "seed": seed, "about_records": list(remarks)})
     if output is not None:
         console.print(f"SSV     {output}")
+    if report is not None:
+        from slide_fmu.apps.calibrate.calibrate_fmu import fitted_courses
+        from slide_fmu.apps.calibrate.calibration_report import calibration_report
+
+        page = calibration_report(found, fitted_courses(fmu, measured, found)).write(report)
+        console.print(f"report  {page}")
 
 
 def _show(found: Calibration) -> None:
     """Print the fitted values, how well they fit, and remarks."""
-    from slide_fmu.core.measures import percent
+    from slide_fmu.apps.calibrate.calibration_report import output_table, parameter_table
 
-    fitted = (
-        (
-            one.parameter.name,
-            f"{one.value:.6g}",
-            f"{one.low:.6g} .. {one.high:.6g}",
-            f"{one.parameter.low:g} .. {one.parameter.high:g}",
-            behind(one.parameter.unit).strip(),
-        )
-        for one in found.parameters
-    )
-    show_table(ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), fitted))
+    show_table(parameter_table(found))
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
-    outputs = (
-        (
-            fit.name,
-            *(f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after)),
-            percent(fit.relative),
-        )
-        for fit in found.outputs
-    )
-    show_table(
-        ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs)
-    )
+    show_table(output_table(found))
     console.print(f"{found.samples} samples were used")
     for remark in found.remarks:
         show_remark(remark)

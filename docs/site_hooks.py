@@ -55,8 +55,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Typeset the formulas of a page."""
-    return with_formulas(html)
+    """Typeset the formulas of a page, and keep options of commands on one line."""
+    return with_formulas(html).replace("<code>--", '<code class="option">--')
 
 
 def _is_about_the_site(record: logging.LogRecord) -> bool:

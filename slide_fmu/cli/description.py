@@ -25,7 +25,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
 """Errors that figures of other types than slide-fmu's raise."""
 
-NOT_MEASURED = "not measured yet; run slide-fmu validate FMU"
+NOT_MEASURED = "was not measured yet: run slide-fmu validate FMU"
 NOT_MEASURABLE = (
     "cannot be measured by slide-fmu: the FMU carries no recipe of a reference system. In Python, "
     "compare slide_fmu.simulate(FMU, t, u) with the outputs of your own model"
@@ -74,9 +74,12 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
         measured = released_figures(provenance)
         for sentence in verdict(measured, Subject.of(surrogate)):
             out.print(sentence)
+        if measured is None:
+            out.print(f"Its error {NOT_MEASURED if origin.recipe else NOT_MEASURABLE}.")
         _show_signals(surrogate, out)
         _show_network(surrogate, out)
-        _show_error(measured, bool(origin.recipe), out)
+        if measured is not None:
+            _show_error(measured, out)
         _show_origin(origin if provenance else None, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
@@ -103,27 +106,26 @@ def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:
 
 def _show_network(surrogate: Surrogate, out: Console) -> None:
     window, estimator, bound = surrogate.window, surrogate.estimator, surrogate.bound
-    out.print(f"window   {window.n_in} inputs to {window.n_out} outputs, {window.step:g} s apart")
+    samples = f"{window.n_in} samples of the inputs and gives {window.n_out} of the outputs"
+    out.print(f"window   the network sees {samples}; a sample is {window.step:g} s")
     also = ""
     if estimator is not None:
         also = f"; its error estimator has {estimator.network.count_parameters()}"
     out.print(f"network  {surrogate.network.count_parameters()} weights{also}")
     if bound is not None:
-        confidences = ", ".join(f"{confidence:g}" for confidence in bound.confidences)
-        out.print(f"bound    of the error, for the confidences {confidences}")
+        *others, last = (f"{100 * confidence:g} %" for confidence in bound.confidences)
+        confidences = f"{', '.join(others)} or {last}" if others else last
+        out.print(f"bound    of the error, with a confidence of {confidences}")
         if bound.span is not None:
             span = bound.span.samples * window.step
-            out.print(f"estimate of the error over {span:g} s, by the same")
+            out.print(f"estimate of the error over {span:g} s, by the networks of the bound")
 
 
-def _show_error(measured: RunFigures | None, has_recipe: bool, out: Console) -> None:
+def _show_error(measured: RunFigures, out: Console) -> None:
     """Print the error that was measured when the FMU was made."""
-    if measured is None:
-        out.print(f"error    {NOT_MEASURED if has_recipe else NOT_MEASURABLE}")
-        return
     for index, (name, validation) in enumerate(measured.ordered.items()):
-        if index:  # figures of bounds in range are enough here
-            validation = replace(validation, error_bound=None)
+        if index:  # figures of bounds and estimates in range are enough here
+            validation = replace(validation, error_bound=None, error_estimate=None)
         print_validation(validation, f"error {name}", out)
 
 

@@ -139,7 +139,11 @@ def check(
         console.print(problem, style="red")
     if checked.problems:
         raise typer.Exit(1)
-    console.print(f"{fmu}: no problems")
+    console.print(f"{fmu}: no problems. Checked:")
+    for part in checked.parts:
+        console.print(f"  {part}")
+    if not run:
+        console.print("Not checked: whether its outputs can be repeated (--run)")
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:

@@ -75,7 +75,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
     try:
         problems += [f"fmpy: {problem}" for problem in validate_fmu(str(path))]
         description = fmpy.read_model_description(str(path))
-        fmi: FmiVersion = 3 if description.fmiVersion.startswith("3.") else 2
+        fmi = _version(description)
         problems += library_problems(path, surrogate.name, fmi, run_unknown)
         problems += [] if run_unknown else source_problems(path, surrogate.name, fmi)
         problems += _compare_description(path, surrogate, description, fmi)
@@ -84,6 +84,26 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
     if not problems:
         problems = _compare_run(path, surrogate, description, fmi)
     return problems
+
+
+def fmi_version(path: Path) -> FmiVersion:
+    """Return the version of the standard of an FMU without problems."""
+    return _version(fmpy.read_model_description(str(path)))
+
+
+def _version(description: ModelDescription) -> FmiVersion:
+    return 3 if description.fmiVersion.startswith("3.") else 2
+
+
+def steps_of_check(surrogate: Surrogate) -> int:
+    """Return the number of steps for which the library is compared with numpy."""
+    return max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
+
+
+def runs_here(surrogate: Surrogate, fmi: FmiVersion) -> bool:
+    """Tell whether FMUs of a surrogate have a library for this computer."""
+    platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
+    return any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi))
 
 
 def _unreadable(path: Path) -> list[str]:
@@ -193,8 +213,7 @@ def _compare_run(
     path: Path, surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
 ) -> list[str]:
     """Run the native library of this platform against numpy, on inputs within their ranges."""
-    steps = max(surrogate.window.n_in, *memory_lengths(surrogate).values()) + 10
-    inputs = random_inputs(surrogate, steps)
+    inputs = random_inputs(surrogate, steps_of_check(surrogate))
     native = _library_run(path, surrogate, description, fmi, inputs)
     if not isinstance(native, dict):
         return native
@@ -235,8 +254,7 @@ def _library_run(
     inputs: FloatArray,
 ) -> dict[str, FloatArray] | list[str]:
     """Run the native library; or return the reason why not, empty if there is no library."""
-    platform = fmpy.platform if fmi == 2 else fmpy.platform_tuple
-    if not any(f"/{platform}/" in name for name in library_members(surrogate.name, fmi)):
+    if not runs_here(surrogate, fmi):
         return []
     with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
         try:

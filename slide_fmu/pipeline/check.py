@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.figures import spread
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
-from slide_fmu.cosim.check import check_fmu
+from slide_fmu.cosim.check import check_fmu, fmi_version, runs_here, steps_of_check
 from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.export import FmuError, read_fmu
+from slide_fmu.fmu.export import DESCRIPTION, FmuError, read_fmu
+from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.pipeline.agreement import card_problems
-from slide_fmu.pipeline.apps import Repeated, app_problems, repeated
+from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
+from slide_fmu.pipeline.documents import CARD
+from slide_fmu.surrogate.surrogate import Surrogate
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")
 """Files that users may compile themselves; their content is then unknown here."""
@@ -22,10 +26,11 @@ CHANGEABLE = (BINARIES, f"{SOURCES}/")
 
 @dataclass(frozen=True)
 class CheckFigures:
-    """These are the figures of a check: problems, and the results of apps."""
+    """These are the figures of a check: problems, what was checked, and the results of apps."""
 
     fmu: str
     problems: tuple[str, ...]
+    checked: tuple[str, ...]
     repeated: Mapping[str, Any] = spread()
 
 
@@ -36,15 +41,17 @@ class Checked:
     Attributes:
         problems: one sentence each, with its remedy where there is one; empty without problems.
         repeated: results of repeated runs, by the names of the apps.
+        parts: what was checked, a few words each; empty where problems ended the check.
     """
 
     problems: list[str]
     repeated: Mapping[str, Repeated] = field(default_factory=dict)
+    parts: tuple[str, ...] = ()
 
     def figures(self, fmu: Path) -> CheckFigures:
         """Return the figures that are written as JSON."""
         repeated = {k: v for run in self.repeated.values() for k, v in run.figures.items()}
-        return CheckFigures(str(fmu), tuple(self.problems), repeated)
+        return CheckFigures(str(fmu), tuple(self.problems), self.parts, repeated)
 
 
 def check(fmu: Path, run: bool) -> Checked:
@@ -67,11 +74,45 @@ def check(fmu: Path, run: bool) -> Checked:
         problems += dict.fromkeys([*found, *card_problems(fmu, surrogate, provenance)])
         # the problems above tell more about a member than a different hash
         problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
-        if problems or not run:
+        if problems:
             return Checked(problems)
+        parts = checked_parts(fmu, surrogate, run)
+        if not run:
+            return Checked(problems, parts=parts)
         runs = repeated(fmu, surrogate)
     except (FmuError, OSError) as error:
         return Checked([*problems, str(error)])
     except CoSimulationError as error:
         return Checked([f"the experiment cannot be repeated: {error}"])
-    return Checked([problem for run in runs.values() for problem in run.problems], runs)
+    others = [problem for one in runs.values() for problem in one.problems]
+    return Checked(
+        others, runs, (*parts, *["the experiment that it carries, repeated"] * bool(runs))
+    )
+
+
+def checked_parts(fmu: Path, surrogate: Surrogate, run: bool) -> tuple[str, ...]:
+    """Say what was checked of an FMU without problems.
+
+    Raises:
+        FmuError, OSError: the file cannot be read.
+    """
+    with open_archive(fmu) as archive:
+        names = [name for name in archive.namelist() if not name.endswith("/")]
+    fmi = fmi_version(fmu)
+    shipped = [member for member in library_members(surrogate.name, fmi) if member in names]
+    sources = [name for name in names if name.startswith(f"{SOURCES}/")]
+    platforms = [member.split("/")[1] for member in shipped]
+    unknown = " (their content is not compared with --run)" if run else ", as in this version"
+    steps = steps_of_check(surrogate)
+    parts = [
+        f"archive: {len(names)} files; hashes of all of them{' but libraries and sources' * run}",
+        f"{DESCRIPTION}: valid for FMI {fmi}.0, and all variables as in this version",
+        f"libraries for {', '.join(platforms)}{unknown}",
+        *([f"C sources: {len(sources)} files{unknown}"] if sources else []),
+    ]
+    if runs_here(surrogate, fmi):
+        parts.append(f"library of this computer: {steps} random steps agree with numpy")
+    if CARD in names:
+        parts.append("model card: it agrees with the measured figures inside")
+    parts += [f"files of the app {name!r}" for name, app in apps().items() if app.problems]
+    return tuple(parts)

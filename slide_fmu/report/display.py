@@ -18,7 +18,10 @@ from slide_fmu.report.table import ENDLESS
 WIDE = 90
 """Columns of a terminal from which on bars are drawn and errors named."""
 SOON = 10.0
-"""A pipe shows how long a stage takes after this time in s, or after its first tenth."""
+"""A pipe shows how long a stage takes after this time in s, or after its first part."""
+PARTS, APART = 5, 1.0
+"""A pipe has a line for each of this number of parts of a stage, and time in s between two
+lines."""
 
 
 class Messages(Console):
@@ -98,12 +101,16 @@ class _Bar:
 
 @dataclass
 class _Lines:
-    """A line for every tenth of a stage, and one as soon as its time can be estimated. Final."""
+    """A line for every fifth of a stage, and one as soon as its time can be estimated. Final.
+
+    A stage that takes less than ``APART`` has a line at its start and one at its end.
+    """
 
     console: Console
     name: str
     at_most: bool = False
     printed: int = -1
+    when: float = -math.inf
     estimated: bool = False
     begin: tuple[float, int] | None = None
 
@@ -112,11 +119,14 @@ class _Lines:
         now = time.monotonic()
         if self.begin is None:
             self.begin = now, done
-        tenth = 10 * done // max(1, total)
+        part = PARTS * done // max(1, total)
+        if part < self.printed:  # there is more work than was planned
+            self.printed = -1
         early = not self.estimated and done > self.begin[1] and now - self.begin[0] > SOON
-        if tenth == self.printed and not early:
+        soon = now - self.when < APART and done < total
+        if (part == self.printed or soon) and not early:
             return
-        self.printed = tenth
+        self.printed, self.when = part, now
         time_left = self._time(now, done, total)
         self.estimated = self.estimated or bool(time_left)
         counted = f"{done} of {_total(done, total, self.at_most)}"

@@ -23,9 +23,9 @@ LIMITS = {
         "slider_crank, simulate": 0.27,
     },
     "2_car_as_function": {
-        "body_acceleration": 3.8,
-        "suspension_travel": 2.6,
-        "tyre_deflection": 2.6,
+        "body_acceleration": 1.2,
+        "suspension_travel": 0.7,
+        "tyre_deflection": 0.5,
     },
     "3_measured_record": {"measured": 1.6, "noise": 1.2, "truth": 1.2},
     "4_trusted_steps": {

@@ -30,7 +30,7 @@ MEDIAN, LONGEST = 15, 30
 
 MOST = {
     r"beside": 2,
-    r"that of": 3,
+    r"that of": 2,
     r"those of": 5,
     r"told": 1,
     r"said": 1,

@@ -21,7 +21,6 @@ OF_APPS = {
     "reference": ("reference", "ssp"),
 }
 """Subcommands of each app."""
-"""Subcommands of apps, which have the names of these."""
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -43,7 +42,7 @@ def subcommands() -> list[str]:
 
 def test_readme_is_short_and_comes_to_a_result_soon() -> None:
     assert len(README.splitlines()) <= 120
-    assert len(README[: README.index(FIRST_RESULT)].split()) < 200
+    assert len(README[: README.index(FIRST_RESULT)].split()) < 230
 
 
 def without_removed_apps(listed: list[str]) -> list[str]:

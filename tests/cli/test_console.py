@@ -153,8 +153,8 @@ def test_progress_in_a_pipe_goes_on_where_the_work_turns_out_to_be_more(
         for done in range(21, 41):
             progress(done, 40)
     lines = capfd.readouterr().err.splitlines()
-    assert len(lines) == 11 + 6
-    assert lines[10] == "search: 20 of 20, took 0 s"
+    assert lines[:2] == ["search: 0 of 20", "search: 20 of 20, took 0 s"]
+    assert len(lines) <= 4
     assert lines[-1] == "search: 40 of 40, took 0 s"
 
 

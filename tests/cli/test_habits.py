@@ -133,12 +133,16 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
             assert f" {limits} " in row
             assert signal["description"] in row
     window = figures["window"]
-    assert f"{window['n_in']} inputs to {window['n_out']} outputs, {window['step']:g} s apart" in (
-        result.stdout
+    sees = (
+        f"sees {window['n_in']} samples of the inputs and gives {window['n_out']} of the outputs"
     )
+    assert f"{sees}; a sample is {window['step']:g} s" in result.stdout
     measured = figures["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
     assert f"{100 * measured['relative_rmse']:.3g} %" in result.stdout
     assert result.stdout.index("error in range") < result.stdout.index("made by")
+    order = [result.stdout.index(words) for words in ("plain call", "error bound", "A step takes")]
+    assert order == sorted(order)
+    assert order[-1] < result.stdout.index("signal ")
     assert "slide-fmu info FMU --json - shows them" in lines[-1]
 
 
@@ -155,11 +159,8 @@ def test_info_says_whether_the_error_of_an_fmu_can_be_measured(
 ) -> None:
     surrogate, _ = read_fmu(DUFFING)
     path = export_fmu(surrogate, tmp_path / "bare.fmu", provenance=provenance)
-    (line,) = [
-        line
-        for line in CliRunner().invoke(app, ["info", str(path)]).stdout.splitlines()
-        if line.startswith("error ")
-    ]
+    _, line, *_ = CliRunner().invoke(app, ["info", str(path)]).stdout.splitlines()
+    assert line.startswith("Its error ")
     assert all(word in line for word in words)
 
 

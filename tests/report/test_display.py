@@ -48,11 +48,12 @@ def test_lines_say_the_total_the_time_left_and_the_relative_error(clock: Clock) 
         fit(stages("surrogate"), clock)
     lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert lines[0] == "surrogate, 4 states: 0 of at most 40"
-    assert lines[1] == "surrogate, 4 states: 4 of at most 40, 1 min left, validation error 2.5 %"
+    assert lines[1] == "surrogate, 4 states: 6 of at most 40, 1 min left, validation error 1.67 %"
+    assert len(lines) == 6
     assert lines[-1] == "surrogate, 4 states: 30 of 30, took 1 min, validation error 0.287 %"
 
 
-def test_long_stage_says_its_time_before_its_first_tenth(clock: Clock) -> None:
+def test_long_stage_says_its_time_before_its_first_fifth(clock: Clock) -> None:
     console = Messages(file=io.StringIO(), markup=False, highlight=False)
     with shown(console) as stages:
         progress = stages("trajectories")
@@ -64,6 +65,22 @@ def test_long_stage_says_its_time_before_its_first_tenth(clock: Clock) -> None:
         "trajectories: 0 of 1000",
         "trajectories: 2 of 1000, 1 h 40 min left",
     ]
+
+
+def test_short_stage_has_two_lines_and_a_long_one_at_most_seven(clock: Clock) -> None:
+    console = Messages(file=io.StringIO(), markup=False, highlight=False)
+    with shown(console) as stages:
+        short, long = stages("recipe"), stages("trajectories")
+        for done in range(5):
+            clock.now += 0.1
+            short(done, 4)
+        for done in range(101):
+            clock.now += 3.0
+            long(done, 100)
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert lines[:2] == ["recipe: 0 of 4", "recipe: 4 of 4, took 0 s"]
+    assert len(lines[2:]) == 7
+    assert lines[-1] == "trajectories: 100 of 100, took 5 min"
 
 
 def _all_of(terminal: int) -> Iterator[bytes]:

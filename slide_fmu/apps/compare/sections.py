@@ -99,10 +99,10 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
         "size",
         *(f"error of {name}" for name in names),
         "parameters",
-        "training",
+        "CPU time",
         "a step",
         "step, own = 1",
-        "training and search",
+        "how the training ended",
     )
 
     def cells(model: ModelFigures) -> Iterator[str]:

@@ -34,9 +34,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
 NAME = "slide-fmu"
 """Name of the command, also where Python runs the package (``python -m slide_fmu``)."""
 
-HELP = (
-    "Make fast stand-ins for slow models. Each one is an FMU, and it tells you how far it is off."
-)
+HELP = "Turn slow models into fast FMUs with a measured error."
 
 
 class _Subcommands(TyperGroup):

@@ -30,27 +30,36 @@ from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 
 def export(
-    source: Annotated[Path, typer.Argument(help="Take a recipe that was trained, or an FMU.")],
+    source: Annotated[
+        Path, typer.Argument(help="A recipe that was trained, or an FMU of slide-fmu.")
+    ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the FMU here.")
+        Path | None, typer.Option("-o", "--output", help="Write the FMU to this file.")
     ] = None,
-    fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Write FMI 2.0 or FMI 3.0.")] = 2,
+    fmi: Annotated[
+        int,
+        typer.Option(
+            "--fmi", min=2, max=3, help="Version of the standard: 2 for FMI 2.0, 3 for FMI 3.0."
+        ),
+    ] = 2,
     sources: Annotated[
-        bool, typer.Option("--source", help="Add C sources, for your own compiler.")
+        bool, typer.Option("--source", help="Add the C sources to the FMU, for your own compiler.")
     ] = False,
     scalar: Annotated[
         bool,
-        typer.Option("--scalar", help="Add those for controllers: scalar, no dynamic memory."),
+        typer.Option(
+            "--scalar", help="Add C sources for controllers: scalar arithmetic, no dynamic memory."
+        ),
     ] = False,
     json_path: JsonOption = None,
     seed: TrainingSeedOption = None,
     data_seed: DataSeedOption = None,
     runs: Annotated[
         Path | None,
-        typer.Option("--runs", help="Find the work on recipes here; in runs if not given."),
+        typer.Option("--runs", help="Folder with the work on recipes. Default: runs."),
     ] = None,
 ) -> None:
-    """Write the FMU of a trained recipe, or write an FMU again with this version."""
+    """Write the FMU of a trained recipe, or renew an FMU with this version."""
     from slide_fmu.pipeline.export import Request
     from slide_fmu.pipeline.export import export as write
 
@@ -67,26 +76,30 @@ def export(
 def validate(
     fmu: FmuArgument,
     json_path: JsonOption = None,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Draw the trajectories with this seed.")
-    ] = UNSEEN_SEED,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the trajectories.")] = UNSEEN_SEED,
     trajectories: TrajectoriesOption = None,
     duration: Annotated[
-        float | None, typer.Option(help="Run this long, in s; the recipe's if not given.")
+        float | None,
+        typer.Option(help="Duration of a trajectory in s. Default: as in the recipe."),
     ] = None,
     amplitude: Annotated[
         tuple[float, float],
-        typer.Option(help="Multiply the excitation by factors from this range."),
+        typer.Option(
+            help="Multiply the amplitude of the inputs by random factors from this range."
+        ),
     ] = (1.0, 1.0),
     held_out: Annotated[
         bool,
-        typer.Option("--held-out", help="Draw the kinds of excitation that the recipe holds out."),
+        typer.Option(
+            "--held-out", help="Use the kinds of inputs that the recipe keeps out of the training."
+        ),
     ] = False,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Write report.html and report.json here.")
+        Path | None,
+        typer.Option("--report", help="Write report.html and report.json to this folder."),
     ] = None,
 ) -> None:
-    """Compare an FMU with its reference system on unseen inputs; runs the model's code."""
+    """Measure an FMU against its model on unseen inputs. This runs the code of the model."""
     from slide_fmu.pipeline.apps import last_section
     from slide_fmu.pipeline.measurement import (
         released_case,
@@ -121,13 +134,13 @@ def check(
         bool,
         typer.Option(
             "--run",
-            help="Repeat the experiment that the FMU carries, and say how its outputs differ; "
-            "run a library even if this version does not know it, as one that was compiled from "
-            "the sources of the FMU. It may do anything.",
+            help="Also repeat the experiment inside the FMU, and compare the outputs. "
+            "This runs libraries that this version does not know, such as those "
+            "that you compiled. Such code may do anything.",
         ),
     ] = False,
 ) -> None:
-    """List the problems of an FMU; the exit code is 0 if there are none."""
+    """Check the files and the results of an FMU. The exit code is 0 if all is well."""
     from slide_fmu.pipeline.check import check as check_file
 
     with errors():
@@ -147,7 +160,7 @@ def check(
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
-    """Describe an FMU: its signals, its window, its measured error and its origin."""
+    """Describe an FMU: measured error, where it is valid, speed, signals and origin."""
     from slide_fmu.cli.description import show_description
     from slide_fmu.fmu.export import read_fmu
     from slide_fmu.report.fmu_description import FmuDescription

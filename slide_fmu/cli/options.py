@@ -9,10 +9,8 @@ from typing import Annotated
 
 import typer
 
-RecipeArgument = Annotated[
-    Path, typer.Argument(help="Take this recipe, such as training/duffing.toml.")
-]
-FmuArgument = Annotated[Path, typer.Argument(help="Take this FMU, made by slide-fmu.")]
+RecipeArgument = Annotated[Path, typer.Argument(help="The recipe, such as training/duffing.toml.")]
+FmuArgument = Annotated[Path, typer.Argument(help="The FMU, made by slide-fmu.")]
 
 
 def _writable(path: str | None) -> str | None:
@@ -32,29 +30,34 @@ JsonOption = Annotated[
     typer.Option(
         "--json",
         metavar="PATH",
-        help="Write the figures here; - is stdout.",
+        help="Write the figures as JSON to this file. - is standard output.",
         callback=_writable,
     ),
 ]
-RunsOption = Annotated[Path, typer.Option("--runs", help="Keep the work in this folder.")]
+RunsOption = Annotated[Path, typer.Option("--runs", help="Folder for data, training and reports.")]
 WorkersOption = Annotated[
     int | None,
-    typer.Option("--workers", min=1, help="Use this many processes; one per core if not given."),
+    typer.Option(
+        "--workers", min=1, help="Number of processes that simulate. Default: one per core."
+    ),
 ]
 ExecutorOption = Annotated[
     str | None,
     typer.Option(
         "--executor",
         metavar="dask://HOST:PORT",
-        help="Let the workers of this Dask scheduler simulate; processes here if not given.",
+        help="Simulate with the workers of this Dask scheduler. Default: processes "
+        "of this machine.",
     ),
 ]
 ThreadsOption = Annotated[
-    int, typer.Option("--threads", min=1, help="Train with this many threads.")
+    int, typer.Option("--threads", min=1, help="Number of threads of the training.")
 ]
 TrajectoriesOption = Annotated[
     int | None,
-    typer.Option(min=1, help="Measure on this many trajectories; the recipe's if not given."),
+    typer.Option(
+        min=1, help="Number of unseen trajectories for the measurement. Default: as in the recipe."
+    ),
 ]
 TrainingSeedOption = Annotated[
     int | None,
@@ -62,15 +65,20 @@ TrainingSeedOption = Annotated[
         "--seed",
         min=0,
         max=2**31 - 1,
-        help="Use this training seed; the recipe's if not given.",
+        help="Seed of the training. Default: as in the recipe.",
     ),
 ]
 DataSeedOption = Annotated[
     int | None,
-    typer.Option("--data-seed", min=0, help="Use this data seed; the recipe's if not given."),
+    typer.Option(
+        "--data-seed", min=0, help="Seed of the trajectories. Default: as in the recipe."
+    ),
 ]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Generate data again that were made from other values.")
+    bool,
+    typer.Option(
+        "--overwrite", help="Replace data that were made from other values of the recipe."
+    ),
 ]
 
 

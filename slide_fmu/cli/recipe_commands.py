@@ -49,24 +49,24 @@ def init(
         list[str],
         typer.Argument(
             metavar="MODEL...",
-            help="Take this model: an FMU, a Python file, package.module:Class, or a record (CSV, "
-            "Parquet, HDF5, MAT), of which there may be several; with --kind, a new model of "
-            "this name is written where there is none.",
+            help="The model: an FMU, a Python file, package.module:Class, or one or more"
+            " records (CSV, Parquet, HDF5, MAT). If there is no such model, --kind "
+            "writes a new one with this name.",
         ),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--recipe", help="Write the recipe here; NAME.toml otherwise."),
+        typer.Option("-o", "--recipe", help="Write the recipe to this file. Default: NAME.toml."),
     ] = None,
     inputs: Annotated[
         list[str] | None,
         typer.Option(
             "--input",
             metavar="NAME=LOW..HIGH",
-            help="Give this input this range; once for each. Of an FMU the surrogate has these "
-            "inputs alone if any are named, and the others keep their start values. Of a record "
-            "every input must be named; without a range, as --input NAME, it has what was "
-            "measured.",
+            help="Name and range of an input; repeat it for each one. For an FMU: the "
+            "inputs that you do not name keep their start values; name none to take"
+            " all. For a record: name every input; --input NAME takes the measured "
+            "range.",
         ),
     ] = None,
     outputs: Annotated[
@@ -74,59 +74,61 @@ def init(
         typer.Option(
             "--output",
             metavar="NAME",
-            help="Take this output; once for each. If none is named, all outputs are taken; of a "
-            "record, all columns that are no inputs.",
+            help="Name of an output; repeat it for each one. Default: all outputs, or "
+            "all columns of a record that are no inputs.",
         ),
     ] = None,
     kind: Annotated[
         str | None,
         typer.Option(
-            help="Take the model as this kind: class, exudyn, fmu, function, record. Its name "
-            "tells if not given."
+            help="Kind of the model: class, exudyn, fmu, function or record. Default: "
+            "what its name says."
         ),
     ] = None,
     step: Annotated[
         float | None,
         typer.Option(
-            help="Take this sample step, in s. If not given, it is found by simulation, or it is "
-            "that of the record; a record without times needs it."
+            help="Sample step in s. Default: found by simulation, or the step of the "
+            "record. A record without times needs it."
         ),
     ] = None,
     hold: Annotated[
         Literal["zero_order", "first_order"] | None,
         typer.Option(
-            help="Say how the inputs act: zero_order, each is held over a step; first_order, they "
-            "move. If not given, inputs of a function or an FMU move, unless it says otherwise.",
+            help="How inputs act between samples: zero_order (held over a step) or "
+            "first_order (they move). Default: what the model says; otherwise "
+            "inputs of functions and FMUs move.",
         ),
     ] = None,
     fmu_step: Annotated[
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Say by which step you run your co-simulation FMU: its inputs are held over it, "
-            "and so late by half of it. If not given, they move smoothly.",
+            help="Step in s by which you run your co-simulation FMU. Its inputs are held"
+            " over this step, so they are late by half of it. Default: they move "
+            "smoothly.",
         ),
     ] = None,
     time: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Take this column of a record as its times; found by its name if not given. "
-            "none, with --step: even samples, whatever the times say.",
+            help="Column of a record with its times. Default: found by its name. none, "
+            "together with --step, ignores the times: samples have equal distances.",
         ),
     ] = None,
     chain: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Take this URDF: the inputs are the set points of its joints. If not given, the "
-            "only one next to the model, if it fits.",
+            help="URDF of a robot whose joint set points are the inputs. Default: the "
+            "URDF next to the model, if there is only one and it fits.",
         ),
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Give recipe and FMU this name.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+    name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
-    """Write a first recipe for your own model, and say what was found and assumed."""
+    """Write a first recipe for your own model, and list what was found and assumed."""
     from slide_fmu.core.files import write_whole
     from slide_fmu.propose.draft_signals import parse_range, proposed_name, require_models
     from slide_fmu.propose.proposal import Wish, propose, propose_unsimulated
@@ -176,12 +178,10 @@ def _require_free(place: Path) -> None:
 def try_(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Draw the motions with this seed.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Check in a minute whether a recipe fits, and what its data will cost."""
+    """Check in a minute whether a recipe fits the model, and what its data will cost."""
     with errors():
         require_training()
     from slide_fmu.memory.sizing import require_window
@@ -209,7 +209,7 @@ def run(
     threads: ThreadsOption = 1,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Do all stages: find the window, make data, train, write the FMU, measure it."""
+    """Do everything: find the window, make data, train, write the FMU, measure it."""
     with errors():
         require_training()
     from slide_fmu.pipeline.job import open_job
@@ -238,12 +238,10 @@ def run(
 def window(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Draw the motions with this seed.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Find out how long a system remembers, and the window that it needs."""
+    """Measure how long a system remembers its past, and so the window that it needs."""
     from slide_fmu.core.figures import plain
     from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
@@ -270,13 +268,16 @@ def window(
 def generate(
     recipe: RecipeArgument,
     json_path: JsonOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Draw the data with this seed.")] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of the trajectories. Default: as in the recipe."),
+    ] = None,
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
     executor: ExecutorOption = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make the data of a recipe, alone or with others; resume if it was stopped."""
+    """Simulate the training data of a recipe. Several programs may share this work."""
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve
@@ -298,7 +299,7 @@ def train(
     runs: RunsOption = Path("runs"),
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train the network of a recipe and its error estimator; resume if it was stopped."""
+    """Train the network of a recipe, and its error estimator and bound."""
     with errors():
         require_training()
     from slide_fmu.pipeline.job import checked, open_job

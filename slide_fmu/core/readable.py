@@ -4,14 +4,32 @@ from __future__ import annotations
 
 import math
 
+from slide_fmu.core.units import behind
+
 UNITS = ((1e-6, "us"), (1e-3, "ms"), (1.0, "s"))
 """Units of short times in s, the smallest first."""
+
+
+PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
+"""Factors and prefixes of units, the smallest first."""
+
+PREFIXED = frozenset(("m", "N", "s", "Pa", "V", "A", "W", "J", "Hz", "rad"))
+"""Units that may have a prefix."""
 
 
 def duration(seconds: float) -> str:
     """Write a time with three digits, in the largest unit in which it is at least 1."""
     factor, unit = next((u for u in reversed(UNITS) if seconds >= 0.9995 * u[0]), UNITS[0])
     return f"{number(seconds / factor)} {unit}"
+
+
+def quantity(value: float, unit: str) -> str:
+    """Write a value with three digits and its unit, with a prefix where the unit may have one."""
+    fitting = [(f, prefix) for f, prefix in PREFIXES if abs(value) >= 0.9995 * f]
+    if unit not in PREFIXED or not fitting:
+        return f"{value:.3g}{behind(unit)}"
+    factor, prefix = fitting[-1]
+    return f"{value / factor:.3g} {prefix}{unit}"
 
 
 def number(value: float) -> str:

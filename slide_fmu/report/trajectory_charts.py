@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
@@ -74,7 +75,7 @@ def _close_up(validation: Validation, output: int) -> Chart:
             inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
         ],
         text=(
-            f"The largest error is {size:.3g}{behind(signal.unit)}, at {place:.6g} s of a "
+            f"The largest error is {quantity(size, signal.unit)}, at {place:.6g} s of a "
             f"trajectory of the kind {name_of_motion(validation, chosen)}."
         ),
         parts=outside_parts(chosen, part),

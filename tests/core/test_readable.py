@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slide_fmu.core.readable import duration, number
+from slide_fmu.core.readable import duration, number, quantity
 
 
 @pytest.mark.parametrize(
@@ -21,3 +21,13 @@ def test_times_have_three_digits_and_a_unit(seconds: float, words: str) -> None:
 )
 def test_numbers_have_three_digits_and_no_exponent(value: float, words: str) -> None:
     assert number(value) == words
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [(2.75e-4, "m", "275 µm"), (0.0, "m", "0 m"), (12e3, "N", "12 kN"), (0.5, "1", "0.5")],
+)
+def test_quantity_has_the_prefix_that_its_unit_may_have(
+    value: float, unit: str, text: str
+) -> None:
+    assert quantity(value, unit) == text

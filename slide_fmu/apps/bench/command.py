@@ -31,11 +31,9 @@ def bench(
     fmu: FmuArgument,
     json_path: JsonOption = None,
     rounds: Annotated[
-        int, typer.Option(min=1, help="Time everything in this number of rounds, in turns.")
+        int, typer.Option(min=1, help="Number of rounds. In each round, everything is timed once.")
     ] = Effort.rounds,
-    steps: Annotated[
-        int, typer.Option(min=1, help="Time this number of steps in each round.")
-    ] = Effort.steps,
+    steps: Annotated[int, typer.Option(min=1, help="Number of steps in a round.")] = Effort.steps,
 ) -> None:
     """Measure how long an FMU takes for a step, and for many windows at once."""
     from slide_fmu.apps.bench.bench import bench_fmu

@@ -47,6 +47,45 @@ class Measured:
     pairing: Pairing | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class FittedCourse:
+    """A FittedCourse is a record without gaps, next to the surrogate.
+
+    Attributes:
+        time: time in s since the begin of the record, (N,).
+        measured, before, fitted: by name of each output, (N,) each: the record, and the surrogate
+            at the start values and at the fitted values of the parameters.
+    """
+
+    time: FloatArray
+    measured: Mapping[str, FloatArray]
+    before: Mapping[str, FloatArray]
+    fitted: Mapping[str, FloatArray]
+
+
+def fitted_courses(fmu: Path, measured: Measured, found: Calibration) -> list[FittedCourse]:
+    """Return the records of a calibration, from where the surrogate has seen a whole window.
+
+    Arguments and errors are as in ``calibrate_fmu``, whose result is ``found``.
+    """
+    surrogate, _ = read_fmu(fmu)
+    first = surrogate.network.memory_length
+    names = [signal.name for signal in surrogate.outputs]
+
+    def by_name(values: FloatArray) -> dict[str, FloatArray]:
+        return {name: values[first:, index] for index, name in enumerate(names)}
+
+    courses = []
+    for driven, answers in zip(*_arrays(surrogate, measured)[:2], strict=True):
+        time = np.asarray(surrogate.window.step * np.arange(1.0, len(answers) + 1))
+        before, fitted = (
+            by_name(surrogate.predict_newest(driven, values))
+            for values in (found.fixed, found.values)
+        )
+        courses.append(FittedCourse(time[first:], by_name(answers), before, fitted))
+    return [course for course in courses if len(course.time)]
+
+
 def calibrate_fmu(
     fmu: Path, measured: Measured, fixed: Mapping[str, float], seed: int
 ) -> tuple[Calibration, tuple[str, ...]]:

@@ -11,8 +11,6 @@ from slide_fmu.cli.console import console, progress_bars, show_remark, write_jso
 from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
 from slide_fmu.core.figures import plain
-from slide_fmu.core.units import behind
-from slide_fmu.report.table import ReportTable
 
 if TYPE_CHECKING:
     from slide_fmu.apps.calibrate.result import Calibration
@@ -27,7 +25,8 @@ def calibrate(
     records: Annotated[
         list[str],
         typer.Argument(
-            metavar="RECORD...", help="Fit to these records: CSV, Parquet, HDF5 or MAT files."
+            metavar="RECORD...",
+            help="One or more measured records: CSV, Parquet, HDF5 or MAT files.",
         ),
     ],
     inputs: Annotated[
@@ -35,8 +34,8 @@ def calibrate(
         typer.Option(
             "--input",
             metavar="NAME=COLUMN",
-            help="Take this column for this input; once for each. An input that is not named "
-            "has the column of its own name.",
+            help="Column of an input; repeat it for each one. Default: the column with "
+            "the name of the input.",
         ),
     ] = None,
     outputs: Annotated[
@@ -44,25 +43,24 @@ def calibrate(
         typer.Option(
             "--output",
             metavar="NAME=COLUMN",
-            help="Take this column for this output; once for each. If any is named, the others "
-            "do not count; else all count, each with the column of its own name.",
+            help="Column of an output; repeat it for each one. Outputs that you do not "
+            "name are left out. Default: all outputs, in the columns with their "
+            "names.",
         ),
     ] = None,
     fix: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Hold this parameter at this value; once for each. All others are fitted.",
+            help="Value of a parameter that is not fitted; repeat it for each one.",
         ),
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME", help="Take this column as times; found by its name if not given."
-        ),
+        typer.Option(metavar="NAME", help="Column with the times. Default: found by its name."),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="Take this sample step, in s, for records without times.")
+        float | None, typer.Option(help="Sample step in s of records without times.")
     ] = None,
     pairing: Annotated[
         str | None,
@@ -70,19 +68,25 @@ def calibrate(
             metavar="same|later",
             callback=one_of(PAIRINGS, "leave the option out, and the FMU decides"),
             autocompletion=lambda: list(PAIRINGS),
-            help="Say whether outputs answer the input of the same sample, or that of the sample "
-            "before. If not given, the FMU decides: the same where its inputs move between "
-            "samples, one sample later where they are held.",
+            help="Whether an output belongs to the input of the same sample (same) or of"
+            " the sample before (later). Default: same if the inputs of the FMU "
+            "move between samples, later if they are held.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Begin the search at points of this seed.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the points where the search begins.")
+    ] = 0,
     json_path: JsonOption = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write report.html and report.json here."),
+    ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--ssv", help="Write the values here, as an SSV file for an SSP."),
+        typer.Option("-o", "--ssv", help="Write the fitted values to this SSV file, for an SSP."),
     ] = None,
 ) -> None:
-    """Fit the physical parameters of an FMU to measured records, with their intervals."""
+    """Fit the physical parameters of an FMU to measured records, with 95 % intervals."""
     from slide_fmu.apps.calibrate.calibrate_fmu import (
         Measured,
         calibrate_fmu,
@@ -106,36 +110,22 @@ def calibrate(
     write_json(json_path, {**plain(found.figures()), "seed": seed, "about_records": list(remarks)})
     if output is not None:
         console.print(f"SSV     {output}")
+    if report is not None:
+        from slide_fmu.apps.calibrate.calibrate_fmu import fitted_courses
+        from slide_fmu.apps.calibrate.calibration_report import calibration_report
+
+        page = calibration_report(found, fitted_courses(fmu, measured, found)).write(report)
+        console.print(f"report  {page}")
 
 
 def _show(found: Calibration) -> None:
     """Print the fitted values, how well they fit, and remarks."""
-    from slide_fmu.core.measures import percent
+    from slide_fmu.apps.calibrate.calibration_report import output_table, parameter_table
 
-    fitted = (
-        (
-            one.parameter.name,
-            f"{one.value:.6g}",
-            f"{one.low:.6g} .. {one.high:.6g}",
-            f"{one.parameter.low:g} .. {one.parameter.high:g}",
-            behind(one.parameter.unit).strip(),
-        )
-        for one in found.parameters
-    )
-    show_table(ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), fitted))
+    show_table(parameter_table(found))
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
-    outputs = (
-        (
-            fit.name,
-            *(f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after)),
-            percent(fit.relative),
-        )
-        for fit in found.outputs
-    )
-    show_table(
-        ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), outputs)
-    )
+    show_table(output_table(found))
     console.print(f"{found.samples} samples count")
     for remark in found.remarks:
         show_remark(remark)

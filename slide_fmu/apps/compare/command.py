@@ -37,8 +37,8 @@ def compare(
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Train each model for at most this CPU time, in s. If not given, it is the time "
-            "that the training of the recipe's network took.",
+            help="Largest CPU time in s of each training. Default: what the training of "
+            "the recipe's network took.",
         ),
     ] = None,
     seed: TrainingSeedOption = None,
@@ -47,7 +47,7 @@ def compare(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
 ) -> None:
-    """Compare the network of a recipe with models of other kinds on the same data."""
+    """Compare the network of a recipe with other kinds of models: same data, same CPU time."""
     with errors():
         require_training()
     from slide_fmu.apps.compare.compare import Terms, compare_recipe

@@ -11,7 +11,7 @@ from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import duration, number
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, ReportSection
+from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.quality import LINEAR_DOES
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import worst_of
@@ -129,7 +129,25 @@ def baselines_report(figures: ComparisonFigures, summary: str) -> Report:
         text += f" Remark: {figures.remark}."
     charts = error_charts(figures.models)
     section = ReportSection("Models of other kinds", text, model_table(figures), charts=charts)
-    return Report(f"{figures.name}: comparison of models", summary, figures, [section])
+    title = f"{figures.name}: comparison of models"
+    facts = _facts(figures.models)
+    return Report(title, summary, figures, [section], verdict=Verdict(facts=facts))
+
+
+def _facts(models: Sequence[ModelFigures]) -> list[Fact]:
+    """Return the large numbers: the error of the own network, and the best ones of others."""
+    own, *others = models
+    facts = [Fact("Own network", _of(own), f"Relative RMSE of the worst output, {own.structure}.")]
+    for name, linear in (("Best linear model", True), ("Best other nonlinear model", False)):
+        found = [m for m in others if m.linear == linear and m.failed is None]
+        best = min(found, key=_error, default=None)
+        if best is not None:
+            facts.append(Fact(name, _of(best), f"{best.title}."))
+    return facts
+
+
+def _of(model: ModelFigures) -> str:
+    return _percent(None if model.error == math.inf else model.error)
 
 
 def error_charts(models: Sequence[ModelFigures]) -> list[Chart]:
@@ -167,7 +185,11 @@ def error_charts(models: Sequence[ModelFigures]) -> list[Chart]:
 
     return [
         chart("Error by size", Axis("parameters", log=True), [m.parameters for m in shown]),
-        chart("Error by time of a step", Axis("step", "us", log=True), [m.step_us for m in shown]),
+        chart(
+            "Error by time of a step",
+            Axis("time of a step", "µs", log=True),
+            [m.step_us for m in shown],
+        ),
     ]
 
 

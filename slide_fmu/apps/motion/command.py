@@ -15,28 +15,28 @@ from slide_fmu.core.figures import plain
 
 def motion(
     fmu: FmuArgument,
-    task: Annotated[Path, typer.Argument(help="Take this task, a TOML file.")],
+    task: Annotated[Path, typer.Argument(help="The task, a TOML file (docs/motion.md).")],
     output: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
-            help="Write set_points.csv, report.html and report.json here; runs/NAME/motion if "
-            "not given.",
+            help="Folder for set_points.csv, report.html and report.json. Default: "
+            "runs/NAME/motion.",
         ),
     ] = None,
     verify: Annotated[
         bool,
         typer.Option(
             "--verify",
-            help="Simulate the reference model too, to compare. This imports the "
-            "module that the FMU names.",
+            help="Also simulate the reference model, to compare. This imports the module"
+            " that the FMU names.",
         ),
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Draw the candidates with this seed.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the candidates.")] = 0,
     json_path: JsonOption = None,
 ) -> None:
-    """Choose set points that shake a machine little, or correct the set points of a path."""
+    """Choose a fast motion with little vibration, or correct the set points of a path."""
     from slide_fmu.apps.motion.motion_report import motion_report, move_tables, remark_on_moves
     from slide_fmu.apps.motion.path_correction import correct, write_corrected
     from slide_fmu.apps.motion.path_report import path_report, path_table

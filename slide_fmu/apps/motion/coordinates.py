@@ -27,6 +27,11 @@ class Coordinate:
     high: float
     radius: float | None = None
 
+    @property
+    def title(self) -> str:
+        """The name for people: that of the input, or of the angle that it is the cosine of."""
+        return self.name if self.radius is None else f"angle of {self.name}"
+
 
 def coordinates_of(signals: tuple[Signal, ...]) -> tuple[Coordinate, ...]:
     """List the coordinates of a system's inputs, in their order."""

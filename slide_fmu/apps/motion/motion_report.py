@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from slide_fmu.apps.motion.coordinates import Coordinate
 from slide_fmu.apps.motion.move import Move, MoveFigures
 from slide_fmu.apps.motion.solve import Solved
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import behind, labelled
+from slide_fmu.core.units import NO_UNIT, behind, ratio
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, ReportSection
+from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
 
 SMALLEST_SHOWN = 1e-3
@@ -51,7 +55,31 @@ def motion_report(solved: Solved) -> Report:
             charts=[_set_points(solved)],
         )
     )
-    return Report(f"Motion with {solved.surrogate.name}", summary, figures, sections)
+    title = f"Motion with {solved.surrogate.name}"
+    return Report(title, summary, figures, sections, verdict=Verdict(facts=_facts(solved)))
+
+
+def _facts(solved: Solved) -> list[Fact]:
+    """Return the large numbers of a move: its time, what it saves, and what is left at its end."""
+    figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
+    move, true = figures.move, None if figures.reference is None else figures.reference.move
+    settled = [m.settled_s for m in figures.baselines if m.settled_s is not None]
+    facts = [Fact("Arrival", f"{move.arrives_s:.3g} s", "The move takes this time.")]
+    if settled and move.settled_s is not None:
+        text = f"The best other move stands still after {min(settled):.3g} s."
+        saved = 1 - move.settled_s / min(settled)
+        if saved > 0:
+            facts.append(Fact("Earlier", percent(saved), text))
+    inside = move.residual_with_margin <= solved.task.tolerance
+    allowed = f"of {quantity(solved.task.tolerance, unit)} that are allowed"
+    text = f"Distance from rest after it, {allowed}; with its margin "
+    text += f"{quantity(move.residual_with_margin, unit)}."
+    facts.append(Fact("Predicted", quantity(move.residual, unit), text, inside))
+    if true is not None:
+        text = f"The same by the reference model, {allowed}."
+        good = true.residual <= solved.task.tolerance
+        facts.append(Fact("Reference model", quantity(true.residual, unit), text, good))
+    return facts
 
 
 def remark_on_moves(solved: Solved) -> str | None:
@@ -120,23 +148,32 @@ def limit_table(used: Mapping[str, float]) -> ReportTable:
 
 
 def _distances(solved: Solved) -> Chart:
-    """Draw the distance from rest over time, for every move; dotted lines are their ends."""
+    """Draw the distance from rest over time, for some moves; dotted lines are their ends."""
     response = solved.found.response
     last = min(max(m.end for m in solved.moves) + SHOWN_AFTER, response.count)
     time, tolerance = response.output_time[:last], solved.task.tolerance
     least = SMALLEST_SHOWN * tolerance
     lines = [Line("tolerance", time[[0, -1]], np.full(2, tolerance), "cursor", width=1.0)]
-    for index, move in enumerate(solved.moves):
-        width = 2.4 if index == 0 else 1.2
+    drawn, true = _drawn(solved), solved.true_moves()
+    for colour, index in enumerate(drawn):
+        move, width = solved.moves[index], 2.4 if index == 0 else 1.2
         away = _away(move, least)[:last]
-        lines.append(Line(move.name, time, away, colour_of(index), width=width))
-    for index, move in enumerate(solved.true_moves()):
-        away, name = _away(move, least)[:last], f"{move.name}, reference model"
-        lines.append(Line(name, time, away, colour_of(index), dashed=True, width=1.2))
+        lines.append(Line(move.name, time, away, colour_of(colour), width=width))
+        if true:
+            away, name = _away(true[index], least)[:last], f"{move.name}, reference model"
+            lines.append(Line(name, time, away, colour_of(colour), dashed=True, width=1.2))
     unit = solved.surrogate.outputs[0].unit
     panel = Panel("distance from rest", unit, lines, log=True)
-    marks = [float(response.time[move.end]) for move in solved.moves]
+    marks = [float(response.time[solved.moves[index].end]) for index in drawn]
     return Chart("Distance from rest", [panel], marks=marks)
+
+
+def _drawn(solved: Solved) -> list[int]:
+    """Return the moves that are drawn: the answer, the fastest one, and the best shaper."""
+    figures = solved.figures()
+    settled = [math.inf if m.settled_s is None else m.settled_s for m in figures.baselines]
+    places = [1 + int(np.argmin(settled))] if settled else []
+    return sorted({0, *([1] if settled else []), *places})
 
 
 def _away(move: Move, least: float) -> FloatArray:
@@ -148,11 +185,31 @@ def _set_points(solved: Solved) -> Chart:
     response, move = solved.found.response, solved.found.move
     rows = np.concatenate([response.start[None], move.motion[: move.end + 4]])
     time = response.step * np.arange(len(rows), dtype=np.float64)
-    names = [labelled(c.name, c.unit, " in ") for c in response.coordinates]
-    courses = [Line(name, time, rows[:, i], colour_of(i)) for i, name in enumerate(names)]
-    speeds = [
-        Line(name, time[1:], np.diff(rows[:, i]) / response.step, colour_of(i))
-        for i, name in enumerate(names)
+    speeds = np.diff(rows, axis=0) / response.step
+    panels = [
+        *panels_by_unit("set point", response.coordinates, time, rows),
+        *panels_by_unit("speed", response.coordinates, time[1:], speeds, over="s"),
     ]
-    panels = [Panel("coordinate", "1", courses), Panel("its change per s", "1", speeds)]
     return Chart("Set points", panels)
+
+
+def panels_by_unit(
+    title: str,
+    coordinates: Sequence[Coordinate],
+    time: FloatArray,
+    values: FloatArray,
+    over: str = NO_UNIT,
+) -> list[Panel]:
+    """Draw values of coordinates, (N, n_coordinates), with one panel for each of their units.
+
+    ``over`` is a unit by which theirs are divided.
+    """
+    found = []
+    for unit in dict.fromkeys(c.unit for c in coordinates):
+        lines = [
+            Line(c.title, time, values[:, i], colour_of(i))
+            for i, c in enumerate(coordinates)
+            if c.unit == unit
+        ]
+        found.append(Panel(title, ratio(unit, over), lines))
+    return found

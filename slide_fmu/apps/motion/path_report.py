@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.apps.motion.motion_report import limit_table
+from slide_fmu.apps.motion.motion_report import limit_table, panels_by_unit
 from slide_fmu.apps.motion.path_correction import Corrected, PathErrors
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import behind, labelled
-from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
-from slide_fmu.report.html_report import Report, ReportSection
+from slide_fmu.core.units import behind
+from slide_fmu.core.web.charts import Chart, Line, Panel
+from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
 
 
@@ -38,7 +40,27 @@ def path_report(corrected: Corrected) -> Report:
             charts=[_corrections(corrected)],
         ),
     ]
-    return Report(f"Corrected path with {corrected.surrogate.name}", summary, figures, sections)
+    title = f"Corrected path with {corrected.surrogate.name}"
+    return Report(title, summary, figures, sections, verdict=Verdict(facts=_facts(corrected)))
+
+
+def _facts(corrected: Corrected) -> list[Fact]:
+    """Return the large numbers: the error before and after, by surrogate and reference."""
+    figures = corrected.figures()
+    unit, found = figures.unit, figures.predicted
+    margin = f"As the surrogate predicts, to within {quantity(figures.largest_margin, unit)}."
+    facts = [
+        Fact("Before", quantity(found.rms_before, unit), "RMS error of the path as it is."),
+        Fact("After", quantity(found.rms_after, unit), margin),
+    ]
+    if figures.reference is not None:
+        after = quantity(figures.reference.rms_after, unit)
+        facts.append(Fact("Reference model", after, "RMS error after the correction."))
+    limit = max(figures.limits_used.items(), key=lambda item: item[1], default=None)
+    if limit is not None:
+        text = f"The largest part of a limit that is used, of {limit[0]}."
+        facts.append(Fact("Limits", percent(limit[1]), text, limit[1] <= 1 + 1e-6))
+    return facts
 
 
 def path_table(corrected: Corrected) -> ReportTable:
@@ -88,11 +110,10 @@ def _distance(error: FloatArray) -> FloatArray:
 def _corrections(corrected: Corrected) -> Chart:
     time, found = _time(corrected), corrected.found
     changes = found.motion - found.path
-    lines = [
-        Line(labelled(c.name, c.unit, " in "), time, changes[:, index], colour_of(index))
-        for index, c in enumerate(found.predictor.coordinates)
-    ]
-    return Chart("Corrections", [Panel("correction", "1", lines)])
+    return Chart(
+        "Corrections",
+        panels_by_unit("correction", found.predictor.coordinates, time, changes),
+    )
 
 
 def _time(corrected: Corrected) -> FloatArray:

@@ -20,29 +20,33 @@ def page(
         Path | None, typer.Argument(help="Take this FMU, made by slide-fmu.", show_default=False)
     ] = None,
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE.html", help="Write the page here.")
+        Path,
+        typer.Option("-o", "--output", metavar="FILE.html", help="Write the page to this file."),
     ],
     title: Annotated[
-        str | None, typer.Option("--title", help="Head it with this text, not with the name.")
+        str | None,
+        typer.Option("--title", help="Title of the page. Default: the name of the FMU."),
     ] = None,
     drawing: Annotated[
         str | None,
         typer.Option(
             metavar="MODULE:FUNCTION",
-            help="Draw the machine in motion as this function describes it, not as the FMU does.",
+            help="Function that describes how the machine is drawn. Default: the drawing"
+            " in the FMU, if it has one.",
         ),
     ] = None,
     motion: Annotated[
         Path | None,
         typer.Option(
-            metavar="TASK.toml", help="Play the move chosen for this task next to a plain one."
+            metavar="TASK.toml",
+            help="Play the move that is chosen for this task, next to a plain move.",
         ),
     ] = None,
     drop: Annotated[
         bool, typer.Option("--drop", help="Write a page on which users drop any FMU.")
     ] = False,
 ) -> None:
-    """Write one HTML file in which users move the inputs of an FMU and see its outputs."""
+    """Write an interactive HTML page of an FMU, which runs in any browser."""
     from slide_fmu.apps.page.page import write_drop_page, write_page
 
     with errors():

@@ -14,9 +14,9 @@ from slide_fmu.pipeline.defaults import UNSEEN_SEED
 
 def reference(
     recipe: RecipeArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU here.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the FMU to this file.")],
 ) -> None:
-    """Write the model of a recipe itself as an FMU; it needs this Python to run."""
+    """Write the model of a recipe itself as an FMU. It needs this Python to run."""
     from slide_fmu.apps.reference.side_by_side import write_reference
     from slide_fmu.core.search_path import make_importable
     from slide_fmu.recipe.case import case_of
@@ -30,31 +30,27 @@ def reference(
 
 def ssp(
     fmu: FmuArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the SSP here.")],
-    seed: Annotated[
-        int, typer.Option(min=0, help="Draw the inputs with this seed.")
-    ] = UNSEEN_SEED,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the SSP to this file.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the inputs.")] = UNSEEN_SEED,
     duration: Annotated[
         float | None,
-        typer.Option(help="Drive it this long, in s; the recipe's if not given."),
+        typer.Option(help="Duration of the inputs in s. Default: as in the recipe."),
     ] = None,
     parameters: Annotated[
         Path | None,
-        typer.Option(
-            metavar="PATH.ssv", help="Give physical parameters the values in this SSV file."
-        ),
+        typer.Option(metavar="PATH.ssv", help="SSV file with values of physical parameters."),
     ] = None,
     given: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="Give this physical parameter this value; once for each. All others have that "
-            "of the SSV file, or their start value.",
+            help="Value of a physical parameter; repeat it for each one. Others have the"
+            " value of the SSV file, or their start value.",
         ),
     ] = None,
 ) -> None:
-    """Write an FMU, its reference system and unseen inputs as one SSP; runs the model's code."""
+    """Write an FMU, its model and unseen inputs as one SSP. This runs the code of the model."""
     from slide_fmu.apps.reference.side_by_side import write_side_by_side
     from slide_fmu.cosim.ssv import read_parameter_set
 

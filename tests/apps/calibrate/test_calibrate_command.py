@@ -18,6 +18,7 @@ from slide_fmu.records.preparation import Pairing
 from tests.acceptance.conftest import invoke
 from tests.acceptance.test_base_install import TRAINING
 from tests.apps.calibrate.records import TRUE, measured, surrogate_with
+from tests.charts import charts_of
 from tests.fmu.samples import STEP
 from tests.limits import HANGS
 
@@ -105,3 +106,16 @@ def test_pairing_of_another_name_is_refused_with_both() -> None:
         "'none'; expected same or later: correct it, or leave the option out, and the"
         in result.output
     )
+
+
+def test_report_shows_parameters_and_the_record(files: tuple[Path, Path], tmp_path: Path) -> None:
+    result = invoke("calibrate", *files, "--input", "u0=force", "--report", tmp_path)
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    figures = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    for row in figures["parameters"]:
+        assert f"<dt>{row['name']}</dt>" in page
+        assert f"{row['value']:.6g}" in page
+    (chart,) = charts_of(page)["charts"]
+    names = [line["name"] for line in chart["panels"][0]["lines"]]
+    assert names == ["record", "before", "fitted"]

@@ -1,0 +1,124 @@
+"""The report of a calibration shows the fitted parameters, and how records and surrogate agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slide_fmu.apps.calibrate.calibrate_fmu import FittedCourse
+from slide_fmu.apps.calibrate.result import Calibration, FittedParameter, OutputFit
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
+from slide_fmu.core.web.charts import Chart, HeatCell, HeatMap, Line, Panel
+from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict, remark_sections
+from slide_fmu.report.table import ReportTable
+
+SHOWN = 160
+"""Largest number of samples around the largest deviation that a chart shows."""
+
+FIT = (
+    "Each output around its largest deviation: the record, the surrogate at the fitted values, "
+    "and at the values where the search began."
+)
+
+CORRELATION = (
+    "Correlation of the fitted values. Two parameters near 1 or -1 can hardly be distinguished."
+)
+
+
+def calibration_report(found: Calibration, courses: Sequence[FittedCourse]) -> Report:
+    """Return the report of a calibration.
+
+    Args:
+        found: the result.
+        courses: the records without gaps, next to the surrogate.
+    """
+    charts = [_chart(fit, courses) for fit in found.outputs]
+    maps = [_correlation(found)] if len(found.parameters) > 1 else []
+    sections = [
+        ReportSection("Records and surrogate", FIT, output_table(found), charts=charts),
+        ReportSection("Fitted parameters", _held(found), parameter_table(found), maps=maps),
+        *remark_sections(found.remarks),
+    ]
+    facts = [*map(_parameter_fact, found.parameters), *map(_output_fact, found.outputs)]
+    title = f"Calibration of {found.name}"
+    summary = f"Parameters were fitted to {found.samples} samples of measured records."
+    return Report(title, summary, found.figures(), sections, verdict=Verdict(facts=facts))
+
+
+def parameter_table(found: Calibration) -> ReportTable:
+    """Return the fitted values with their intervals and ranges."""
+    rows = (
+        (
+            one.parameter.name,
+            f"{one.value:.6g}",
+            f"{one.low:.6g} .. {one.high:.6g}",
+            f"{one.parameter.low:g} .. {one.parameter.high:g}",
+            behind(one.parameter.unit).strip(),
+        )
+        for one in found.parameters
+    )
+    return ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), rows)
+
+
+def output_table(found: Calibration) -> ReportTable:
+    """Return the errors of the outputs before and after."""
+    rows = (
+        (
+            fit.name,
+            *(f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after)),
+            percent(fit.relative),
+        )
+        for fit in found.outputs
+    )
+    return ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), rows)
+
+
+def _held(found: Calibration) -> str:
+    return " ".join(f"{name} was held at {value:g}." for name, value in found.fixed.items())
+
+
+def _parameter_fact(one: FittedParameter) -> Fact:
+    unit = behind(one.parameter.unit)
+    text = f"95 % interval: {one.low:.4g} to {one.high:.4g}{unit}."
+    good = None if one.remark is None else False
+    return Fact(one.parameter.name, f"{one.value:.4g}{unit}", text, good)
+
+
+def _output_fact(fit: OutputFit) -> Fact:
+    text = f"Relative RMSE after the fit. RMSE before: {quantity(fit.before, fit.unit)}."
+    return Fact(fit.name, percent(fit.relative), text)
+
+
+def _chart(fit: OutputFit, courses: Sequence[FittedCourse]) -> Chart:
+    """Draw an output of the record in which its largest deviation lies."""
+
+    def deviation(course: FittedCourse) -> FloatArray:
+        apart = np.abs(course.fitted[fit.name] - course.measured[fit.name])
+        return np.asarray(np.where(np.isfinite(apart), apart, -1.0))
+
+    worst = max(courses, key=lambda course: float(deviation(course).max(initial=-1.0)))
+    apart = deviation(worst)
+    count = min(len(apart), SHOWN)
+    first = min(max(0, int(np.argmax(apart)) - count // 2), len(apart) - count)
+    part = slice(first, first + count)
+    time = worst.time[part]
+    lines = [
+        Line("record", time, worst.measured[fit.name][part], "truth", dashed=True, width=3.0),
+        Line("before", time, worst.before[fit.name][part], "input-5", width=1.1),
+        Line("fitted", time, worst.fitted[fit.name][part], "line", width=1.5),
+    ]
+    away = np.where(apart < 0, np.nan, apart)[part]
+    error = Panel(
+        "deviation", fit.unit, [Line("|deviation|", time, away, "bad", width=1.1)], include=(0.0,)
+    )
+    return Chart(fit.name, [Panel(fit.name, fit.unit, lines), error])
+
+
+def _correlation(found: Calibration) -> HeatMap:
+    names = [one.parameter.name for one in found.parameters]
+    cells = [[HeatCell(f"{value:.2f}", abs(value)) for value in row] for row in found.correlation]
+    return HeatMap("Correlation", CORRELATION, "parameter", "", names, names, cells)

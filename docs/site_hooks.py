@@ -12,7 +12,7 @@ from mkdocs.structure.pages import Page
 from site_mathml import with_formulas
 
 from slide_fmu.apps.motion.page_moves import solved_moves
-from slide_fmu.apps.page.page import page_of
+from slide_fmu.apps.page.page import drop_page, page_of
 from slide_fmu.core.figures import plain
 
 SPACES = "Example file name(s) with space(s) found"
@@ -28,6 +28,8 @@ TASK = ROOT / "docs" / "tutorials" / "pick_and_place.toml"
 DRAWING = "mbs_models.pictures.page_drawings:robot"
 ROBOT_PAGE = "robot_page.html"
 """The front page shows this one in a frame."""
+DROP_PAGE = "drop.html"
+"""Users drop their own FMUs on this one."""
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -37,10 +39,11 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the page of the robot, which stands in no file."""
+    """Add the pages of the robot and of any FMU, which stand in no files."""
     title = "A robot on a flexible socket"
     page = page_of(ROBOT, title, DRAWING, plain(solved_moves(ROBOT, TASK)), "front")
     files.append(File.generated(config, ROBOT_PAGE, content=page))
+    files.append(File.generated(config, DROP_PAGE, content=drop_page()))
     return files
 
 

@@ -40,7 +40,7 @@ LIMITS = {
         "own: state space": 0.03,
         **dict.fromkeys(("FIR", "ARX", "linear state space"), 20.0),
         "NARX": 1.4,
-        "GRU": 40.0,  # a slow machine takes fewer steps within its time
+        "GRU": 10.0,  # a slow machine takes fewer steps within its time
         "feed-forward network": 35.0,
     },
 }

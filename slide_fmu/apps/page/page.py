@@ -86,8 +86,7 @@ def write_page(
         OSError: a file cannot be read or written.
         ValueError: the path does not end in ``.html``.
     """
-    if path.suffix != ".html":
-        raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+    _require_html(path)
     write_whole(path, page_of(fmu, title, drawing, moves).encode("utf-8"))
     return path
 
@@ -124,6 +123,31 @@ def page_of(
     return page_html(surrogate, content, files, look)
 
 
+def write_drop_page(path: Path, title: str | None = None) -> Path:
+    """Write the page on which users drop their own FMUs, and return its path.
+
+    Raises:
+        FileNotFoundError: the runtime has not been compiled.
+        OSError: the file cannot be written.
+        ValueError: the path does not end in ``.html``.
+    """
+    _require_html(path)
+    write_whole(path, drop_page(title).encode("utf-8"))
+    return path
+
+
+def drop_page(title: str | None = None) -> str:
+    """Return the page on which users drop their own FMUs, as text."""
+    about = "Try a surrogate in your browser: no server, no installation."
+    given = {"title": title or "Drop your FMU", "name": "", "summary": about, "columns": ""}
+    return _rendered("page", None, given, {"runtime": compiled(PAGE_LIBRARY)})
+
+
+def _require_html(path: Path) -> None:
+    if path.suffix != ".html":
+        raise ValueError(f"page {str(path)!r}; expected a name ending in .html")
+
+
 def _beginning_at(facts: PageFacts, values: Mapping[str, float]) -> PageFacts:
     """Return the facts of a page with other start values of physical parameters."""
     parameters = tuple(
@@ -156,19 +180,28 @@ def page_html(
         files: further files that it reads, by their names in the page.
         look: its layout.
     """
+    shown = content.surrogate
+    given = {
+        "title": content.title,
+        "name": shown.name,
+        "summary": _summary(shown),
+        "columns": ", ".join(signal.name for signal in shown.inputs),
+    }
+    blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
+    return _rendered(look, plain(content), given, blobs)
+
+
+def _rendered(look: Look, facts: Any, given: Mapping[str, str], blobs: Mapping[str, bytes]) -> str:
+    """Return the page with facts in plain values, texts for people, and files by their names."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(WEB), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    shown = plain(content)
-    blobs = {"runtime": compiled(PAGE_LIBRARY), "surrogate": surrogate.to_bytes(), **files}
     return environment.get_template("page.html").render(
-        facts=shown,
         look=look,
-        summary=_summary(content.surrogate),
-        columns=", ".join(signal.name for signal in content.surrogate.inputs),
-        json=json.dumps(shown).replace("<", "\\u003c"),  # so that no text ends the element
+        json=json.dumps(facts).replace("<", "\\u003c"),  # so that no text ends the element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=styles(WEB / "style.css"),
+        **given,
         **scripts(WEB / "main.js"),
     )
 

@@ -76,7 +76,7 @@ def test_title_of_a_page_may_hold_anything(tmp_path: Path) -> None:
     page = write_page(FMUS / "linear" / "linear.fmu", tmp_path / "odd.html", title)
     text = page.read_text(encoding="utf-8")
     assert _facts(text)["title"] == title
-    assert "<h1>a &lt; b &lt;/script&gt; &amp; &#34;c&#34; &lt;!--</h1>" in text
+    assert '<h1 id="title">a &lt; b &lt;/script&gt; &amp; &#34;c&#34; &lt;!--</h1>' in text
 
 
 def test_page_subcommand_writes_the_page(tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_page_subcommand_writes_the_page(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["page", str(fmu), "-o", str(path), "--title", "a mass"])
     assert result.exit_code == 0, result.output
     assert str(path) in result.output.replace("\n", "")
-    assert "<h1>a mass</h1>" in path.read_text(encoding="utf-8")
+    assert '<h1 id="title">a mass</h1>' in path.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

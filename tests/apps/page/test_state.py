@@ -64,7 +64,7 @@ def test_link_opens_the_stored_trajectory_at_its_time(chromium: Browser, page: P
 
 
 @pytest.mark.parametrize(
-    "link", ["#way=moves", "#inputs=a,b", "#inputs=1,2,3&pace=7&deflection=x", "#way=there&time=x"]
+    "link", ["#inputs=a,b", "#inputs=1,2,3&pace=7&deflection=x", "#way=there&time=x"]
 )
 def test_link_that_does_not_fit_shows_the_page_as_it_begins(
     chromium: Browser, page: Path, link: str

@@ -4,17 +4,26 @@ import { App } from "./app.js";
 import { unpackBlob, unpackText } from "../../../core/web/modules/blobs.js";
 import { byId } from "../../../core/web/modules/elements.js";
 import { loadRuntime, Machine } from "./machine.js";
+import { waitForFmu } from "./welcome.js";
+
+function showSurrogate(runtime, { facts, surrogate, files, drawing }) {
+  new App(facts, new Machine(runtime, surrogate), files, drawing).begin();
+}
 
 async function begin() {
   const facts = JSON.parse(byId("facts").textContent);
-  const [runtime, surrogate] = await Promise.all([unpackBlob("runtime"), unpackBlob("surrogate")]);
+  const runtime = await loadRuntime(await unpackBlob("runtime"));
+  if (facts === null) {
+    waitForFmu((found) => showSurrogate(runtime, found));
+    document.documentElement.dataset.ready = "wait";
+    return;
+  }
   const files = {};
   for (const name of facts.trajectory === null ? [] : ["inputs", "results", "reference"]) {
     files[name] = await unpackText(name);
   }
   const drawing = facts.drawn ? JSON.parse(await unpackText("drawing")) : null;
-  const machine = new Machine(await loadRuntime(runtime), surrogate);
-  new App(facts, machine, files, drawing).begin();
+  showSurrogate(runtime, { facts, surrogate: await unpackBlob("surrogate"), files, drawing });
   document.documentElement.dataset.ready = "yes";
 }
 

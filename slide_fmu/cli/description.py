@@ -83,7 +83,7 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
         _show_origin(origin if provenance else None, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
-            f"{fmu}: resources/provenance.json says something else than slide-fmu "
+            f"{fmu}: resources/provenance.json is not in the form that slide-fmu "
             f"writes ({type(error).__name__}: {error}); expected recipe, seeds, versions and "
             "measured errors: slide-fmu info FMU --json - shows what is there"
         ) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slide_fmu.cli.console import console, show_remark
+from slide_fmu.core.readable import number
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.report.table import ReportTable
 
@@ -78,13 +79,12 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:
-        console.print(
-            f"the system offers in addition to its outputs: {', '.join(offers) or 'nothing'}"
-        )
+        console.print(f"the system also offers: {', '.join(offers) or 'nothing but its outputs'}")
     show_sizing(figures.window)
     console.print(
-        f"window  {window.n_in} inputs to {window.n_out} outputs, {window.step_s:g} s apart; "
-        f"initial effects have {window.truncation_time_s:.4g} s to decay"
+        f"window  the network sees {window.n_in} samples of the inputs and gives {window.n_out} "
+        f"of the outputs; a sample is {window.step_s:g} s; initial effects have "
+        f"{window.truncation_time_s:.4g} s to decay"
     )
     if seconds is None:
         _show_parts(data)
@@ -100,12 +100,19 @@ def _show_parts(data: Costs) -> None:
     console.print(f"data    parts of {data.duration_s:g} s that overlap: {', '.join(parts)}")
 
 
+def _minutes(seconds: float) -> str:
+    """Write a time in the unit in which people wait."""
+    if seconds < 60:
+        return f"{number(seconds)} s"
+    return f"{number(seconds / 60)} min" if seconds < 3600 else f"{number(seconds / 3600)} h"
+
+
 def _show_costs(data: Costs, seconds: float) -> None:
     """Print the cost of the data, for a computing time in s per simulated second."""
     least = "at least " if data.at_least else ""  # a learning curve may ask for more
     count = sum(data.trajectories.values())
     console.print(
         f"data    {least}{count} trajectories of {data.duration_s:g} s, each after a burn-in of "
-        f"{data.burn_in_s:g} s: {least or 'about '}{data.expected_wall_time_s / 60:.2g} minutes "
-        f"(number of processes: {data.workers}; each simulates {1.0 / seconds:.3g} s in a second)"
+        f"{data.burn_in_s:g} s: {least or 'about '}{_minutes(data.expected_wall_time_s)} (number "
+        f"of processes: {data.workers}; each simulates {number(1.0 / seconds)} s per second)"
     )

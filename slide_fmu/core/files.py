@@ -34,7 +34,7 @@ class FullDiskError(OSError):
         free = shutil.disk_usage(folder).free
         return (
             f"{self.filename!r} cannot be written: the disk is full, {free / 1e6:.3g} MB are free "
-            f"in {str(folder)!r}; make room there, or choose another folder, and do the same again"
+            f"in {str(folder)!r}; make room there, or choose another folder, and try again"
         )
 
 

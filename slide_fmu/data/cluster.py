@@ -79,7 +79,7 @@ def cluster(address: str) -> Iterator[Executor]:
         except (CancelledError, distributed.client.FutureCancelledError) as error:
             raise ClusterError(
                 f"executor {address!r}: the connection to the scheduler was lost; "
-                "trajectories in the store stay there: start the scheduler, and do the same again"
+                "the store keeps its trajectories: start the scheduler, and run the command again"
             ) from error
 
 
@@ -100,12 +100,12 @@ def _require_same_versions(client: Any, address: str) -> None:
     except ModuleNotFoundError as error:
         raise ClusterError(
             f"executor {address!r}: a worker lacks the package {error.name!r}; expected the same "
-            "environment as here: install it there, and begin the worker anew"
+            "environment as here: install it there, and restart the worker"
         ) from error
     expected = versions_here()
     for worker, versions in found.items():
         if versions != expected:
             raise ClusterError(
                 f"executor {address!r}: the worker {worker} has {versions}; expected {expected}, "
-                "as here: install the same there, and begin the worker anew"
+                "as here: install the same there, and restart the worker"
             )

@@ -72,6 +72,6 @@ def require_motion(path: Path, probe: FloatArray, where: str) -> None:
     if not same_motion(attributes(path).probe, probe):
         raise StoreError(
             f"{where} simulates another motion than the machine where {path} was made; expected "
-            "the same model there: install the same packages, and begin the workers anew, which "
+            "the same model: install the same packages there, and restart the workers, since they "
             "keep what they have loaded"
         )

@@ -64,8 +64,8 @@ def open_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray) ->
     with locked(path.with_name(f".{path.name}.room"), ROOM_PATIENCE) as free:
         if not free:
             raise StoreError(
-                f"{path}: another program has made room there for {ROOM_PATIENCE:g} s; expected "
-                "some seconds at most: see whether it hangs, and do the same again"
+                f"{path}: another program has prepared this store for {ROOM_PATIENCE:g} s; "
+                "expected a few seconds: see whether it hangs, and run the command again"
             )
         for make in _lacks(path, recipe, shapes):
             make()

@@ -69,7 +69,7 @@ def convergence_rate(system: System, gap: FloatArray, remaining_amplitude: float
     if ahead[0] == 0.0:
         raise NoGapError(
             "measured decay: the outputs are the same after two different pasts; expected outputs "
-            "that differ at first: check that they follow from the inputs and states at all"
+            "that differ at first: check that they depend on the inputs and on the states"
         )
     count = int(np.sum(ahead > remaining_amplitude**2 * ahead[0]))
     if count < LEAST_MET:

@@ -86,7 +86,7 @@ def compared_with_provenance(
         return list(compare(recipe_of_provenance(provenance, str(fmu))))
     except (AttributeError, ArithmeticError, IndexError, LookupError, TypeError, ValueError) as e:
         return [
-            f"{PROVENANCE} says something else than slide-fmu writes ({type(e).__name__}: {e}); "
+            f"{PROVENANCE} is not in the form that slide-fmu writes ({type(e).__name__}: {e}); "
             "expected recipe, seeds, versions and measured errors: get the file again"
         ]
 

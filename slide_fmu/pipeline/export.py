@@ -85,7 +85,9 @@ def export(request: Request, bar: Stages) -> Exported:
         return _export_recipe(request, bar)
     _refuse_options_of_recipes(request)
     if request.path is None:
-        raise ValueError("export of an FMU: where to? give the FMU to write with -o PATH")
+        raise ValueError(
+            f"export of {request.source} has no target; expected the FMU to write: give -o PATH"
+        )
     return Exported(export_again(request.source, request.path, request.fmi, request.sources))
 
 
@@ -166,6 +168,6 @@ def _refuse_options_of_recipes(request: Request) -> None:
     given = [f"{name} {value}" for name, value in options.items() if value is not None]
     if given:
         raise ValueError(
-            f"export of {request.source}: {' '.join(given)} is for trained recipes, this is none; "
-            "leave it out"
+            f"export of {request.source}: {' '.join(given)} was given; expected it for "
+            "recipes only, not for FMUs: leave it out"
         )

@@ -73,12 +73,12 @@ def _require_object(surrogate: Surrogate, recipe: Recipe, system: System, fmu: P
     """Refuse an object in the place of a reference system that it cannot be."""
     if recipe.system.kind != "object":
         raise StageError(
-            f"{fmu} was learnt from {recipe.system.model!r}, which its recipe names, and system = "
-            f"{system!r} was given; expected no system: leave it out"
+            f"{fmu}: system = {system!r} was given, but its recipe names its model, "
+            f"{recipe.system.model!r}; expected no system: leave it out"
         )
     if not isinstance(system, System):
         raise StageError(
-            f"system = {system!r}; expected the object that {fmu} was learnt from, a System"
+            f"system = {system!r}; expected a System, the object from which {fmu} was made"
         )
     wanted, found = (
         [(s.name, s.unit, s.hold) for s in (*one.inputs, *one.outputs)]
@@ -87,7 +87,7 @@ def _require_object(surrogate: Surrogate, recipe: Recipe, system: System, fmu: P
     if wanted != found:
         raise StageError(
             f"system has the signals {found} (name, unit, hold); expected those of {fmu}, "
-            f"{wanted}: give the object that it was learnt from"
+            f"{wanted}: give the object from which it was made"
         )
 
 
@@ -124,8 +124,8 @@ def _require_another(fmu: Path, recipe: Recipe) -> None:
     with suppress(FileNotFoundError):
         if name.endswith(".fmu") and find_file(name).samefile(fmu):
             raise StageError(
-                f"{str(fmu)!r} is itself what {name!r}, the name of its reference, leads to; "
-                "expected the FMU that it was learnt from: change to the folder of that one"
+                f"{str(fmu)!r}: its recipe names the reference {name!r}, and this path leads to "
+                "the same file; expected the FMU of the model: run in the folder of that FMU"
             )
 
 

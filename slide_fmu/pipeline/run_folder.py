@@ -221,8 +221,8 @@ class RunFolder:
         data = self.surrogate.read_bytes()
         if record["surrogate"] != hashlib.sha256(data).hexdigest():
             raise StageError(
-                f"{self.surrogate} and {self.training.name} do not belong together, a training "
-                "was broken off between them; train again (slide-fmu train RECIPE)"
+                f"{self.surrogate} and {self.training.name} do not belong together: a "
+                "training was stopped while it wrote them; train again (slide-fmu train RECIPE)"
             )
         histories = read_figures(dict[str, History], record["histories"])
         return Trained(Surrogate.from_bytes(data), histories, record["versions"])

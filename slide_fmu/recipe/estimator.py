@@ -148,7 +148,7 @@ class EstimatorRecipe(Table):
         expert = self.expert
         if not self.network.time_invariant and (self.span or expert.lags or expert.pretraining):
             raise ValueError(
-                "span, lags or pretraining of an estimator whose network sees the whole window; "
+                "span, lags or pretraining is set, but the network sees the whole window; "
                 "expected none of them, or estimator.network.time_invariant = true"
             )
         if not (expert.pretrained_beyond or (expert.pretraining and not self.draws_beyond(0))):

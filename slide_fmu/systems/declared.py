@@ -117,7 +117,7 @@ class ModelFile(Table):
     def _have_no_columns(cls, tables: dict[str, SignalTable]) -> dict[str, SignalTable]:
         named = [name for name, table in tables.items() if table.column is not None]
         if named:
-            raise ValueError(f"{named} name columns; expected none, which records alone have")
+            raise ValueError(f"{named} name columns; expected none: only records have them")
         return tables
 
 
@@ -198,8 +198,8 @@ def merged_parameters(
     for name, value in given.items():
         if _sort(value) is not _sort(declared[name]):
             raise LoadError(
-                f"{label}: parameter {name} = {value!r}; expected one like that of the model, "
-                f"{declared[name]!r}: correct its type"
+                f"{label}: parameter {name} = {value!r}; expected the type of the model's "
+                f"value, {declared[name]!r}: correct it"
             )
     return {**declared, **given}
 

@@ -72,9 +72,9 @@ def _require_own(label: str, name: str) -> None:
         used = getattr(sys.modules.get(module), "__file__", None)
         if used and spec.origin and Path(used).resolve() != Path(spec.origin).resolve():
             raise LoadError(
-                f"{label}: module {module!r} is that of {spec.origin!r}, but this process uses "
-                f"{used!r} under the name; expected one of them: rename one, or use a process for "
-                "each"
+                f"{label}: module {module!r} is in {spec.origin!r}, but this process has "
+                f"loaded another one of this name, {used!r}; expected one: rename one of them, or "
+                "use two processes"
             )
         places = list(spec.submodule_search_locations or ())
 

@@ -135,7 +135,7 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
         assert store_digest(store) == made(tmp_path / "alone", recipe)
         write_lag(tmp_path / "recipe", rate=3.0)
         said = user.run(*words, "--overwrite", code=1)
-        assert "begin the workers anew" in " ".join(said.split())
+        assert "restart the workers" in " ".join(said.split())
 
 
 @pytest.mark.extended

@@ -282,7 +282,7 @@ def test_export_of_an_fmu_refuses_options_of_recipes(
     name, value = WITHOUT_MEANING[option]
     result = invoke("export", duffing.fmu, "-o", tmp_path / "again.fmu", name, value)
     assert result.exit_code == 1
-    message = f"{name} {value} is for trained recipes, this is none; leave it out"
+    message = f"{name} {value} was given; expected it for recipes only, not for FMUs: leave it out"
     assert message in result.output
     assert list(tmp_path.iterdir()) == []
 

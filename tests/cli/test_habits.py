@@ -115,7 +115,7 @@ def test_info_tells_other_types_of_measured_figures_in_one_line(
     assert code == 1
     error = [line for line in output.splitlines() if line.startswith("error: ")]
     assert len(error) == 1
-    assert "says something else than slide-fmu writes" in error[0]
+    assert "is not in the form that slide-fmu writes" in error[0]
     assert "Traceback" not in output
 
 

@@ -98,7 +98,7 @@ def other_type(content: bytes) -> bytes:
 
 def test_other_types_in_the_provenance(tmp_path: Path) -> None:
     problems = check(edited(tmp_path, PROVENANCE, other_type), run=False).problems
-    expected = f"{PROVENANCE} says something else than slide-fmu writes"
+    expected = f"{PROVENANCE} is not in the form that slide-fmu writes"
     assert any(problem.startswith(expected) for problem in problems)
 
 

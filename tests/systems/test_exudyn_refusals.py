@@ -60,10 +60,10 @@ def test_mistake_in_a_model_file_is_named(
     [
         ({"weight": 3.0}, "unknown parameters ['weight']", "expected some of ['damping'"),
         ({"integrator": "euler"}, "integrator = 'euler'", "'auto'"),
-        ({"start": 1}, "start = 1", "expected one like"),
+        ({"start": 1}, "start = 1", "expected the type of"),
         ({"start": "here"}, "start = 'here'", "'equilibrium' or 'initial'"),
         ({"substeps": -1}, "substeps = -1", "expected at least 0"),
-        ({"substeps": "auto"}, "substeps = 'auto'", "expected one like that of the model, 0"),
+        ({"substeps": "auto"}, "substeps = 'auto'", "expected the type of the model's value, 0"),
         ({"substeps": 2.5}, "substeps = 2.5", "expected a whole number"),
         ({"substeps": True}, "substeps = True", "expected"),
     ],

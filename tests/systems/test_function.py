@@ -254,7 +254,7 @@ def test_mistake_in_a_model_is_named(
     ("given", "message"),
     [
         ({"speed": 1.0}, r"unknown parameters \['speed'\]; expected some of \['rate'\]"),
-        ({"rate": "fast"}, "parameter rate = 'fast'; expected one like that of the model, 2.0"),
+        ({"rate": "fast"}, "parameter rate = 'fast'; expected the type of the model's value, 2.0"),
     ],
 )
 def test_mistake_in_a_parameter_of_the_recipe_is_named(

@@ -126,6 +126,6 @@ def _show(found: Calibration) -> None:
     for name, value in found.fixed.items():
         console.print(f"{name} was held at {value:g}")
     show_table(output_table(found))
-    console.print(f"{found.samples} samples count")
+    console.print(f"{found.samples} samples were used")
     for remark in found.remarks:
         show_remark(remark)

@@ -72,10 +72,10 @@ class Measurements:
         if count < FEWEST * n_parameters:
             step = surrogate.window.step
             raise ValueError(
-                f"{count} samples count, after the first {lead} of each record, before which "
+                f"{count} samples remain after the first {lead} of each record, before which "
                 f"the inputs are unknown; expected at least {FEWEST * n_parameters} for "
                 f"{n_parameters} parameters: record at least "
-                f"{(lead + FEWEST * n_parameters) * step:.3g} s at one go"
+                f"{(lead + FEWEST * n_parameters) * step:.3g} s without a break"
             )
         return Measurements(tuple(u for u, _ in kept), scored, lead, left_out)
 

@@ -75,15 +75,15 @@ def require_comparable(case: Case) -> None:
     recipe = case.recipe
     if recipe.parameters:
         raise RecipeError(
-            f"recipe {recipe.name!r}: a comparison with parameters {list(recipe.parameters)}; "
-            "expected none: models of other kinds follow no parameters. Compare with a recipe "
-            "that has fixed values (system.parameters)"
+            f"recipe {recipe.name!r}: the physical parameters {list(recipe.parameters)}; "
+            "expected none for a comparison, since other kinds of models cannot follow them: "
+            "compare with a recipe that has fixed values (system.parameters)"
         )
     if case.source.lacks_outputs:
         raise RecipeError(
-            f"recipe {recipe.name!r}: a comparison with records in which outputs are missing; "
-            "expected all of them, since models of other kinds look back at outputs: cut the "
-            "files where they are missing"
+            f"recipe {recipe.name!r}: outputs are missing in its records; expected all of "
+            "them, since other kinds of models look back at outputs: cut the files where "
+            "outputs are missing"
         )
 
 

@@ -137,7 +137,10 @@ def _parameters(fmu: Path, found: Any) -> dict[str, float]:
 def _required(fmu: Path, name: str) -> bytes:
     content = read_member(fmu, name)
     if content is None:
-        raise CredentialError(f"{name} is missing, which {members.EXPERIMENTS} needs; expected it")
+        raise CredentialError(
+            f"{name} is missing; expected it, since {members.EXPERIMENTS} needs it: write the FMU "
+            "again with slide-fmu export"
+        )
     return content
 
 

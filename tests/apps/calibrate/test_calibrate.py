@@ -214,10 +214,10 @@ def test_records_that_do_not_fit_are_refused_in_words() -> None:
     cases: list[tuple[Any, Any, str]] = [
         (inputs, outputs[1:], "expected (100, 1)"),
         (inputs, np.full_like(outputs, np.inf), "a value is infinite"),
-        (inputs, np.full_like(outputs, np.nan), "0 samples count"),
+        (inputs, np.full_like(outputs, np.nan), "0 samples remain"),
         ([inputs], [outputs, outputs], "1 records of inputs and 2"),
-        (inputs[:50], outputs[:50], "36 samples count"),
-        (inputs[:10], outputs[:10], "record at least 0.27 s at one go"),
+        (inputs[:50], outputs[:50], "36 samples remain"),
+        (inputs[:10], outputs[:10], "record at least 0.27 s without a break"),
     ]
     for driven, answers, message in cases:
         with pytest.raises(ValueError, match=re.escape(message)):

@@ -170,7 +170,7 @@ def test_records_that_do_not_fit_are_refused_in_words(
         (Measured((write(tmp_path / "slow.csv", slow),)), "sample step 0.01 s; expected at most"),
         (Measured((write(tmp_path / "kn.csv", in_kn),)), "'u0' is in kN; expected N"),
         (Measured((write(tmp_path / "still.csv", still),)), "the value is 1 in all samples"),
-        (Measured((write(tmp_path / "short.csv", short),)), "15 samples count"),
+        (Measured((write(tmp_path / "short.csv", short),)), "15 samples remain"),
     ]
     for given, message in cases:
         with pytest.raises(ValueError, match=re.escape(message)):

@@ -30,7 +30,7 @@ LEAST = 3
 """Fewer words than these make no sentence."""
 END = re.compile(r"(?<=[.?!])[\"”)]*\s+(?=\S)")
 WORD = re.compile(r"\w")
-NO_PAGES = {"404.html", "robot_page.html"}
+NO_PAGES = {"404.html", "robot_page.html", "drop.html"}
 
 
 class Blocks(HTMLParser):

@@ -12,6 +12,7 @@ import pytest
 
 from slide_fmu.apps.compare import compare as comparing
 from slide_fmu.apps.compare.baselines.base import Budget
+from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
 from slide_fmu.apps.compare.compare import Terms, compare_recipe
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.figures import plain
@@ -67,7 +68,7 @@ expert.kept = 1
 expert.kept_iterations = 10
 iterations = 20
 """
-TERMS = Terms(budget=2.0, seed=77, trajectories=3, workers=1)
+TERMS = Terms(budget=6.0, seed=77, trajectories=3, workers=1)
 LINEAR = ("FIR", "ARX", "linear state space")
 
 
@@ -180,13 +181,29 @@ def test_other_terms_find_all_models_anew(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(comparing, "_measured", fit)
-    for terms in (Terms(3.0, 77, 3), Terms(None, 77, 3), Terms(2.0, 77, 2), Terms(2.0, 78, 3)):
+    for terms in (Terms(7.0, 77, 3), Terms(None, 77, 3), Terms(6.0, 77, 2), Terms(6.0, 78, 3)):
         with pytest.raises(KeyboardInterrupt):
             compare_recipe(duffing[0], terms)
     assert [title for title, _ in fitted] == ["FIR"] * 4
     own = duffing[1].models[0].cpu_seconds
-    assert [budget for _, budget in fitted] == [3.0, own, 2.0, 2.0]
+    assert [budget for _, budget in fitted] == [7.0, own, 6.0, 6.0]
     assert own > 0
+
+
+@needs_sysidentpy
+def test_own_network_keeps_a_budget_that_is_shorter_than_its_training(
+    duffing: tuple[Job, ComparisonFigures, Path],
+) -> None:
+    job, figures, _ = duffing
+    surrogate, seconds = job.folder.load_surrogate(job.recipe).surrogate, figures.models[0]
+    own = OwnNetwork(job.case, job.folder.store, surrogate, seconds.cpu_seconds)
+    assert own.can_be_fitted
+    budget = Budget(0.5 * own.seconds)
+    found = own.fit(budget, lambda *_: None)
+    assert budget.spent == pytest.approx(budget.seconds, rel=0.2)
+    assert found.cut
+    assert found.baseline.parameters == surrogate.network.count_parameters()
+    assert 0 < found.course.error < 0.2
 
 
 @needs_sysidentpy

@@ -26,9 +26,7 @@ from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigure
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
 
-CLOSE_UP = (
-    "Each output in the two seconds around its largest error, with the inputs that led there."
-)
+CLOSE_UP = "Each output around its largest error, with its bound and the inputs that led there."
 
 PHASE = (
     "Every output over its speed, around the largest error of its worst trajectory, as splines "

@@ -75,8 +75,8 @@ def _close_up(validation: Validation, output: int) -> Chart:
             inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
         ],
         text=(
-            f"The largest error is {quantity(size, signal.unit)}, at {place:.6g} s of a "
-            f"trajectory of the kind {name_of_motion(validation, chosen)}."
+            f"The largest error is {quantity(size, signal.unit)}, at {place:.6g} s "
+            f"({name_of_motion(validation, chosen)})."
         ),
         parts=outside_parts(chosen, part),
         marks=[float(place)],

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, colour_of
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.report.trajectory_charts import parts_of, signals_panel
@@ -56,7 +57,7 @@ def estimate_charts(validations: Mapping[str, Validation]) -> list[Chart]:
             height="square",
         )
         label = f"true RMSE over {validation.surrogate.estimated_samples} samples"
-        found.append(Chart(title, [panel], Axis(label, unit, log=True)))
+        found.append(Chart(title, [panel], Axis(label, behind(unit).strip(), log=True)))
     return found
 
 

@@ -65,7 +65,7 @@ def test_models_of_other_kinds_follow_no_parameters(tmp_path: Path) -> None:
     from slide_fmu.apps.compare.compare import Terms, compare_recipe
 
     job = opened(tmp_path, "both", MASS)
-    with refused(RecipeError, "with parameters ['mass']; expected none"):
+    with refused(RecipeError, "['mass']; expected none", "fixed values"):
         compare_recipe(job, Terms(budget=1.0, seed=0))
 
 

@@ -26,5 +26,5 @@ def test_fmu_that_its_own_reference_leads_to_is_refused(
     monkeypatch.chdir(tmp_path)
     _require_another(made, recipe)
     monkeypatch.chdir(made.parent)
-    with refused(StageError, "what 'pump.fmu'"):
+    with refused(StageError, "the reference 'pump.fmu'", "expected the FMU of the model"):
         _require_another(made, recipe)

@@ -203,6 +203,6 @@ def test_module_that_this_process_uses_from_another_file_is_refused(
     monkeypatch.syspath_prepend(str(tmp_path / "first"))
     load_system(given)
     monkeypatch.syspath_prepend(str(tmp_path / "second"))
-    with pytest.raises(LoadError, match=f"module '{name}' is that of .*second.* uses .*first"):
+    with pytest.raises(LoadError, match=f"'{name}' is in .*second.* has loaded another .*first"):
         load_system(given)
     monkeypatch.delitem(sys.modules, name)

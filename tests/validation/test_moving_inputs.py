@@ -11,7 +11,6 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
-from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
@@ -23,7 +22,7 @@ from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
 from tests.recipes import tiny_recipe
-from tests.validation.tiny_validation import figures_of
+from tests.validation.tiny_validation import accuracy_section, figures_of
 
 SAMPLES = 8
 RECIPE = tiny_recipe(
@@ -73,7 +72,7 @@ def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Vali
 
 def test_report_and_card_say_which_error_is_which(found: Validation) -> None:
     percent = f"{100 * found.figures().outputs[0].plain_relative_rmse:.3g} %"
-    section = validation_sections({"in range": found})[0]
+    section = accuracy_section(found)
     assert section.table is not None
     assert section.table.heading[-1] == "relative RMSE, inputs set to what they are now"
     assert section.table.rows[0][-1] == percent

@@ -10,7 +10,6 @@ import pytest
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
-from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.results import Validation
@@ -19,7 +18,15 @@ from slide_fmu.validation.validate import validate
 from tests.progress import silent
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
-from tests.validation.tiny_validation import FINER, MODEL, PLAIN, TASK, measured, same
+from tests.validation.tiny_validation import (
+    FINER,
+    MODEL,
+    PLAIN,
+    TASK,
+    accuracy_section,
+    measured,
+    same,
+)
 
 
 def test_an_fmu_is_measured_against_the_finer_model(finer: Validation) -> None:
@@ -54,7 +61,7 @@ def test_recipe_without_a_reference_of_its_own_has_no_model_error(
     assert all(comparison.model is None for comparison in plain.comparisons)
     for one, other in zip(plain.comparisons, finer.comparisons, strict=True):
         assert one.reference == pytest.approx(other.model, abs=1e-12)
-    table = validation_sections({"in range": plain})[0].table
+    table = accuracy_section(plain).table
     assert table is not None
     assert len(table.heading) == 7
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
@@ -40,3 +42,10 @@ def figures_of(found: Validation, **more: Any) -> RunFigures:
     window = {"decay_time_s": decay, "measured_decay_time_s": decay}
     known = {"validation": {"in range": found.figures()}, "window": window, "parameters": 41}
     return run_figures(**{**known, **more})
+
+
+def accuracy_section(found: Validation) -> ReportSection:
+    """Return the section of a report that has the table of errors."""
+    sections = validation_sections({"in range": found})
+    (section,) = (s for s in sections if s.title == "Side by side with the reference")
+    return section

@@ -65,7 +65,10 @@ def test_relative_error_is_that_of_the_samples_at_which_the_reference_is_known()
 @pytest.mark.parametrize(
     ("others", "message"),
     [
-        ({"INPUTS": None}, "inputs.csv is missing, which .*experiments.exp needs"),
+        (
+            {"INPUTS": None},
+            r"inputs.csv is missing; .*experiments.exp needs it",
+        ),
         ({"EXPERIMENTS": b"<Experiments/>"}, r"experiments.exp, line 1: .*schema"),
         ({"INPUTS": b"time,u\n0,1\n0.1,2\n"}, "2 times of inputs and 4 of results"),
         ({"RESULTS": b"time,y\n0,1\n0.2,2\n0.4,1\n0.6,1\n"}, "expected the same times in both"),

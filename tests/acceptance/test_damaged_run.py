@@ -40,10 +40,10 @@ def damage(fmu: Path, kind: str) -> None:
 
 
 @pytest.fixture
-def copied(linear: Finished, tmp_path: Path) -> Finished:
-    """The small linear recipe, finished, in a folder of its own."""
-    shutil.copytree(linear.runs, tmp_path / "runs")
-    return Finished(linear.recipe, tmp_path / "runs", linear.name, linear.figures)
+def copied(duffing: Finished, tmp_path: Path) -> Finished:
+    """The small Duffing recipe, finished, in a folder of its own."""
+    shutil.copytree(duffing.runs, tmp_path / "runs")
+    return Finished(duffing.recipe, tmp_path / "runs", duffing.name, duffing.figures)
 
 
 @pytest.mark.parametrize("kind", essential(DAMAGES, "half"))

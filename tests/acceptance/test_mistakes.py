@@ -184,6 +184,7 @@ def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Fi
     assert read_member(duffing.fmu, "documentation/index.html") is not None
 
 
+@pytest.mark.extended
 def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     linear: Finished, tmp_path: Path
 ) -> None:

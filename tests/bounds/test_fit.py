@@ -193,6 +193,7 @@ def test_order_comes_from_the_eigenvalues_of_the_system(state_space: Fit) -> Non
     assert (network.n_samples, network.n_out) == (48, 8)
 
 
+@pytest.mark.extended
 def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     state_space: Fit, folder: Path, tmp_path: Path
 ) -> None:

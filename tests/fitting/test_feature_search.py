@@ -118,6 +118,7 @@ def test_sine_of_an_angle_is_seen_by_its_direction(tmp_path: Path) -> None:
     assert best[directors][0] < 0.3 * best[plain][0]
 
 
+@pytest.mark.extended
 def test_trials_that_were_done_are_not_done_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,7 +21,7 @@ from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
-from tests.marks import essential
+from tests.marks import essential, every
 
 AT_STEP_END = 12_000_000
 
@@ -47,7 +47,7 @@ def what_follows(native: Native, surrogate: Surrogate) -> list[object]:
 
 
 @pytest.mark.parametrize("pattern", essential({"whole": [1], "double": [2], **PATTERNS}, "whole"))
-@pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
+@pytest.mark.parametrize("shape", every(2, SHAPES), ids=NAMES)
 def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
     load: Load, shape: Shape, pattern: str
 ) -> None:

@@ -197,6 +197,7 @@ def test_malformed_csv_is_refused_with_its_reason(tmp_path: Path, text: str, mes
         read_record(str(tmp_path / "a.csv"))
 
 
+@pytest.mark.extended
 def test_large_csv_is_refused_within_little_memory(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     with path.open("w", encoding="utf-8") as file:

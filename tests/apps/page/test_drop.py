@@ -14,6 +14,7 @@ from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from tests.apps.page.conftest import FMUS
 from tests.browser import Browser
+from tests.marks import essential
 
 SHOWN = """
 ({
@@ -42,7 +43,9 @@ def _give(chromium: Browser, path: Path) -> None:
     chromium.call("DOM.setFileInputFiles", files=[str(path)], nodeId=found)
 
 
-@pytest.mark.parametrize("name", ["duffing", "slider_crank_payload", "robot_6r"])
+@pytest.mark.parametrize(
+    "name", essential(["duffing", "slider_crank_payload", "robot_6r"], "duffing")
+)
 def test_dropped_fmu_is_shown_as_on_its_own_page(
     chromium: Browser, page: Path, page_of: Callable[[str], Path], name: str
 ) -> None:

@@ -53,6 +53,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(FMUS / "duffing" / "duffing.fmu", path, drawing=OSCILLATOR)
 
 
+@pytest.mark.extended
 def test_page_in_motion_measures_no_layout_and_redraws_plots_15_times_a_second(
     chromium: Browser, page: Path
 ) -> None:

@@ -150,6 +150,7 @@ def test_training_error_counts_segments_by_their_weights(
     assert told_error(found) == pytest.approx(weighted_error(problem, network, found), rel=SINGLE)
 
 
+@pytest.mark.extended
 def test_training_error_of_a_start_that_nothing_improves_counts_likewise(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -228,6 +229,7 @@ def test_planned_are_the_iterations_of_the_runs_to_come(
     assert ("refined" in done) != ("widened to 12" in done)
 
 
+@pytest.mark.extended
 def test_search_keeps_to_the_dense_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "FIRST_UNITS", 12)
     monkeypatch.setattr(sizes, "MOST_UNITS", 24)

@@ -103,12 +103,16 @@ def test_info_shows_signals_provenance_and_measured_error(duffing: Finished) -> 
     assert {"torch", "exudyn", "numpy"} <= set(info["provenance"]["versions"])
 
 
-def test_validate_finds_the_reference_from_the_fmu_alone(
-    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    alone = tmp_path / "alone.fmu"
-    shutil.copy(duffing.fmu, alone)
+@pytest.fixture
+def alone(duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The FMU in an empty folder, in which the tests work."""
     monkeypatch.chdir(tmp_path)
+    return Path(shutil.copy(duffing.fmu, tmp_path / "alone.fmu"))
+
+
+def test_validate_finds_the_reference_from_the_fmu_alone(
+    duffing: Finished, alone: Path, tmp_path: Path
+) -> None:
     call = ("validate", alone, "--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
     result = invoke(*call)
     assert result.exit_code == 0, result.output
@@ -129,11 +133,8 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
 
 @pytest.mark.extended
 def test_validate_is_repeated_by_its_seed_and_keeps_reports_of_other_amplitudes(
-    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    duffing: Finished, alone: Path, tmp_path: Path
 ) -> None:
-    alone = tmp_path / "alone.fmu"
-    shutil.copy(duffing.fmu, alone)
-    monkeypatch.chdir(tmp_path)
     call = ("validate", alone, "--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
     figures, again = (json.loads(invoke(*call).stdout) for _ in range(2))
     assert again["outputs"] == figures["outputs"]

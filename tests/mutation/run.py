@@ -80,7 +80,7 @@ MODULES = {
     "bound": Module(
         ("slide_fmu/bounds/error_bound.py", "slide_fmu/surrogate/error_bound.py"),
         ("tests/surrogate/test_error_bound.py", "tests/bounds/test_conformal.py",
-         "tests/bounds/test_error_bound.py"),
+         "tests/bounds/test_head_loss.py", "tests/bounds/test_error_bound.py"),
         essential=True,
     ),
     "estimate in C": Module(

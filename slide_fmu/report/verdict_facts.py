@@ -68,15 +68,16 @@ def _error(found: ValidationFigures, call: PlainCallFigures | None) -> Fact:
 
 
 def _bound(found: BoundFigures | None) -> Fact | None:
-    """Return the share of samples that the bound covers, of the output where it is least."""
+    """Return the least covered share of samples, of all outputs and both ways of calling."""
     if found is None:
         return None
-    least = min(output.coverage for output in found.outputs)
-    text = f"This part of the samples lies below the error bound of {percent(found.confidence)}."
-    plain = 1.0 if found.plain is None else min(found.plain.coverage)
-    if plain < least:
-        text += f" In the plain call: {percent(plain)}."
-    return Fact("Bound", percent(least), text, least >= found.confidence - MISSING)
+    known = min(output.coverage for output in found.outputs)
+    plain = known if found.plain is None else min(found.plain.coverage)
+    least = min(known, plain)
+    text = f"This part of the samples lies below the error bound of {percent(found.confidence)}"
+    if least < known:
+        text += f" in the plain call. Where inputs are known ahead: {percent(known)}"
+    return Fact("Bound", percent(least), f"{text}.", least >= found.confidence - MISSING)
 
 
 def _validity(found: BoundFigures | None) -> Fact | None:

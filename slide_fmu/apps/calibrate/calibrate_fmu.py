@@ -95,10 +95,10 @@ def calibrate_fmu(
         fmu: an FMU of slide-fmu with parameters.
         measured: the records.
         fixed: values of parameters by name that are not fitted.
-            seed: seed of the points at which the search begins.
+        seed: seed of the points at which the search begins.
 
-        Returns:
-            The result, and remarks about the records.
+    Returns:
+        The result, and remarks about the records.
 
     Raises:
         FmuError: the file is not an FMU of slide-fmu.

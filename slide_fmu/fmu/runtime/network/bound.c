@@ -73,7 +73,6 @@ void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, Sl
     const size_t n_outputs = bound->n_outputs;
     state->predicted =
         slide_place(arena, (size_t)bound->n_predicted, n_outputs * sizeof(float));
-    state->restarts = slide_place(arena, 1, sizeof *state->restarts);
     state->known = slide_place(arena, 1, sizeof *state->known);
     const size_t start = arena->used - sizeof *state->known;
     bound->companion.family->place_state(&state->companion, &bound->companion, arena);
@@ -97,7 +96,6 @@ void slide_bound_restart(const SlideBound *bound, SlideBoundState *state) {
     if (bound->memory_length > 0) {
         *state->known = 0;
         *state->concluded = 0;
-        *state->restarts += 1;
     }
 }
 

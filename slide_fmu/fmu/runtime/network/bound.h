@@ -47,7 +47,6 @@ typedef struct {
 typedef struct {
     float *predicted;   /* [n_predicted][n_outputs], the predictor's values after the sample k in
                            place k % n_predicted; NAN where it gave none */
-    uint64_t *restarts; /* how often all was forgotten */
     uint64_t *known;    /* samples that are evaluated, or too old to be needed: below a number */
     SlideNetworkState companion;
     SlideBlocks of_short, of_long, of_seen, of_span;

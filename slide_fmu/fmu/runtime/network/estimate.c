@@ -46,9 +46,11 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     }
     size_t n_outputs = estimator->n_outputs;
     estimate->known = slide_place(arena, 1, sizeof *estimate->known);
+    const size_t start = arena->used - sizeof *estimate->known;
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
     estimator->network.family->place_state(&estimate->network, &estimator->network, arena);
+    estimate->evaluated = arena->used - start;
 }
 
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate) {
@@ -118,8 +120,8 @@ static double sum_of(const double *values, size_t count) {
 
 void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
                              const SlideSamplesShape *shape, const SlideSamples *samples,
-                             SlideEstimate *estimate) {
-    uint64_t count = *samples->count, behind = count - *estimate->known;
+                             uint64_t count, SlideEstimate *estimate) {
+    uint64_t behind = count - *estimate->known;
     uint64_t todo = behind < estimator->memory_length ? behind : estimator->memory_length;
     if (todo == 0) {
         return;

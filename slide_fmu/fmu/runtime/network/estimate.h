@@ -24,6 +24,7 @@ typedef struct {
     double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
                          to the scale of the output */
     SlideNetworkState network;
+    size_t evaluated; /* bytes from known on */
 } SlideEstimate;
 
 void slide_estimator_place(SlideEstimator *estimator, const SlidePayload *payload,
@@ -34,11 +35,11 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
 /* Nothing is known any more. */
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate);
 
-/* Evaluate all that is not known yet: estimate->errors are those at the newest sample. There must
- * be at least memory_length samples, with those before them. */
+/* Evaluate all of the first count samples that are not known yet: estimate->errors are those at the
+ * last of them. Kept must be memory_length samples before it, and those before them. */
 void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
                              const SlideSamplesShape *shape, const SlideSamples *samples,
-                             SlideEstimate *estimate);
+                             uint64_t count, SlideEstimate *estimate);
 
 /* The squared error, relative to the output's scale, of an expected error over the standard
  * deviation and an eps: at most the largest that the map knows, also of what is not finite. */

@@ -9,16 +9,22 @@ static void *kept(const SlideState *state, const void *part) {
     return (unsigned char *)state->known + place;
 }
 
+/* The number of samples known before the forecast; 0 where all are others since. */
+static uint64_t n_known(const SlideState *state) {
+    uint64_t count, restarts;
+    memcpy(&count, kept(state, state->samples.count), sizeof count);
+    memcpy(&restarts, kept(state, state->restarts), sizeof restarts);
+    return restarts == *state->restarts ? count : 0;
+}
+
 /* What the importer was given stays, where the bound judges it, unless all samples are others. */
 static void keep_given(const SlideModel *model, SlideState *state) {
     const SlideBoundState *bound = &state->bound;
-    uint64_t first, restarts;
-    if (!model->bound.judges_given) {
+    const uint64_t first = n_known(state);
+    if (!model->bound.judges_given || first == 0) {
         return;
     }
-    memcpy(&first, kept(state, state->samples.count), sizeof first);
-    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
-    for (uint64_t k = first; restarts == *bound->restarts && k < *state->samples.count; ++k) {
+    for (uint64_t k = first; k < *state->samples.count; ++k) {
         const float *given = slide_bound_predicted(&model->bound, bound, k);
         memcpy(kept(state, given), given, model->n_outputs * sizeof *given);
     }
@@ -106,15 +112,11 @@ bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
     return step_forecast(model, state);
 }
 
-/* What was found up to the start of a forecast stays when the forecast is forgotten. Where all
- * samples are others since, there is nothing to keep. */
-void slide_forecast_keep_found(const SlideModel *model, SlideState *state) {
-    const SlideBoundState *bound = &state->bound;
-    uint64_t count, restarts;
-    memcpy(&count, kept(state, state->samples.count), sizeof count);
-    memcpy(&restarts, kept(state, bound->restarts), sizeof restarts);
-    if (restarts == *bound->restarts && *bound->known < count) {
-        slide_stream_catch_up(model, state, count);
-        memcpy(kept(state, bound->known), bound->known, bound->evaluated);
-    }
+uint64_t slide_forecast_known(const SlideModel *model, const SlideState *state) {
+    const bool forecasts = slide_stream_forecasts(model, state) && !slide_stream_fresh(state);
+    return forecasts ? n_known(state) : 0;
+}
+
+void slide_forecast_keep(const SlideState *state, SlideFound found) {
+    memcpy(kept(state, found.known), found.known, found.size);
 }

@@ -9,8 +9,19 @@
 /* One step of a length (s). False when a result is not finite; then nothing has changed. */
 bool slide_forecast_step(const SlideModel *model, SlideState *state, double length);
 
-/* What the bound found up to the start of the last forecast stays when that is taken back. */
-void slide_forecast_keep_found(const SlideModel *model, SlideState *state);
+/* What the estimator or the bound found of the samples below a number; part of what networks have
+ * seen. */
+typedef struct {
+    uint64_t *known; /* the number; the rest follows it */
+    size_t size;     /* bytes from known on */
+} SlideFound;
+
+/* The number of samples that stay when the last forecast is taken back; 0 where none of them does,
+ * or nothing is forecast. */
+uint64_t slide_forecast_known(const SlideModel *model, const SlideState *state);
+
+/* What was found of these stays too. */
+void slide_forecast_keep(const SlideState *state, SlideFound found);
 
 /* Parts of any step, in stream.c. */
 
@@ -30,8 +41,5 @@ bool slide_step_take_again(const SlideModel *model, SlideState *state, const Sli
 /* The results become the outputs; then the step counts. */
 void slide_step_accept(const SlideModel *model, SlideState *state);
 void slide_step_count(const SlideModel *model, SlideState *state, double length);
-
-/* The error bound is brought up to a number of samples. */
-void slide_stream_catch_up(const SlideModel *model, SlideState *state, uint64_t count);
 
 #endif

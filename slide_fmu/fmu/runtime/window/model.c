@@ -46,9 +46,9 @@ static void shape_past(SlideModel *model, const SlidePayload *payload) {
     }
     model->memory_length = (uint32_t)longest + SLIDE_BEFORE;
     model->n_redone = model->memory_length + n_forecast;
-    /* The bound is evaluated up to where a forecast begins, too, when that is behind. */
-    const uint64_t n_kept =
-        model->bound.memory_length > 0 ? model->n_redone : model->memory_length;
+    /* Both are evaluated up to where a forecast begins, too, when that is behind. */
+    const bool catch_up = estimator->positions > 0 || model->bound.memory_length > 0;
+    const uint64_t n_kept = catch_up ? model->n_redone : model->memory_length;
     model->samples = (SlideSamplesShape){payload->n_inputs, slide_power_of_two(n_kept)};
     model->history = slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
                                          payload->first_order, model->cosine);

@@ -27,6 +27,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->since = slide_place(arena, model->parameters.count > 0, sizeof(double));
     state->strayed = slide_place(arena, 1, sizeof *state->strayed);
     seen = arena->used - sizeof *state->strayed;
+    state->restarts = slide_place(arena, 1, sizeof *state->restarts);
     slide_samples_place(&state->samples, &model->samples, arena);
     model->predictor.family->place_state(&state->predictor, &model->predictor, arena);
     slide_estimate_place(&state->estimate, &model->estimator, arena);

@@ -57,6 +57,7 @@ typedef struct {
     double *acting;     /* [model->parameters.count], those behind the outputs */
     double *since;      /* [1 where there are parameters], samples since they changed */
     uint64_t *strayed; /* number of the sample after the newest one that was out of range; or 0 */
+    uint64_t *restarts; /* how often all samples were taken in anew */
     SlideSamples samples;
     SlideNetworkState predictor;
     SlideEstimate estimate;

@@ -146,6 +146,7 @@ static void restart(const SlideModel *model, SlideState *state, const double *sa
     slide_estimate_restart(&model->estimator, &state->estimate);
     slide_bound_restart(&model->bound, &state->bound);
     remember_predicted(model, state, *state->samples.count - 1, false);
+    *state->restarts += 1;
     *state->strayed = 0;
     watch_range(model, state, sample);
 }
@@ -297,21 +298,36 @@ const float *slide_stream_block(const SlideModel *model, const SlideState *state
                                           *state->samples.count - 1);
 }
 
-void slide_stream_estimate(const SlideModel *model, SlideState *state) {
+static void estimate_until(const SlideModel *model, SlideState *state, uint64_t count) {
     slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &state->samples,
-                            &state->estimate);
+                            count, &state->estimate);
 }
 
-void slide_stream_catch_up(const SlideModel *model, SlideState *state, uint64_t count) {
+static void bound_until(const SlideModel *model, SlideState *state, uint64_t count) {
     slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &state->samples, count,
                          &state->bound);
 }
 
-void slide_stream_bound(const SlideModel *model, SlideState *state) {
-    if (slide_stream_forecasts(model, state) && !slide_stream_fresh(state)) {
-        slide_forecast_keep_found(model, state);
+/* To the newest sample. What is found before a forecast begins stays when that is forgotten: else
+ * each step would have to find all of it again. */
+static void find(const SlideModel *model, SlideState *state, SlideFound found,
+                 void (*until)(const SlideModel *, SlideState *, uint64_t)) {
+    const uint64_t known = slide_forecast_known(model, state);
+    if (*found.known < known) {
+        until(model, state, known);
+        slide_forecast_keep(state, found);
     }
-    slide_stream_catch_up(model, state, *state->samples.count);
+    until(model, state, *state->samples.count);
+}
+
+void slide_stream_estimate(const SlideModel *model, SlideState *state) {
+    const SlideFound found = {state->estimate.known, state->estimate.evaluated};
+    find(model, state, found, estimate_until);
+}
+
+void slide_stream_bound(const SlideModel *model, SlideState *state) {
+    const SlideFound found = {state->bound.known, state->bound.evaluated};
+    find(model, state, found, bound_until);
     if (model->bound.n_expected > 0) {
         slide_stream_estimate(model, state);
     }

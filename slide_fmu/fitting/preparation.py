@@ -20,7 +20,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
-from slide_fmu.data.store import Store, open_store
+from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
@@ -52,7 +52,7 @@ class Work:
 
     Attributes:
         case: the case to fit, with the source of its trajectories.
-        place: folder of the store of trajectories.
+        store: folder of the trajectories.
         checkpoints: folder for the states of interrupted trainings.
         progress: opens the progress of each training.
         known: surrogate whose network, features and scalings a fit begins with; None if it begins
@@ -60,7 +60,7 @@ class Work:
     """
 
     case: Case
-    place: Path
+    store: Path
     checkpoints: Path
     progress: Stages
     known: Surrogate | None = None
@@ -69,15 +69,6 @@ class Work:
     def recipe(self) -> Recipe:
         """The recipe of the case."""
         return self.case.recipe
-
-    @cached_property
-    def store(self) -> Store:
-        """The store of trajectories, opened when it is first read.
-
-        Raises:
-            StoreError: there is no store, or it is damaged.
-        """
-        return open_store(self.place)
 
     @cached_property
     def offered(self) -> Offered:
@@ -116,7 +107,8 @@ class Work:
         Raises:
             StoreError: trajectories are missing.
         """
-        return [self.store.split(name).read(self.recipe.count(name)) for name in names]
+        store = open_store(self.store)
+        return [store.split(name).read(self.recipe.count(name)) for name in names]
 
 
 @dataclass(frozen=True, eq=False)

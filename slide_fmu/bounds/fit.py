@@ -19,7 +19,8 @@ from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
-from slide_fmu.data.trajectories import Split, require_trajectories
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
 from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
@@ -59,8 +60,9 @@ def fit_surrogate(work: Work) -> Fit:
             moves in the training data.
     """
     recipe = work.recipe
-    require_origin(work.store, recipe, identity(work.case.source, recipe))
-    require_trajectories(work.store, recipe)
+    store = open_store(work.store)
+    require_origin(store, recipe, identity(work.case.source, recipe))
+    store.require(recipe)
     fit = _with_forecast(work, fit_network(work))
     if recipe.estimator is not None:
         fit = _with_estimator(work, fit)

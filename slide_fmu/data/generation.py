@@ -15,14 +15,13 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.apart import ended_process
-from slide_fmu.data.damage import forget_damaged
 from slide_fmu.data.failures import too_many_failures
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.pool import as_done
-from slide_fmu.data.store import open_store
-from slide_fmu.data.trajectories import missing_trajectories
+from slide_fmu.data.store import Store
+from slide_fmu.data.store_preparation import forget_damaged, prepared_store
+from slide_fmu.data.stored_split import Shapes
 from slide_fmu.data.worker import Order, Tally, make_ordered, make_trajectories
-from slide_fmu.data.zarr_group import Shapes
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.answers import asked_of_sources
@@ -67,27 +66,27 @@ def generate(
             process that simulated it; trajectories in the store stay there.
     """
     recipe, source = case.recipe, case.source
-    path = path.absolute()
-    open_store(path, recipe, shapes_of(recipe, source), identity(source, recipe))
-    forget_damaged(recipe, path)
-    return fill_store(source, case, path, executor, progress, recipe_folder)
+    shapes, probe = shapes_of(recipe, source), identity(source, recipe)
+    store = prepared_store(path.absolute(), recipe, shapes, probe)
+    forget_damaged(store, recipe)
+    return fill_store(source, case, store, executor, progress, recipe_folder)
 
 
 @asked_of_sources
 def fill_store(
     system: System,
     case: Case,
-    path: Path,
+    store: Store,
     executor: Executor | None,
     progress: Progress,
     recipe_folder: Path | None,
 ) -> int:
     """Simulate the trajectories that the store does not hold yet; return their number.
 
-    Arguments and errors are those of ``generate``; workers make systems of their own.
+    Arguments and errors are as in ``generate``; workers make systems of their own.
     """
     recipe = case.recipe
-    wanted, make = _missing(recipe, path), _maker(case, path, executor, recipe_folder)
+    wanted, make = _missing(recipe, store), _maker(case, store, executor, recipe_folder)
     total = sum(recipe.count(split) for split in SPLITS)
     before, made = total - len(wanted), 0
     progress(before, total)
@@ -97,7 +96,7 @@ def fill_store(
             busy: list[tuple[str, int]] = []
             with closing(as_done(executor, make, _jobs(wanted))) as tallies:
                 for _, tally in tallies:
-                    problem = too_many_failures(path, recipe)
+                    problem = too_many_failures(store.path, recipe)
                     if problem is not None:
                         raise SimulationError(problem)
                     made, before = made + tally.made, before + tally.made + tally.found
@@ -124,23 +123,23 @@ def shapes_of(recipe: Recipe, source: Source) -> Shapes:
     return shapes
 
 
-def _missing(recipe: Recipe, path: Path) -> list[tuple[str, int]]:
+def _missing(recipe: Recipe, store: Store) -> list[tuple[str, int]]:
     """List split and index of the trajectories that the store lacks."""
     return [
         (split, index)
         for split in SPLITS
-        for index in missing_trajectories(path, split, recipe.count(split))
+        for index in store.split(split).missing(recipe.count(split))
     ]
 
 
 def _maker(
-    case: Case, path: Path, executor: Executor | None, recipe_folder: Path | None
+    case: Case, store: Store, executor: Executor | None, recipe_folder: Path | None
 ) -> Callable[[tuple[tuple[str, int], ...]], Tally]:
     """Return the function that makes the trajectories of a job, here or in a worker."""
     if executor is None:
-        return partial(make_trajectories, case, path)
+        return partial(make_trajectories, case, store)
     folder = None if recipe_folder is None else str(recipe_folder.absolute())
-    return partial(make_ordered, Order(pickle.dumps(case), str(path), folder))
+    return partial(make_ordered, Order(pickle.dumps(case), str(store.path), folder))
 
 
 def _jobs(wanted: list[tuple[str, int]]) -> Iterator[tuple[tuple[tuple[str, int], ...]]]:

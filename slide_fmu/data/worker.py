@@ -38,7 +38,7 @@ from slide_fmu.data.parameter_draws import (
     leaves_ranges,
     with_values,
 )
-from slide_fmu.data.trajectories import is_done, write_trajectory
+from slide_fmu.data.store import Store, open_store
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 
@@ -89,7 +89,8 @@ def make_ordered(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
         StoreError: this machine does not see the store, or the model is another one here.
         OSError: as in ``make_trajectories``.
     """
-    return make_trajectories(_case_of(order, threading.get_ident()), Path(order.store), wanted)
+    case = _case_of(order, threading.get_ident())
+    return make_trajectories(case, open_store(Path(order.store)), wanted)
 
 
 @lru_cache(maxsize=KEPT)
@@ -105,16 +106,16 @@ def _case_of(order: Order, thread: int) -> Case:
     case: Case = pickle.loads(order.case)
     if order.recipe_folder is not None:  # packages and files may differ between the machines
         where = f"the worker on {socket.gethostname()}"
-        require_motion(Path(order.store), identity(case.source, case.recipe), where)
+        require_motion(open_store(Path(order.store)), identity(case.source, case.recipe), where)
     return case
 
 
-def make_trajectories(case: Case, path: Path, wanted: Sequence[tuple[str, int]]) -> Tally:
+def make_trajectories(case: Case, store: Store, wanted: Sequence[tuple[str, int]]) -> Tally:
     """Make the trajectories that are wanted, by split and index, unless they are done or claimed.
 
     Args:
         case: the recipe, whose system is simulated.
-        path: place of the store.
+        store: the store.
         wanted: split and index of each.
 
     Raises:
@@ -122,16 +123,17 @@ def make_trajectories(case: Case, path: Path, wanted: Sequence[tuple[str, int]])
     """
     made, found, busy = 0, 0, []
     for split, index in wanted:
-        if is_done(path, split, index):
+        stored = store.split(split)
+        if stored.is_done(index):
             found += 1
             continue
-        with claimed(path, split, index) as free:
+        with claimed(store.path, split, index) as free:
             if not free:
                 busy.append((split, index))
-            elif is_done(path, split, index):  # since another process had the claim
+            elif stored.is_done(index):  # since another process had the claim
                 found += 1
             else:
-                _make(case, path, split, index)
+                _make(case, store, split, index)
                 made += 1
     return Tally(made, found, tuple(busy))
 
@@ -149,7 +151,7 @@ def _require_disk(store: Path) -> None:
         time.sleep(0.5)
 
 
-def _make(case: Case, path: Path, split: str, index: int) -> None:
+def _make(case: Case, store: Store, split: str, index: int) -> None:
     """Simulate a trajectory and write it; further draws take the place of one that fails."""
     recipe = case.recipe
     stream, kinds = split_stream(recipe, split, index), recipe.drawn_for(split)
@@ -165,8 +167,8 @@ def _make(case: Case, path: Path, split: str, index: int) -> None:
             words = with_values(str(error), parameters)
             failure = Failure(split, index, attempt, error.time, words)
             inputs = draw_inputs(kinds, case.system, at, index, attempt).inputs
-            keep_failure(path, failure, case.system, inputs)
+            keep_failure(store.path, failure, case.system, inputs)
         else:
             values = as_row(parameters) if parameters else None
-            write_trajectory(path, split, index, trajectory, drawn.kind, values)
+            store.split(split).write(index, trajectory, drawn.kind, values)
             return

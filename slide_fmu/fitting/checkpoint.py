@@ -23,7 +23,7 @@ import torch
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Heard, Stages
-from slide_fmu.data.trajectories import Split
+from slide_fmu.data.stored_split import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.fitting.errors import TrainingError
 

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.fitting.preparation import Prepared, Work, prepare, scales_of
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
@@ -51,10 +51,8 @@ class LearningCurve:
         """
         training = self._work.recipe.training
         assert isinstance(training, LeastSquaresRecipe)
-        splits = [
-            read_split(self._work.store, name, count)
-            for name, count in (("train", train), ("validation", validation))
-        ]
+        store = open_store(self._work.store)
+        splits = [store.split("train").read(train), store.split("validation").read(validation)]
         progress = Heard(progress, with_error=not training.expert.even_out)
         if self._prepared is None:
             work = replace(self._work, progress=partial(part_of, progress))

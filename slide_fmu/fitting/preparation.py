@@ -20,7 +20,8 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
@@ -106,7 +107,8 @@ class Work:
         Raises:
             StoreError: trajectories are missing.
         """
-        return [read_split(self.store, name, self.recipe.count(name)) for name in names]
+        store = open_store(self.store)
+        return [store.split(name).read(self.recipe.count(name)) for name in names]
 
 
 @dataclass(frozen=True, eq=False)

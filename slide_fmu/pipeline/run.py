@@ -103,10 +103,10 @@ def run_recipe(
 
 def _is_trained(job: Job) -> bool:
     """Tell whether all trajectories exist, and a surrogate that was trained with them."""
-    from slide_fmu.data.trajectories import require_trajectories
+    from slide_fmu.data.store import open_store
 
     try:
-        require_trajectories(job.folder.store, job.recipe)
+        open_store(job.folder.store).require(job.recipe)
         job.folder.load_surrogate(job.recipe)
     except ValueError:  # data or surrogate are missing, belong to another recipe, or are damaged
         return False

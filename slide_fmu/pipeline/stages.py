@@ -142,7 +142,7 @@ def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
         StoreError: the store was made from other values.
     """
     from slide_fmu.data.failures import remove_failures
-    from slide_fmu.data.store import remove_store
+    from slide_fmu.data.store_preparation import remove_store
 
     if overwrite:
         remove_store(job.folder.store)

@@ -26,6 +26,7 @@ from slide_fmu.records.specimens import specimens
 from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
+    from slide_fmu.data.store import Store
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
     from slide_fmu.report.html_report import ReportSection
@@ -41,17 +42,16 @@ def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
 def fill_store(
     source: MeasuredRecords,
     case: Case,
-    path: Path,
+    store: Store,
     executor: Executor | None,
     progress: Progress,
     recipe_folder: Path | None,
 ) -> int:
     """Cut the segments of all parts that the store does not hold yet; return their number."""
     from slide_fmu.data.parameter_draws import as_row
-    from slide_fmu.data.trajectories import missing_trajectories, write_trajectory
 
     recipe = case.recipe
-    missing = {split: missing_trajectories(path, split, recipe.count(split)) for split in SPLITS}
+    missing = {split: store.split(split).missing(recipe.count(split)) for split in SPLITS}
     total = sum(recipe.count(split) for split in SPLITS)
     done = total - sum(map(len, missing.values()))
     made = 0
@@ -61,7 +61,7 @@ def fill_store(
         for index in indices:
             segment = found[index]
             values = as_row(segment.parameters) if segment.parameters else None
-            write_trajectory(path, split, index, segment.trajectory, segment.file, values)
+            store.split(split).write(index, segment.trajectory, segment.file, values)
             made += 1
             progress(done + made, total)
     return made

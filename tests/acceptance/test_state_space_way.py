@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.cosim.run import run_fmu, unpacked
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
@@ -32,7 +32,7 @@ def test_state_space_run_learns_the_range_and_something_beyond(state_space: Fini
     for name, bound in LEARNT.items():
         output = state_space.figures["validation"][name]["outputs"][0]
         assert output["relative_rmse"] < bound, name
-    split = read_split(state_space.fmu.parent / "data.zarr", "beyond")
+    split = open_store(state_space.fmu.parent / "data.zarr").split("beyond").read()
     assert len(split.inputs) == 6
     assert np.max(np.abs(split.inputs)) > 1000  # the end of the range, N
 

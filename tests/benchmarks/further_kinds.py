@@ -29,7 +29,8 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.export import read_fmu
@@ -67,7 +68,7 @@ def main() -> None:
         recipe.with_further_kinds()  # refused where there are none
         with tempfile.TemporaryDirectory() as folder:
             store = given.store or _made(recipe, Path(folder), stages)
-            splits = [read_split(store, name, recipe.count(name)) for name in PARTS]
+            splits = [open_store(store).split(name).read(recipe.count(name)) for name in PARTS]
             bounds = {
                 "with further kinds": _learnt(surrogate, recipe, splits, Path(folder), stages),
                 "without": _learnt(surrogate, recipe, splits[:2], Path(folder), stages),

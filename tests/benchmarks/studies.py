@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import in_parallel, process_pool
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import case_of
@@ -148,7 +148,7 @@ def _is_kept(folder: RunFolder, recipe: Recipe) -> bool:
 
 def _motion(store: Path) -> str:
     """Digest of the first trajectory that is learnt from: it changes with the model."""
-    first = read_split(store, "train", 1)
+    first = open_store(store).split("train").read(1)
     return hashlib.sha256(first.inputs.tobytes() + first.outputs.tobytes()).hexdigest()[:16]
 
 

@@ -24,7 +24,8 @@ from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.network import Fit
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -122,7 +123,8 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     assert RECIPE.bound is not None
     last = max(surrogate.window.n_in, surrogate.bound.filling_length)
     learnt, calibration = (
-        read_split(folder / "store", name, RECIPE.count(name)) for name in ("bound", "calibration")
+        open_store(folder / "store").split(name).read(RECIPE.count(name))
+        for name in ("bound", "calibration")
     )
     single = Split(
         calibration.inputs[:, : last + 1], calibration.outputs[:, : last + 2], calibration.kinds
@@ -171,7 +173,7 @@ def test_bound_covers_what_it_promises(
 ) -> None:
     """But for what chance does: to the trajectories here, and to those of the calibration."""
     surrogate = fit.surrogate
-    split = read_split(folder / "store", "calibration")
+    split = open_store(folder / "store").split("calibration").read()
     known = errors_of(surrogate, split.inputs, split.outputs)
     spread = (known.errors <= bounds_of(surrogate, known, confidence)).mean(axis=(1, 2)).std()
     shares = (unseen.errors <= bounds_of(surrogate, unseen, confidence)).mean(axis=(1, 2))
@@ -350,7 +352,8 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     monkeypatch.setattr(fit_module, "useless_estimate", lambda *given: None)
     kept = fitted(recipe, folder).surrogate
     assert kept.estimates_errors
-    assert useless_estimate(kept, read_split(folder / "store", "calibration")) == remark
+    calibration = open_store(folder / "store").split("calibration").read()
+    assert useless_estimate(kept, calibration) == remark
     bounds = [bounds_of(one, unseen, 0.9) for one in (other.surrogate, kept)]
     np.testing.assert_allclose(*bounds, rtol=1e-6)
 
@@ -361,7 +364,8 @@ def test_networks_that_do_not_stay_bounded_are_named_with_the_part_of_the_data(
     assert isinstance(fit.surrogate.bound, ErrorBound)
     assert RECIPE.bound is not None
     learnt, calibration = (
-        read_split(folder / "store", name, RECIPE.count(name)) for name in ("bound", "calibration")
+        open_store(folder / "store").split(name).read(RECIPE.count(name))
+        for name in ("bound", "calibration")
     )
     wild = learnt.inputs.copy()
     wild[1, -1] = 1e300

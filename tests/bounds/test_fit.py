@@ -15,7 +15,8 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.network import FITS, Fit
 from slide_fmu.fitting.preparation import (
     Work,
@@ -73,7 +74,7 @@ def fit(folder: Path) -> Fit:
 
 
 def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
-    test = read_split(folder / "store", "estimator_validation")
+    test = open_store(folder / "store").split("estimator_validation").read()
     window = fit.surrogate.window
     for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
         for predicted in (fit.surrogate.predict(inputs), fit.surrogate.predict_newest(inputs)):
@@ -99,7 +100,7 @@ def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> N
     other = fitted(alone, folder / "store", folder / "other")
     assert other.surrogate.estimator is None
     assert other.histories == {"surrogate": fit.histories["surrogate"]}
-    inputs = read_split(folder / "store", "estimator_validation").inputs[0]
+    inputs = open_store(folder / "store").split("estimator_validation").read().inputs[0]
     assert np.array_equal(other.surrogate.predict(inputs), fit.surrogate.predict(inputs))
 
 
@@ -175,7 +176,7 @@ def state_space(folder: Path) -> Fit:
 
 
 def test_state_space_network_reaches_a_small_error(state_space: Fit, folder: Path) -> None:
-    test = read_split(folder / "store", "estimator_validation")
+    test = open_store(folder / "store").split("estimator_validation").read()
     surrogate = state_space.surrogate
     for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
         for predicted in (surrogate.predict(inputs), surrogate.predict_newest(inputs)):
@@ -239,7 +240,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     largest = inputs.abs().amax((1, 2))
     assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
     signal = case_of(STATE_SPACE).system.inputs[0]
-    split = read_split(tmp_path / "3", "beyond")
+    split = open_store(tmp_path / "3").split("beyond").read()
     assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from slide_fmu.bounds.plain_call import plain_predictions
-from slide_fmu.data.trajectories import Split
+from slide_fmu.data.stored_split import Split
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import Moving, forecasting
 from tests.fmu.samples import sum_surrogate

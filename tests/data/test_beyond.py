@@ -16,8 +16,8 @@ from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.fingerprint import data_fingerprint, identity
 from slide_fmu.data.generation import generate
 from slide_fmu.data.origin import require_origin
-from slide_fmu.data.store import forget_trajectories
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.store_preparation import forget_trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
@@ -52,7 +52,7 @@ def values(path: Path, wanted: Recipe) -> dict[tuple[str, int], FloatArray]:
     return {
         (split, index): row
         for split in SPLITS
-        for index, row in enumerate(read_split(path, split, wanted.count(split)).inputs)
+        for index, row in enumerate(open_store(path).split(split).read(wanted.count(split)).inputs)
     }
 
 
@@ -183,7 +183,7 @@ def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> No
     assert failed
     source = case_of(within).system
     with refused(StoreError, "beyond_factor =", "which keeps the trajectories"):
-        require_origin(path, within, identity(source, within))
+        require_origin(open_store(path), within, identity(source, within))
     assert (
         generate(case_of(within), path, None, silent) == 4 + 3 < total
     )  # others are as they were
@@ -237,5 +237,5 @@ def test_a_store_of_which_most_is_damaged_is_named(tmp_path: Path) -> None:
         shutil.rmtree(path / "estimator" / "outputs" / "c" / str(index))
     with refused(StoreError, "'estimator' is damaged", "5 of 6 trajectories"):
         generate(case_of(wanted), path, None, silent)
-    forget_trajectories(path, "estimator", range(5))
+    forget_trajectories(open_store(path), "estimator", range(5))
     assert generate(case_of(wanted), path, None, silent) == 5

@@ -23,7 +23,7 @@ from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.store import open_store
-from slide_fmu.data.trajectories import missing_trajectories
+from slide_fmu.data.store_preparation import prepared_store
 from slide_fmu.data.worker import Order, make_ordered
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.recipe.case import case_of
@@ -114,7 +114,7 @@ def order_of(folder: Path, probe_factor: float) -> Order:
     recipe, store = SMALL, folder / "data.zarr"
     case = case_of(recipe)
     shapes = {"inputs": (128, 1), "outputs": (129, 1)}
-    open_store(store, recipe, shapes, probe_factor * identity(case.source, recipe))
+    prepared_store(store, recipe, shapes, probe_factor * identity(case.source, recipe))
     return Order(pickle.dumps(case), str(store), str(folder))
 
 
@@ -203,7 +203,7 @@ def test_scheduler_that_dies_ends_the_work_with_a_message(
             Workplace(executor=address).make(
                 case_of(LONG), None, tmp_path / "data.zarr", kill_scheduler
             )
-    assert len(missing_trajectories(tmp_path / "data.zarr", "train")) <= 55
+    assert len(open_store(tmp_path / "data.zarr").split("train").missing()) <= 55
 
 
 def _is_json(file: Path) -> bool:

@@ -19,7 +19,7 @@ from slide_fmu.data.failures import (
 )
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -63,7 +63,7 @@ def test_another_draw_takes_the_place_of_one_that_fails(tmp_path: Path) -> None:
     wanted = failed_first(recipe, level)
     assert 0 < len(wanted) < TRAIN
     assert sorted({f.index for f in failures if f.split == "train"}) == wanted
-    split, system = read_split(tmp_path / "store", "train"), case_of(recipe).system
+    split, system = open_store(tmp_path / "store").split("train").read(), case_of(recipe).system
     for index in range(TRAIN):
         attempt = len([f for f in failures if f.split == "train" and f.index == index])
         drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
@@ -79,7 +79,9 @@ def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
         together = made(recipe, tmp_path / "together" / "store", pool)
     assert alone == together
     for name in ("train", "validation"):
-        one, other = (read_split(tmp_path / f / "store", name) for f in ("alone", "together"))
+        one, other = (
+            open_store(tmp_path / f / "store").split(name).read() for f in ("alone", "together")
+        )
         np.testing.assert_array_equal(one.inputs, other.inputs)
 
 
@@ -114,7 +116,7 @@ def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
 def test_an_output_that_is_no_number_is_a_failure(tmp_path: Path) -> None:
     failures = made(failing(broken=0.97), tmp_path / "store")
     assert "output 'position' = nan m in sample " in failures[0].error
-    assert np.isfinite(read_split(tmp_path / "store", "train").outputs).all()
+    assert np.isfinite(open_store(tmp_path / "store").split("train").read().outputs).all()
 
 
 def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) -> None:
@@ -128,7 +130,7 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
     before = len(kept_failures(tmp_path / "store"))
     more = failing(0.9, fail=0.9)  # allowed more, it goes on where it was
     assert len(made(more, tmp_path / "store")) > before
-    assert len(read_split(tmp_path / "store", "train").inputs) == TRAIN
+    assert len(open_store(tmp_path / "store").split("train").read().inputs) == TRAIN
 
 
 def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from slide_fmu.data.draws import draw, probe_draws, simulate_draw, split_stream
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.trajectories import missing_trajectories, read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.data import generate_logged
@@ -59,7 +59,7 @@ def assert_complete(recipe: Recipe, path: Path) -> None:
     """The store holds what each trajectory gives when it is made alone."""
     system = case_of(recipe).system
     for name in SPLITS:
-        split = read_split(path, name)
+        split = open_store(path).split(name).read()
         assert len(split.inputs) == recipe.count(name)
         for index in range(len(split.inputs)):
             drawn = draw(recipe, system, split_stream(recipe, name, index), index)
@@ -127,7 +127,7 @@ def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
     path = tmp_path / "s"
     with ThreadPoolExecutor(1) as pool, pytest.raises(Enough):
         generate(case_of(SMALL), path, pool, until_five)
-    left = sum(len(missing_trajectories(path, split)) for split in SPLITS)
+    left = sum(len(open_store(path).split(split).missing()) for split in SPLITS)
     assert 0 < left <= 9
     calls: list[tuple[int, int]] = []
     generate(case_of(SMALL), path, Inline(), lambda *numbers: calls.append(numbers))
@@ -198,7 +198,7 @@ class Scene:
         """Identities of the trajectories that the store holds."""
         if not self.store.exists():
             return set()
-        missing = {(s, i) for s in SPLITS for i in missing_trajectories(self.store, s)}
+        missing = {(s, i) for s in SPLITS for i in open_store(self.store).split(s).missing()}
         return {name for key, name in identities().items() if key not in missing}
 
 
@@ -270,7 +270,7 @@ def test_killed_generation_repeats_nothing_that_was_done(
     monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
     generate(case_of(LONG), unbroken, Inline(), silent)
     for name in SPLITS:
-        broken, whole = (read_split(path, name) for path in (scene.store, unbroken))
+        broken, whole = (open_store(path).split(name).read() for path in (scene.store, unbroken))
         assert np.array_equal(broken.inputs, whole.inputs)
         assert np.array_equal(broken.outputs, whole.outputs)
         assert np.array_equal(broken.kinds, whole.kinds)

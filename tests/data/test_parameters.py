@@ -13,7 +13,7 @@ from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.progress import silent
@@ -84,7 +84,7 @@ def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
 ) -> None:
     table, store = recipe(), tmp_path / "data.zarr"
     assert generate(case_of(table), store, None, silent) == 6
-    split = read_split(store, "train", 4)
+    split = open_store(store).split("train").read(4)
     assert split.parameters is not None
     assert split.parameters.shape == (4, 2)
     for index, row in enumerate(split.parameters.tolist()):
@@ -100,7 +100,7 @@ def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
 def test_store_of_a_recipe_without_parameters_has_none(tmp_path: Path) -> None:
     table, store = tiny_recipe(), tmp_path / "data.zarr"
     generate(case_of(table), store, None, silent)
-    assert read_split(store, "train", 4).parameters is None
+    assert open_store(store).split("train").read(4).parameters is None
 
 
 def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
@@ -108,10 +108,10 @@ def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
     generate(case_of(recipe()), store, None, silent)
     wider = recipe(parameters={"mass": {**TABLES["mass"], "range": [1.0, 5.0]}})
     with refused(StoreError, "parameters.mass.range = [1.0, 4.0] there"):
-        require_origin(store, wider, np.zeros((1, 1)))
+        require_origin(open_store(store), wider, np.zeros((1, 1)))
     fixed = recipe().at({"mass": 2.0, "stiffness": 1300.0})
     with refused(StoreError, "parameters"):
-        require_origin(store, fixed, np.zeros((1, 1)))
+        require_origin(open_store(store), fixed, np.zeros((1, 1)))
 
 
 def test_lost_values_are_reported(tmp_path: Path) -> None:
@@ -120,4 +120,4 @@ def test_lost_values_are_reported(tmp_path: Path) -> None:
     lost = next((store / "train" / "parameters").rglob("c/1/0"))
     lost.unlink()
     with refused(StoreError, "trajectory 1 is not whole"):
-        read_split(store, "train", 4)
+        open_store(store).split("train").read(4)

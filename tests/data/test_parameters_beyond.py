@@ -13,7 +13,7 @@ from slide_fmu.data.draws import BEYOND_ATTEMPTS, split_stream
 from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.propose.trial import open_trial, try_recipe
 from slide_fmu.recipe.case import case_of
@@ -69,7 +69,7 @@ order = 1
 
 
 def gains(path: Path, split: str = "train") -> FloatArray:
-    found = read_split(path, split).parameters
+    found = open_store(path).split(split).read().parameters
     assert found is not None
     return found[:, 0]
 

@@ -16,7 +16,8 @@ import torch
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split, StoredSplit
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting import preparation as module
@@ -102,7 +103,7 @@ def test_features_are_those_of_the_network_normalised_by_the_training_data(
     features, signal = problem.features, case_of(recipe).system.inputs[0]
     assert features.chosen == (0, 1, 2)
     for (seen, _), name in ((problem.training, "train"), (problem.validation, "validation")):
-        scaled = read_split(store, name).inputs / signal.high
+        scaled = open_store(store).split(name).read().inputs / signal.high
         assert np.array_equal(seen.numpy(), features.along(scaled))
     spread = problem.training[0].double().flatten(0, 1).std(0, correction=0)
     assert spread[1:].tolist() == pytest.approx([1.0, 1.0], rel=1e-5)
@@ -236,11 +237,13 @@ def test_signal_that_is_constant_up_to_rounding_is_refused(remaining: float, lev
 def test_fit_refuses_what_never_moves(
     store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
 ) -> None:
-    def still(path: Path, split: str, count: int) -> Split:
-        found = read_split(path, split, count)
-        change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
-        return replace(found, **change) if split == "train" else found
+    read = StoredSplit.read
 
-    monkeypatch.setattr(module, "read_split", still)
+    def still(split: StoredSplit, count: int | None = None) -> Split:
+        found = read(split, count)
+        change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
+        return replace(found, **change) if split.name == "train" else found
+
+    monkeypatch.setattr(StoredSplit, "read", still)
     with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
         fit_surrogate(Work(case_of(recipe), store, store, no_stages))

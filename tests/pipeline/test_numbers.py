@@ -13,7 +13,7 @@ import pytest
 from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
@@ -86,7 +86,7 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
     assert job.open_keys == ()
     assert generate_data(job, Workplace()).learning_curve == curve
-    assert len(read_split(job.folder.store, "train").inputs) == train
+    assert len(open_store(job.folder.store).split("train").read().inputs) == train
 
 
 @pytest.mark.parametrize(

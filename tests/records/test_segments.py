@@ -11,7 +11,7 @@ from slide_fmu.core.signals import Trajectory
 from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import open_store
-from slide_fmu.data.trajectories import read_split, write_trajectory
+from slide_fmu.data.store_preparation import prepared_store
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
@@ -140,11 +140,11 @@ def test_inputs_run_to_and_fro_where_the_record_is_shorter_than_asked(tmp_path: 
 def test_files_beyond_the_hundred_keep_their_numbers(tmp_path: Path) -> None:
     recipe, store = tiny_recipe(), tmp_path / "data"
     shapes = {"inputs": (3, 1), "outputs": (4, 1)}
-    open_store(store, recipe, shapes, np.zeros((2, 1)))
+    prepared_store(store, recipe, shapes, np.zeros((2, 1)))
     for index in range(recipe.count("train")):
         found = Trajectory(0.1, np.ones((3, 1)), np.ones((4, 1)))
-        write_trajectory(store, "train", index, found, 300 + index)
-    assert read_split(store, "train").kinds.tolist() == [300, 301, 302, 303]
+        open_store(store).split("train").write(index, found, 300 + index)
+    assert open_store(store).split("train").read().kinds.tolist() == [300, 301, 302, 303]
 
 
 def made(recipe: Recipe, store: Path, progress: Progress = silent) -> int:
@@ -158,7 +158,7 @@ def test_store_holds_the_segments_and_is_refused_after_a_change_of_the_file(
     recipe = with_numbers(recipe_of(path), 11, 3)
     assert made(recipe, store) == 14
     assert made(recipe, store) == 0
-    split = read_split(store, "train")
+    split = open_store(store).split("train").read()
     source = source_of(recipe)
     expected = np.stack([s.trajectory.outputs for s in segments(recipe, source, "train")])
     np.testing.assert_array_equal(split.outputs, expected)
@@ -240,8 +240,8 @@ def test_store_keeps_missing_outputs_of_records_but_refuses_a_lost_chunk(tmp_pat
     recipe = recipe_of(without_outputs(tmp_path / "a.csv", slice(100, None, 200)), duration=3.5)
     recipe = with_numbers(recipe, 2, 1)
     made(recipe, tmp_path / "data.zarr")
-    outputs = read_split(tmp_path / "data.zarr", "train").outputs
+    outputs = open_store(tmp_path / "data.zarr").split("train").read().outputs
     assert 0 < np.isnan(outputs).sum() < 5
     (tmp_path / "data.zarr" / "train" / "outputs" / "c" / "0" / "0" / "0").unlink()
     with refused(StoreError, "trajectory 0 is not whole"):
-        read_split(tmp_path / "data.zarr", "train")
+        open_store(tmp_path / "data.zarr").split("train").read()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import read_split
+from slide_fmu.data.store import open_store
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -63,7 +63,7 @@ def test_every_part_has_every_specimen(tmp_path: Path) -> None:
 def test_store_has_the_values_of_each_file(tmp_path: Path) -> None:
     recipe = recipe_of(tmp_path)
     generate(case_of(recipe), tmp_path / "data.zarr", None, silent)
-    split = read_split(tmp_path / "data.zarr", "train", TRAIN)
+    split = open_store(tmp_path / "data.zarr").split("train").read(TRAIN)
     assert split.parameters is not None
     assert split.parameters.tolist() == [[MASSES[file]] for file in split.kinds]
     assert set(split.kinds.tolist()) == {0, 1, 2}

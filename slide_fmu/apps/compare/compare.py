@@ -23,7 +23,8 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.fingerprint import data_fingerprint, identity
 from slide_fmu.data.origin import require_origin
-from slide_fmu.data.trajectories import Split, read_split
+from slide_fmu.data.store import open_store
+from slide_fmu.data.stored_split import Split
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated, unseen_motions
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.checkpoint import checkpoint_key, content_of
@@ -121,9 +122,10 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     torch.set_num_threads(1)
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
-    require_origin(job.folder.store, recipe, identity(job.case.source, recipe))
+    store = open_store(job.folder.store)
+    require_origin(store, recipe, identity(job.case.source, recipe))
     training, validation = (
-        read_split(job.folder.store, name, recipe.count(name)) for name in ("train", "validation")
+        store.split(name).read(recipe.count(name)) for name in ("train", "validation")
     )
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, Frozen
 from slide_fmu.core.progress import Progress, quiet, quiet_stages
-from slide_fmu.data.trajectories import Split
+from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.network import FITS
 from slide_fmu.fitting.preparation import Prepared, Work, scales_of

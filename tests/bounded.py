@@ -70,6 +70,17 @@ def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
     return replace(surrogate, estimator=None, bound=replace(bound, head=head, span=span))
 
 
+def with_tolerances(surrogate: Surrogate, share: float = 1.0) -> Surrogate:
+    """The surrogate with tolerances of its bound, which random inputs exceed at times.
+
+    They are a share of the bounds where the local scale is one.
+    """
+    bound = surrogate.bound
+    assert bound is not None
+    tolerances = share * bound.factors_at(0.95) * np.linspace(0.8, 1.2, bound.companion.n_values)
+    return replace(surrogate, bound=replace(bound, tolerances=tolerances))
+
+
 def bounded_surrogate(
     shape: Shape, blocks: tuple[int, int] = (2, 5), sees_estimates: bool = False
 ) -> Surrogate:

@@ -146,13 +146,15 @@ def fit_bound(
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
     factors = np.maximum.reduce([_factors_of(head, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
-    limits = _limits(learnt.watched, calibration.watched, recipe.false_alarms)
+    limits = _limits(learnt.watched, calibration.watched, recipe.domain_alarms)
+    usual = factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
+    tolerances = _tolerances(calibrations, (head, usual, limits), recipe.false_alarms)
     block, estimate = recipe.span_block(surrogate.window.step), None
     if block is not None:
         rms = _scales(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits
-    return ErrorBound(*parts, surrogate.estimator, estimate), history
+    return ErrorBound(*parts, surrogate.estimator, estimate, tolerances), history
 
 
 def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
@@ -399,3 +401,34 @@ def _limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) ->
     usual = np.maximum(usual, SMALLEST)
     outermost = (calibration / usual).max(axis=2)
     return np.asarray(usual * np.quantile(outermost, 1 - false_alarms))
+
+
+def _tolerances(
+    calibrations: Sequence[_Seen],
+    judge: tuple[FeedForward, FloatArray, FloatArray],
+    false_alarms: float,
+) -> FloatArray:
+    """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
+
+    They are the same multiple of the usual error of every output, which is the 95 % quantile in
+    the first calibration. In each calibration, at most the share of false alarms of the samples
+    has a larger bound or lies outside of the domain.
+
+    Args:
+        calibrations: the plain call first, then possibly inputs known to the end of the step.
+        judge: the head, its factors of the usual confidence (n_outputs,), the domain's limits.
+        false_alarms: the share.
+    """
+    head, factors, limits = judge
+    n_outputs = len(factors)
+    usual = np.quantile(_samples(calibrations[0].errors)[:, 0], USUAL_CONFIDENCE, axis=0)
+    # an output without any error, but in a few samples, must have a tolerance too
+    usual = np.maximum(usual, 2.0**-MOST_EXPONENT)
+    multiples = []
+    for mix in calibrations:
+        bounds = factors * _scales(head, mix.statistics)[..., :n_outputs]
+        ratios = (bounds / usual).max(axis=2)
+        outside = (mix.watched / limits).max(axis=2) > 1
+        ratios[outside] = ratios.max()  # they are alarms anyway
+        multiples.append(np.quantile(ratios, 1 - false_alarms, method="higher"))
+    return np.asarray(usual * max(multiples))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.variables import ERROR_BOUND, IN_DOMAIN, NOVELTY
+from slide_fmu.fmu.description.variables import ERROR_BOUND, IN_DOMAIN, NOVELTY, TRUSTED
 from slide_fmu.surrogate.surrogate import Surrogate
 
 BOUND_TOLERANCE = 1e-2
@@ -40,9 +41,12 @@ def bound_problems(
         NOVELTY: surrogate.trust(inputs).novelty,
         IN_DOMAIN: surrogate.in_domain(inputs).astype(np.float64),
     }
+    if surrogate.bound.tolerances is not None:
+        expected[TRUSTED] = surrogate.trusted(inputs).astype(np.float64)
     for name, (found, allowed) in bound_deviations(surrogate, native, expected).items():
         if not found <= allowed:
-            where = "at {:.3g} of the steps" if name == IN_DOMAIN else "by {:.3g} of the value"
+            flag = name in (IN_DOMAIN, TRUSTED)
+            where = "at {:.3g} of the steps" if flag else "by {:.3g} of the value"
             yield (
                 f"{name}: native library and numpy differ {where.format(found)}; expected at most "
                 f"{allowed:.3g}, export again"
@@ -57,7 +61,7 @@ def bound_names(surrogate: Surrogate) -> list[str]:
 def bound_deviations(
     surrogate: Surrogate, found: Mapping[str, FloatArray], expected: Mapping[str, FloatArray]
 ) -> dict[str, tuple[float, float]]:
-    """Compare bounds, novelty and domain with others, which may differ by rounding.
+    """Compare bounds, novelty and flags with others, which may differ by rounding.
 
     Args:
         surrogate: the surrogate in the FMU; it has an error bound.
@@ -66,8 +70,8 @@ def bound_deviations(
     Returns:
         By name the deviation, and the largest allowed one: for bounds the median of the relative
         differences, for the novelty the largest one (see ``NOVELTY_TOLERANCE``), for the
-        domain the fraction of samples. Samples at the domain's edge, where rounding decides,
-        do not count.
+        domain and for trust the fraction of samples. Samples at the domain's edge, or with a
+        bound at its tolerance, where rounding decides, do not count.
     """
     result = {
         name: (float(np.median(_relative(found[name], expected[name]))), BOUND_TOLERANCE)
@@ -77,8 +81,22 @@ def bound_deviations(
     apart = np.abs(found[NOVELTY] - novelty) / np.maximum(novelty, 1.0)
     result[NOVELTY] = float(apart.max()), NOVELTY_TOLERANCE
     clear = np.abs(novelty - 1) > NOVELTY_TOLERANCE
-    result[IN_DOMAIN] = float(np.mean(clear & (found[IN_DOMAIN] != expected[IN_DOMAIN]))), 0.0
+    result[IN_DOMAIN] = _share_of_others(clear, found, expected, IN_DOMAIN), 0.0
+    if TRUSTED in found and TRUSTED in expected:
+        for name, most in zip(bound_names(surrogate), surrogate.error_tolerances, strict=True):
+            clear &= (found[name] <= most) == (expected[name] <= most)
+        result[TRUSTED] = _share_of_others(clear, found, expected, TRUSTED), 0.0
     return result
+
+
+def _share_of_others(
+    counted: NDArray[np.bool_],
+    found: Mapping[str, FloatArray],
+    expected: Mapping[str, FloatArray],
+    name: str,
+) -> float:
+    """Return the share of samples whose flag differs, of those that count."""
+    return float(np.mean(counted & (found[name] != expected[name])))
 
 
 def _relative(found: FloatArray, expected: FloatArray) -> FloatArray:

@@ -9,6 +9,16 @@ from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.learning import LeastSquaresRecipe, PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.tables import WindowRecipe
 
+DOMAIN_SHARE = 0.05
+"""The domain takes this part of the false alarms, and bounds above their tolerances take the rest.
+
+The domain alone finds few errors in range. Mean squares of inputs and states that are bounded
+anyway make most of its false alarms, also on kinds of inputs without any harm."""
+
+FORMER_ALARMS = 0.0025
+"""The share of false alarms of a recipe without the key, in versions without ``trusted``; the
+domain took all of them."""
+
 
 class CompanionRecipe(Table):
     """The table ``bound.expert.companion`` gives the differences of companion and surrogate.
@@ -78,7 +88,9 @@ class BoundRecipe(Table):
     these too.
 
     Attributes:
-        false_alarms: share of the samples of the calibration that lie outside of the domain.
+        false_alarms: share of the samples of the calibration at which ``trusted`` is false, since
+            a bound exceeds its tolerance or since they lie outside of the domain. The domain
+            takes a twentieth of them. In FMUs without ``trusted`` the domain took all.
         estimate_span: approximate time in s over which the head's expected RMS errors of single
             samples are combined to an error estimate; without the key there is no estimate,
             unless there is a table ``estimator``.
@@ -87,10 +99,21 @@ class BoundRecipe(Table):
         expert: settings for users who know the method.
     """
 
-    false_alarms: float = Field(default=0.0025, gt=0, lt=0.5)
+    false_alarms: float = Field(default=0.04, gt=0, lt=0.5)
     estimate_span: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
     expert: BoundExpert = BoundExpert()
+
+    @property
+    def domain_alarms(self) -> float:
+        """The share of the samples of the calibration that the domain may leave outside."""
+        return DOMAIN_SHARE * self.false_alarms
+
+    @property
+    def former_domain_alarms(self) -> float:
+        """The same share in FMUs of former versions, which have no ``trusted``."""
+        given = "false_alarms" in self.model_fields_set
+        return self.false_alarms if given else FORMER_ALARMS
 
     def samples(self, window: WindowRecipe) -> int:
         """Return how many samples a trajectory needs for the bound.

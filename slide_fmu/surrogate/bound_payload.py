@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 
 from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -38,6 +39,17 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     factors = section.f64(n_outputs)
     section.done()
     return SpanEstimate(block, factors)
+
+
+def decode_tolerances(section: Reader, n_outputs: int) -> FloatArray:
+    """Read the content of the section TOLE; ``ErrorBound`` checks it.
+
+    Raises:
+        ValueError: the bytes are not one tolerance for each output.
+    """
+    tolerances = section.f64(n_outputs).copy()
+    section.done()
+    return tolerances
 
 
 def decode_bound(

@@ -63,8 +63,9 @@ def check_bound(
         estimator: its error estimator.
 
     Raises:
-        ValueError: the network does not fit, the bound uses another estimator, or the bound gives
-            an error estimate although there is an estimator.
+        ValueError: the network does not fit, the bound uses another estimator, the bound gives
+            an error estimate although there is an estimator, or a bound with tolerances does not
+            use it: files of such bounds could not be read.
     """
     if not fits:
         raise ValueError(
@@ -75,6 +76,11 @@ def check_bound(
         raise ValueError(
             f"surrogate {name!r} with an error bound that uses another error estimator; expected "
             "its own: fit the bound again"
+        )
+    if bound.tolerances is not None and bound.estimator is not estimator:
+        raise ValueError(
+            f"surrogate {name!r} with tolerances of an error bound that does not use the error "
+            "estimator; expected it to: fit the bound again"
         )
     if bound.span is not None and estimator is not None:
         raise ValueError(

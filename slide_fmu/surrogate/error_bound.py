@@ -96,6 +96,8 @@ class ErrorBound:
         estimator: the surrogate's error estimator, if the head takes its estimates.
         span: forms an error estimate from the RMS errors of the head, if the surrogate has no
             estimator.
+        tolerances: largest 95 % bounds that are trusted, relative to the outputs' scales, shape
+            (n_outputs,); None of bounds that were made before there were any.
     """
 
     companion: StateSpace
@@ -105,6 +107,7 @@ class ErrorBound:
     limits: FloatArray
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
+    tolerances: FloatArray | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -139,6 +142,8 @@ class ErrorBound:
             )
         if self.span is not None:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
+        if self.tolerances is not None:
+            self._check_numbers("tolerances", self.tolerances, (n_outputs,))
 
     @staticmethod
     def _check_numbers(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:

@@ -5,7 +5,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
 
     file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; PARA, ESTI, BOUN, SPAN and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI, BOUN, SPAN, TOLE and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -20,6 +20,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     BOUN     := u32 short  u32 long  u32 n_watched               the error bound
                 f64 factor[3][n_outputs]  f64 limit[n_watched]  network  network
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
+    TOLE     := f64 tolerance[n_outputs]                         of bounds that are trusted
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     RANG     := f64[n_outputs][2]                                of the outputs in the training
@@ -40,11 +41,11 @@ of degrees up to 16.
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
 0.99, the limits, the companion and the head (``error_bound.py``). It is never in a file with PARA.
 SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head gives twice
-the number of values.
+the number of values. TOLE is only in files with BOUN.
 
-Files with SPAN, or with BOUN and ESTI, have version 9; others with BOUN have version 8, files with
-PARA version 7, and all others version 6. In files of version 8, the head of BOUN does not take the
-estimates of ESTI.
+Files with TOLE have version 10; others with SPAN, or with BOUN and ESTI, have version 9; others
+with BOUN have version 8, files with PARA version 7, and all others version 6. In files of version
+8, the head of BOUN does not take the estimates of ESTI.
 
 MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
 they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
@@ -84,7 +85,13 @@ from slide_fmu.core.window import Window
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.bound_payload import decode_bound, decode_span, encode_bound, encode_span
+from slide_fmu.surrogate.bound_payload import (
+    decode_bound,
+    decode_span,
+    decode_tolerances,
+    encode_bound,
+    encode_span,
+)
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
 from slide_fmu.surrogate.parameter_payload import (
@@ -103,10 +110,10 @@ Made = TypeVar("Made")
 MAGIC = b"SLIDEFMU"
 HEAD, CHECKSUM = 12, 4
 """Bytes before and after the sections."""
-TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
+TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN TOLE MOVE RANG META".split())
 """Tags of the sections, in their order."""
-VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
-READABLE = (5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES)
+VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES, WITH_TOLERANCES = 6, 7, 8, 9, 10
+READABLE = (5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES, WITH_TOLERANCES)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Holds and angles; their positions are the numbers in the file."""
@@ -131,6 +138,7 @@ def encode(surrogate: Surrogate) -> bytes:
     if bound is not None:
         estimates = bound.estimator is not None or bound.span is not None
         version = WITH_ESTIMATES if estimates else WITH_BOUND
+        version = version if bound.tolerances is None else WITH_TOLERANCES
     body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, surrogate.input_scaling))
@@ -144,6 +152,8 @@ def encode(surrogate: Surrogate) -> bytes:
         body += _section(b"BOUN", encode_bound(bound))
     if bound is not None and bound.span is not None:
         body += _section(b"SPAN", encode_span(bound.span))
+    if bound is not None and bound.tolerances is not None:
+        body += _section(b"TOLE", _f64(bound.tolerances))
     if surrogate.forecast is not None:
         body += _section(b"MOVE", _encode_forecast(surrogate.forecast))
     if surrogate.output_ranges is not None:
@@ -296,11 +306,14 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
         fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
-        seen = estimator if version == WITH_ESTIMATES else None
-        section, span = reader.section(b"BOUN"), None
-        if version == WITH_ESTIMATES and _is_next(reader, b"SPAN"):
+        seen = estimator if version >= WITH_ESTIMATES else None
+        section, span, tolerances = reader.section(b"BOUN"), None, None
+        if version >= WITH_ESTIMATES and _is_next(reader, b"SPAN"):
             span = decode_span(reader.section(b"SPAN"), n_outputs)
-        fields["bound"] = decode_bound(section, n_inputs, n_outputs, seen, span)
+        if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
+            tolerances = decode_tolerances(reader.section(b"TOLE"), n_outputs)
+        bound = decode_bound(section, n_inputs, n_outputs, seen, span)
+        fields["bound"] = dataclasses.replace(bound, tolerances=tolerances)
     if _is_next(reader, b"MOVE"):
         fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):

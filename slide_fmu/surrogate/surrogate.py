@@ -418,6 +418,55 @@ class Surrogate:
     def _known(self, trust: Trust, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         return np.asarray((trust.novelty <= 1) & self.inputs_in_range(inputs))
 
+    @property
+    def error_tolerances(self) -> FloatArray:
+        """The largest 95 % bounds that are trusted, (n_outputs,), in the outputs' units.
+
+        They are the start values of the FMU's parameters ``<output>_error_tolerance``.
+
+        Raises:
+            ValueError: there is no error bound, or it was made before there were tolerances.
+        """
+        tolerances = self._required_bound().tolerances
+        if tolerances is None:
+            raise ValueError(
+                f"surrogate {self.name!r} has an error bound without tolerances, of an earlier "
+                "version of slide-fmu; expected some: train it again, or use in_domain"
+            )
+        return np.asarray(tolerances * self.output_scaling.scale)
+
+    def trusted(
+        self, inputs: NDArray[Any], tolerances: FloatArray | None = None
+    ) -> NDArray[np.bool_]:
+        """Return at which samples nothing says that outputs may be wrong: (N, n_inputs) to (N,).
+
+        There every 95 % bound is at most its tolerance, the sample is in the domain
+        (``in_domain``), and outputs lie in their ranges where these are known.
+
+        Args:
+            inputs: as for ``trust``.
+            tolerances: (n_outputs,), in the outputs' units; ``error_tolerances`` if None.
+
+        Raises:
+            ValueError: as for ``trust`` and ``error_tolerances``, or tolerances that are negative,
+                not finite, or of another number.
+        """
+        known = self.error_tolerances
+        allowed = known if tolerances is None else np.asarray(tolerances, dtype=np.float64)
+        if allowed.shape != known.shape or not np.all(np.isfinite(allowed) & (allowed >= 0)):
+            raise ValueError(
+                f"tolerances {allowed.tolist()}; expected {len(known)} finite numbers that are "
+                "not negative, one for each output in its unit"
+            )
+        bound = self._required_bound()
+        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs)[None])
+        predicted = self.network.stream(scaled).astype(np.float64)
+        (trust,) = bound.along(scaled, predicted)
+        bounds, inside = self._bounds(trust, inputs, USUAL_CONFIDENCE)
+        if self.output_ranges is not None:
+            inside = inside & self.outputs_in_range(self.output_scaling.invert(predicted[0]))
+        return np.asarray(inside & np.all(bounds <= allowed, axis=1))
+
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Return at which samples the inputs of the outputs lie in range: (N, n_inputs) to (N,).
 

@@ -17,6 +17,7 @@ from slide_fmu.bounds import fit as fit_module
 from slide_fmu.bounds.error_bound import (
     _Seen,
     _thinned,
+    _tolerances,
     fit_bound,
 )
 from slide_fmu.bounds.fit import BOUND, COMPANION, fit_surrogate
@@ -32,8 +33,10 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound, local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounded import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
 from tests.refusals import refused
@@ -48,6 +51,7 @@ RECIPE = tiny_state_space_recipe(
     training={"starts": 1, "iterations": 12, "expert": {"kept": 1}},
     bound={"expert": {"hidden": [8], "steps": 1500, "companion": {"hidden": 9, "iterations": 20}}},
 )
+SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 CALIBRATED = RECIPE.count("calibration")
 FRESH = 60
 """Trajectories that nothing has seen."""
@@ -202,6 +206,51 @@ def test_usual_inputs_are_in_the_domain_and_others_are_not(fit: Fit, unseen: Uns
     high = max(abs(surrogate.inputs[0].low), surrogate.inputs[0].high)
     shaken = 2.5 * high * np.sign(np.sin(25 * time))[:, None]
     assert (surrogate.trust(shaken).novelty[100:] > 1).all()
+
+
+def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
+    fit: Fit, unseen: Unseen, folder: Path
+) -> None:
+    """A twentieth of them may come from the domain; fresh trajectories have about the same."""
+    assert RECIPE.bound is not None
+    surrogate, rate = replace(fit.surrogate, output_ranges=None), RECIPE.bound.false_alarms
+    split = open_store(folder / "store").split("calibration").read(RECIPE.count("calibration"))
+    for inputs, slack in ((split.inputs, 0.001), (unseen.inputs, 0.02)):
+        trusted = np.stack([surrogate.trusted(one)[unseen.filled] for one in inputs])
+        inside = np.stack([surrogate.in_domain(one)[unseen.filled] for one in inputs])
+        assert abs(np.mean(~trusted) - rate) < slack
+        assert np.mean(~inside) < rate / 20 + slack
+        assert not (trusted & ~inside).any()
+
+
+def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
+    rng, bound = np.random.default_rng(3), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    n_statistics, usual = bound.head.n_channels, np.array([0.5, 2.0])
+
+    def mix(size: float) -> _Seen:
+        statistics = size * rng.normal(size=(6, 50, n_statistics))
+        errors = usual / 0.95 * rng.uniform(0, 1, (6, 50, 2))
+        watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
+        return _Seen(statistics, statistics, watched, errors)
+
+    plain, known = mix(1.0), mix(3.0)
+    judge = bound.head, bound.factors_at(0.95), bound.limits
+
+    def alarms(of: _Seen, tolerances: FloatArray) -> float:
+        flat = of.statistics.reshape(-1, 1, n_statistics)
+        bounds = judge[1] * local_scales(bound.head.evaluate(flat).astype(float))
+        outside = (of.watched > bound.limits).any(axis=2).ravel()
+        return float(np.mean((bounds > tolerances).any(axis=1) | outside))
+
+    alone = _tolerances([plain], judge, 0.2)
+    assert 0.19 < alarms(plain, alone) <= 0.2
+    both = _tolerances([plain, known], judge, 0.2)
+    assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
+    assert both.tolist() >= alone.tolist()
+    quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
+    for tolerances in (alone, both):
+        np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
 
 
 @pytest.mark.extended

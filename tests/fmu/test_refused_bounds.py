@@ -17,7 +17,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, random_bound, with_span
+from tests.bounded import bounded_surrogate, random_bound, with_span, with_tolerances
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_refused_payloads import refused
@@ -30,17 +30,12 @@ def with_checksum(body: bytes) -> bytes:
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def edited(surrogate: Surrogate, place: int, kind: str, value: float) -> bytes:
-    """The surrogate's file with another number at a place in the section of the bound."""
+def edited(
+    surrogate: Surrogate, place: int, kind: str, value: float, section: bytes = b"BOUN"
+) -> bytes:
+    """The surrogate's file with another number at a place in a section, mostly the bound's."""
     body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into(kind, body, body.index(b"BOUN") + 8 + place, value)
-    return with_checksum(bytes(body))
-
-
-def edited_span(surrogate: Surrogate, place: int, kind: str, value: float) -> bytes:
-    """The surrogate's file with another number at a place in the section of its estimate."""
-    body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into(kind, body, body.index(b"SPAN") + 8 + place, value)
+    struct.pack_into(kind, body, body.index(section) + 8 + place, value)
     return with_checksum(bytes(body))
 
 
@@ -211,7 +206,7 @@ def test_bound_that_is_cut_off_is_refused(load: Load, part: float) -> None:
 @pytest.mark.parametrize("block", [0, LONGEST + 1, 0xFFFFFFFF])
 def test_estimate_over_blocks_of_impossible_lengths_is_refused(load: Load, block: int) -> None:
     surrogate = with_span(bounded_surrogate(SHAPE))
-    message = refused(load(surrogate), edited_span(surrogate, 0, "<I", block))
+    message = refused(load(surrogate), edited(surrogate, 0, "<I", block, b"SPAN"))
     assert f"an error estimate with blocks of {block} samples; expected 1 to" in message
 
 
@@ -220,7 +215,7 @@ def test_factors_of_an_estimate_that_are_not_positive_are_refused(
     load: Load, value: float
 ) -> None:
     surrogate = with_span(bounded_surrogate(SHAPE))
-    message = refused(load(surrogate), edited_span(surrogate, 4 + 8, "<d", value))
+    message = refused(load(surrogate), edited(surrogate, 4 + 8, "<d", value, b"SPAN"))
     assert "factor " in message or "error estimate number" in message
 
 
@@ -232,6 +227,40 @@ def test_estimate_of_a_bound_beside_an_estimator_is_refused(load: Load) -> None:
     place = body.index(b"META")
     message = refused(load(seeing), with_checksum(body[:place] + section + body[place:]))
     assert "estimate of the bound beside an error estimator; expected one" in message
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("spanned", [False, True])
+def test_tolerances_that_are_not_positive_are_refused(
+    load: Load, spanned: bool, value: float
+) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    surrogate = with_span(surrogate) if spanned else surrogate
+    message = refused(load(surrogate), edited(surrogate, 8, "<d", value, b"TOLE"))
+    assert "tolerance " in message
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_another_number_of_tolerances_is_refused(load: Load, count: int) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    content = unchecked(surrogate, tolerances=np.ones(count))
+    assert "surrogate file" in refused(load(surrogate), content)
+
+
+@pytest.mark.parametrize("version", [8, 9])
+def test_tolerances_in_a_file_of_an_earlier_version_are_refused(load: Load, version: int) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    body = bytearray(surrogate.to_bytes()[:-4])
+    assert body[8] == 10
+    struct.pack_into("<I", body, 8, version)
+    assert "surrogate file" in refused(load(surrogate), with_checksum(bytes(body)))
+
+
+def test_tolerances_without_a_bound_are_refused(load: Load) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    body = surrogate.to_bytes()[:-4]
+    content = body[: body.index(b"BOUN")] + body[body.index(b"TOLE") :]
+    assert "surrogate file" in refused(load(surrogate), with_checksum(content))
 
 
 @pytest.mark.parametrize(("sees_estimates", "version"), [(False, 9), (True, 8)])

@@ -21,7 +21,7 @@ from slide_fmu.surrogate.error_bound import (
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span, with_tolerances
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.refusals import refused
 
@@ -233,10 +233,12 @@ def test_estimate_for_other_outputs_is_refused() -> None:
         replace(bound, span=SpanEstimate(3, np.ones(3)))
 
 
+@pytest.mark.parametrize("tolerant", [False, True])
 @pytest.mark.parametrize(("kind", "version"), [("plain", 8), ("seen", 9), ("span", 9)])
-def test_file_keeps_the_bound(kind: str, version: int) -> None:
+def test_file_keeps_the_bound(kind: str, version: int, tolerant: bool) -> None:
     surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE, (2, 5), kind == "seen")
     surrogate = with_span(surrogate) if kind == "span" else surrogate
+    surrogate, version = (with_tolerances(surrogate), 10) if tolerant else (surrogate, version)
     data = surrogate.to_bytes()
     assert int.from_bytes(data[8:12], "little") == version
     again = Surrogate.from_bytes(data)
@@ -244,6 +246,38 @@ def test_file_keeps_the_bound(kind: str, version: int) -> None:
     inputs = record(surrogate)
     assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
     assert again.memory_length == surrogate.memory_length
+    if tolerant:
+        assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
+
+
+@pytest.mark.parametrize(
+    "tolerances", [np.ones(3), np.ones((2, 1)), np.array([1.0, 0.0]), np.array([np.inf, 1.0])]
+)
+def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
+    tolerances: FloatArray,
+) -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with refused(ValueError, "tolerances of an error bound of shape", "expected (2,), finite"):
+        replace(bound, tolerances=tolerances)
+
+
+def test_tolerances_of_a_bound_that_does_not_see_the_estimator_are_refused() -> None:
+    """A file with tolerances says by its version that the head sees the estimates."""
+    surrogate = bounded_surrogate(SEEING)
+    with refused(ValueError, "does not use the error estimator", "fit the bound again"):
+        with_tolerances(surrogate)
+
+
+def test_trust_without_tolerances_or_with_bad_ones_is_refused() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    inputs = record(surrogate)
+    with refused(ValueError, "an error bound without tolerances", "use in_domain"):
+        surrogate.trusted(inputs)
+    tolerant = with_tolerances(surrogate)
+    for bad in (np.ones(3), np.array([1.0, -1.0]), np.array([1.0, np.nan])):
+        with refused(ValueError, "expected 2 finite numbers that are not negative"):
+            tolerant.trusted(inputs, bad)
 
 
 def test_file_without_a_bound_is_written_as_before() -> None:

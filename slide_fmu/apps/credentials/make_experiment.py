@@ -20,6 +20,7 @@ from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
     IN_DOMAIN,
     NOVELTY,
+    TRUSTED,
     WINDOW_FILLED,
 )
 from slide_fmu.recipe.case import Case
@@ -59,6 +60,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     names = [*outputs, WINDOW_FILLED]
     if surrogate.bound is not None:
         names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED]
+        names += [] if surrogate.bound.tolerances is None else [TRUSTED]
     with unpacked(fmu) as files:
         run = run_fmu(files, inputs, names, truth.parameters, surrogate.window.step)
     return Experiment(

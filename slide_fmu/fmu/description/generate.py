@@ -24,6 +24,7 @@ WHEN = {
     "parameters": "physical parameters",
     "bound": "error bound",
     "output_ranges": "known ranges",
+    "tolerances": "error bound with tolerances",
 }
 """What an FMU must have for the variable to exist, in the page's table."""
 
@@ -54,6 +55,8 @@ MEANING = {
     "BOUND_FILLED": "bounds and novelty are valid once it is 1",
     "CONFIDENCE": "probability of error bounds",
     "OUTPUTS_IN_RANGE": "all outputs lie in the ranges of the training",
+    "ERROR_TOLERANCE": "largest 95 % error bound with which `trusted` is true",
+    "TRUSTED": "if false, this step may be wrong: a bound, the domain or a range says so",
 }
 """Meaning of each kind, for the page: shorter than the descriptions that FMUs carry."""
 

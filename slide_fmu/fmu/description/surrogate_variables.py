@@ -69,6 +69,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "parameters": bool(surrogate.parameters),
         "bound": surrogate.bound is not None,
         "output_ranges": surrogate.output_ranges is not None,
+        "tolerances": surrogate.bound is not None and surrogate.bound.tolerances is not None,
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),
@@ -174,6 +175,8 @@ def _variable(
     )
     if kind.key == "CONFIDENCE" and surrogate.bound is not None:
         high = surrogate.bound.confidences[-1]
+    if kind.key == "ERROR_TOLERANCE":
+        start = float(surrogate.error_tolerances[index])
     if fmi == 3 and kind.high_fmi_3 is not None:
         high = kind.high_fmi_3
     return Variable(

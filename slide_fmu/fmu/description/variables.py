@@ -33,6 +33,8 @@ IN_DOMAIN = "in_domain"
 NOVELTY = "novelty"
 BOUND_FILLED = "error_bound_filled"
 CONFIDENCE = "confidence"
+ERROR_TOLERANCE = "{signal}_error_tolerance"
+TRUSTED = "trusted"
 
 Per = Literal["one", "input", "output", "parameter"]
 When = Literal[
@@ -44,6 +46,7 @@ When = Literal[
     "parameters",
     "bound",
     "output_ranges",
+    "tolerances",
 ]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
@@ -69,7 +72,8 @@ class VariableKind:
         per: whether there is one variable, or one for each input, output, or physical parameter.
         when: condition on the surrogate: an error estimate, a state-space network, a network that
             knows several output samples at a time, inputs with a first-order hold, physical
-            parameters, or an error bound.
+            parameters, an error bound, known ranges of the outputs, or tolerances of error
+            bounds.
         size: number of values: one; the output samples that the network knows at a time; or the
             input samples that any result depends on.
         fmi: the first version of the standard in which the variable exists.
@@ -362,6 +366,32 @@ KINDS: tuple[VariableKind, ...] = (
         "discrete",
         type="Boolean",
         when="output_ranges",
+        initially="everything",
+    ),
+    VariableKind(
+        21,
+        "ERROR_TOLERANCE",
+        ERROR_TOLERANCE,
+        "This is the largest 95 % error bound of {signal} with which trusted is true; it starts "
+        "at a value that inputs like those of the calibration rarely exceed. It may be changed "
+        "between communication steps.",
+        "parameter",
+        "tunable",
+        per="output",
+        when="tolerances",
+        bounds=(0.0, None, "surrogate"),
+    ),
+    VariableKind(
+        22,
+        "TRUSTED",
+        TRUSTED,
+        "It is false when this step may be wrong: a 95 % error bound exceeds its tolerance "
+        "(whatever confidence is), or in_domain or a range is false. It counts once "
+        "error_bound_filled is 1, and costs time only when it is read.",
+        "output",
+        "discrete",
+        type="Boolean",
+        when="tolerances",
         initially="everything",
     ),
 )

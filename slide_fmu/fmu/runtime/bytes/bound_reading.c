@@ -118,6 +118,18 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
     slide_close_section(file, "SPAN");
 }
 
+void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
+    slide_open_section(file, "TOLE");
+    payload->bound.tolerances = slide_take_f64s(file, payload->n_outputs, 1, "tolerance");
+    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const double tolerance = slide_f64(payload->bound.tolerances + 8 * i);
+        slide_check(file, tolerance > 0,
+                    "surrogate file: tolerance %g of an error bound; expected it positive",
+                    tolerance);
+    }
+    slide_close_section(file, "TOLE");
+}
+
 void slide_bound_check_head(const SlidePayload *payload, SlideCursor *file) {
     const uint32_t found = payload->bound.head.n_values;
     const uint32_t expected = (payload->bound.span_block > 0 ? 2 : 1) * payload->n_outputs;

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, WITH_BOUND = 8, WITH_ESTIMATES = 9 };
+enum { VERSION = 6, OLDEST = 5, WITH_ESTIMATES = 9, WITH_TOLERANCES = 10 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -247,11 +247,15 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     }
     payload->has_bound = file->good && is_next(file, "BOUN");
     if (payload->has_bound) {
-        payload->bound.sees_estimates = version == WITH_ESTIMATES && payload->has_estimator;
+        payload->bound.sees_estimates = version >= WITH_ESTIMATES && payload->has_estimator;
         slide_bound_read(payload, file);
     }
-    if (version == WITH_ESTIMATES && payload->has_bound && file->good && is_next(file, "SPAN")) {
+    const bool bounded = payload->has_bound && file->good;
+    if (version >= WITH_ESTIMATES && bounded && is_next(file, "SPAN")) {
         slide_span_read(payload, file);
+    }
+    if (version >= WITH_TOLERANCES && bounded && file->good && is_next(file, "TOLE")) {
+        slide_tolerances_read(payload, file);
     }
     if (payload->has_bound && file->good) {
         slide_bound_check_head(payload, file);
@@ -276,7 +280,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= WITH_ESTIMATES,
+    slide_check(&file, version >= OLDEST && version <= WITH_TOLERANCES,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);

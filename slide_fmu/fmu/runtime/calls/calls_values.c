@@ -58,6 +58,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return state->parameters + variable.index;
     case SLIDE_CONFIDENCE:
         return &state->head->confidence;
+    case SLIDE_ERROR_TOLERANCE:
+        return state->tolerances + variable.index;
     default:
         return NULL;
     }
@@ -86,6 +88,28 @@ static bool outputs_in_range(const SlideModel *model, const SlideState *state) {
     return true;
 }
 
+/* An error bound, in the output's unit. */
+static double error_bound(const SlideModel *model, const SlideState *state, size_t output,
+                          double confidence) {
+    return slide_bound_of(&model->bound, &state->bound, output, confidence,
+                          in_domain(model, state)) *
+           model->output_scaling[output].scale;
+}
+
+/* Are inputs and outputs known, and are the errors within their tolerances by the usual bound? */
+static bool trusted(const SlideModel *model, const SlideState *state) {
+    if (!in_domain(model, state) ||
+        (model->has_output_ranges && !outputs_in_range(model, state))) {
+        return false;
+    }
+    for (uint32_t i = 0; i < model->n_outputs; ++i) {
+        if (!(error_bound(model, state, i, SLIDE_USUAL_CONFIDENCE) <= state->tolerances[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* All values of a variable; block: NULL, or what slide_stream_block gave. Error estimates
  * and bounds are found when they are read. False when values of an array are not finite. */
 static bool read_variable(SlideInstance *instance, SlideVariable variable, const float **block,
@@ -102,6 +126,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_INPUTS_AT_STEP_END:
     case SLIDE_MODEL_PARAMETER:
     case SLIDE_CONFIDENCE:
+    case SLIDE_ERROR_TOLERANCE:
         for (size_t sample = 0; sample < variable.size; ++sample) {
             values[sample] = place_of(instance, variable)[sample * model->n_inputs];
         }
@@ -126,9 +151,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         break;
     case SLIDE_ERROR_BOUND:
         slide_stream_bound(model, state);
-        values[0] = slide_bound_of(&model->bound, &state->bound, i, state->head->confidence,
-                                   in_domain(model, state)) *
-                    model->output_scaling[i].scale;
+        values[0] = error_bound(model, state, i, state->head->confidence);
         break;
     case SLIDE_IN_DOMAIN:
         slide_stream_bound(model, state);
@@ -146,6 +169,10 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         break;
     case SLIDE_OUTPUTS_IN_RANGE:
         values[0] = outputs_in_range(model, state);
+        break;
+    case SLIDE_TRUSTED:
+        slide_stream_bound(model, state);
+        values[0] = trusted(model, state);
         break;
     case SLIDE_TIME:
         values[0] = slide_clock_time(&state->head->clock);
@@ -255,8 +282,9 @@ static SlideStatus check_settable(const SlideInstance *instance, unsigned refere
                             reference, (unsigned)instance->model.n_inputs - 1);
     }
     const unsigned running = SLIDE_STEPPING | SLIDE_BETWEEN;
-    const bool tunable =
-        variable.kind == SLIDE_MODEL_PARAMETER || variable.kind == SLIDE_CONFIDENCE;
+    const bool tunable = variable.kind == SLIDE_MODEL_PARAMETER ||
+                         variable.kind == SLIDE_CONFIDENCE ||
+                         variable.kind == SLIDE_ERROR_TOLERANCE;
     const unsigned closed = tunable ? SLIDE_BETWEEN : running;
     if (variable.is_parameter && (instance->state.head->mode & closed) != 0) {
         return slide_report(instance, SLIDE_ERROR,
@@ -308,6 +336,15 @@ static SlideStatus check_values(const SlideInstance *instance, unsigned referenc
                                   "which error bounds are calibrated; the former values are kept",
                                   reference, values[0], SLIDE_LEAST_CONFIDENCE,
                                   SLIDE_LARGEST_CONFIDENCE);
+    }
+    if (variable.kind == SLIDE_ERROR_TOLERANCE) {
+        return values[0] >= 0 && isfinite(values[0])
+                   ? SLIDE_OK
+                   : slide_report(instance, SLIDE_DISCARD,
+                                  "error tolerance (value reference %u) = %g; expected a finite "
+                                  "number that is not negative, in the output's unit; the former "
+                                  "values are kept",
+                                  reference, values[0]);
     }
     for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
         if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {

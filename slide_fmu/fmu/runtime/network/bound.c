@@ -32,6 +32,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     const uint64_t means_over = (SLIDE_BLOCKS + 1) * (longer + span_block);
     bound->memory_length = 0;
     bound->span_length = 0;
+    bound->n_tolerances = 0;
     bound->judges_given = payload->has_bound && payload->forecast.judged;
     if (!payload->has_bound) {
         return;
@@ -50,6 +51,8 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->of_span = (SlideBlocksShape){span_block, n_outputs};
     bound->span_factors =
         place_numbers(view->span_factors, span_block > 0 ? n_outputs : 0, arena);
+    bound->n_tolerances = view->tolerances == NULL ? 0 : n_outputs;
+    bound->tolerances = place_numbers(view->tolerances, bound->n_tolerances, arena);
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
     bound->limits = place_numbers(view->limits, 2 * n_outputs + n_seen, arena);
     for (size_t i = 0; arena->base != NULL && i < 2 * n_outputs + n_seen; ++i) {

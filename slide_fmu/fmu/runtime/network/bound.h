@@ -24,6 +24,7 @@ typedef struct {
                                 expected errors to count; 0 without one */
     size_t n_outputs, n_states, n_seen;
     size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
+    size_t n_tolerances;    /* n_outputs, or 0 where nothing says how large a bound may be */
     bool judges_given;      /* of a sample that was forecast, what the predictor gave then counts */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
@@ -32,6 +33,7 @@ typedef struct {
                                  an error estimate; length 0 without one */
     double *span_factors;   /* [n_outputs], of the root of their means */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
+    double *tolerances;     /* [n_tolerances], of bounds that are trusted, relative to the scales */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
     SlideNetwork companion; /* state space */

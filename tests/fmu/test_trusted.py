@@ -1,0 +1,165 @@
+"""The flag ``trusted`` joins error bounds, domain and ranges; tolerances may be set any time."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounded import bounded_surrogate, with_tolerances
+from tests.fmu.native import DISCARD, OK, Load, Native
+from tests.fmu.native3 import Native3, instance_of
+from tests.fmu.samples import STEP
+from tests.fmu.test_error_bounds import BLOCKS, PLAIN, places, read, surrogate_of
+
+COUNT = 200
+RNG = np.random.default_rng(8)
+INPUTS = RNG.uniform(-0.2, 1.2, (COUNT, 2))
+
+
+def tolerant(name: str, ranges: bool = True) -> Surrogate:
+    """A surrogate whose bounds, domain and output ranges flag some samples each, and not all.
+
+    Args:
+        name: one of ``tests.fmu.test_error_bounds.NAMES``.
+        ranges: whether the ranges of the outputs are known.
+    """
+    surrogate = with_tolerances(surrogate_of(name))
+    bound = surrogate.bound
+    assert bound is not None
+    inputs = inputs_of(surrogate)
+    widened = bound.limits * np.quantile(surrogate.trust(inputs).novelty, 0.8) ** 2
+    bounds = bound.factors_at(0.95) * surrogate.trust(inputs).scales
+    bound = dataclasses.replace(bound, limits=widened, tolerances=np.quantile(bounds, 0.7, axis=0))
+    found = dataclasses.replace(surrogate, bound=bound)
+    if not ranges:
+        return found
+    lowest, highest = np.quantile(found.predict_newest(inputs), [0.05, 0.95], axis=0)
+    return dataclasses.replace(found, output_ranges=np.stack([lowest, highest], axis=1))
+
+
+def inputs_of(surrogate: Surrogate) -> FloatArray:
+    """Inputs within the ranges, (COUNT, 2); some samples lie outside of them."""
+    scaled = 0.9 * np.clip(2 * INPUTS - 1, -1, 1)
+    scaled[60] = 1.3, 0.0
+    return surrogate.input_scaling.invert(scaled)
+
+
+def flags(native: Native | Native3, surrogate: Surrogate, inputs: FloatArray) -> FloatArray:
+    """The flag after every step, (N,)."""
+    place = places(surrogate, "TRUSTED", 3 if isinstance(native, Native3) else 2)
+    found = []
+    for k, row in enumerate(inputs):
+        assert native.set(*row) == OK
+        assert native.do_step(k * STEP) == OK
+        found += native.get(*place)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("ranges", [False, True])
+@pytest.mark.parametrize("name", ["plain", "gated", "seen", "span"])
+def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
+    surrogate = tolerant(name, ranges)
+    inputs = inputs_of(surrogate)
+    expected = surrogate.trusted(inputs)
+    assert 0.1 < expected.mean() < 0.9
+    bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
+    joined = inside & (bounds <= surrogate.error_tolerances).all(axis=1)
+    within_ranges = np.ones(COUNT, dtype=bool)
+    if ranges:
+        within_ranges = surrogate.outputs_in_range(surrogate.predict_newest(inputs))
+    assert np.array_equal(expected, joined & within_ranges)
+    assert (joined & ~within_ranges).any() == ranges
+    assert (inside & ~joined).any()
+    loaded = load(surrogate)
+    for native in (loaded.instance().start(), instance_of(loaded).start()):
+        assert np.array_equal(flags(native, surrogate, inputs), expected)
+
+
+@pytest.mark.parametrize("name", ["plain", "judged", "span"])
+def test_reading_the_flag_leaves_what_else_is_read(load: Load, name: str) -> None:
+    surrogate = tolerant(name)
+    loaded = load(surrogate)
+    one, other = loaded.instance().start(), loaded.instance().start()
+    flags(one, surrogate, INPUTS[:50])
+    for k, row in enumerate(INPUTS[:50]):
+        other.set(*row)
+        assert other.do_step(k * STEP) == OK
+    assert read(one, surrogate) == read(other, surrogate)
+    place = places(surrogate, "TRUSTED")
+    assert one.get(*place) == other.get(*place)
+
+
+def test_flag_follows_tolerances_that_are_set_between_steps_and_no_confidence(load: Load) -> None:
+    surrogate = tolerant("plain", ranges=False)
+    loaded = load(surrogate)
+    native, first = loaded.instance().start(), places(surrogate, "ERROR_TOLERANCE")[0]
+    trusted, confidence = (places(surrogate, key)[0] for key in ("TRUSTED", "CONFIDENCE"))
+    assert native.get(first, 2) == surrogate.error_tolerances.tolist()
+    inputs = inputs_of(surrogate)
+    for k, row in enumerate(inputs[:50]):
+        native.step(*row)
+        bounds = surrogate.error_bounds(inputs[: k + 1])[-1]
+        inside = surrogate.in_domain(inputs[: k + 1])[-1]
+        for tolerances in (1.01 * bounds, 0.99 * bounds, bounds * [1.01, 0.99]):
+            assert native.set(*tolerances, first=first) == OK
+            assert native.get(first, 2) == tolerances.tolist()
+            expected = inside and (bounds <= tolerances).all()
+            assert native.get(trusted) == [expected]
+            assert surrogate.trusted(inputs[: k + 1], tolerances)[-1] == expected
+            assert native.set(0.9 + 0.09 * (k % 2), first=confidence) == OK
+            assert native.get(trusted) == [expected]
+
+
+@pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
+def test_tolerance_that_is_no_size_of_an_error_is_refused(load: Load, value: float) -> None:
+    surrogate = tolerant("plain")
+    two, three = (places(surrogate, "ERROR_TOLERANCE", fmi)[0] for fmi in (2, 3))
+    loaded = load(surrogate)
+    for native, place in ((loaded.instance(), two), (instance_of(loaded), three)):
+        native.start()
+        before = native.get(place, 2)
+        assert native.set(value, first=place + 1) == DISCARD
+        assert "error tolerance (value reference 21000001)" in native.messages[-1]
+        assert "expected a finite number that is not negative" in native.messages[-1]
+        assert native.get(place, 2) == before
+        assert native.set(0.0, first=place + 1) == OK
+
+
+def test_saved_state_has_the_tolerances_and_a_reset_gives_back_the_first(load: Load) -> None:
+    surrogate = tolerant("plain")
+    loaded = load(surrogate)
+    native, first = loaded.instance().start(), places(surrogate, "ERROR_TOLERANCE")[0]
+    trusted, inputs = places(surrogate, "TRUSTED")[0], inputs_of(surrogate)
+    native.set(1e9, 1e9, first=first)
+    flags(native, surrogate, inputs[:40])
+    saved, found = native.save(), native.get(trusted)
+    native.set(0.0, 0.0, first=first)
+    assert native.get(trusted) == [False]
+    assert native.restore(saved) == OK
+    assert native.get(first, 2) == [1e9, 1e9]
+    assert native.get(trusted) == found
+    assert native.call("fmi2Reset") == OK
+    native.start()
+    assert native.get(first, 2) == surrogate.error_tolerances.tolist()
+
+
+def test_a_bound_without_tolerances_has_no_such_variables() -> None:
+    keys = {v.kind.key for v in fmu_variables(bounded_surrogate(PLAIN, BLOCKS), 3)}
+    assert "IN_DOMAIN" in keys
+    assert not keys & {"TRUSTED", "ERROR_TOLERANCE"}
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_tolerances_are_parameters_in_the_units_of_the_outputs(fmi: FmiVersion) -> None:
+    surrogate = tolerant("plain")
+    found = {v.name: v for v in fmu_variables(surrogate, fmi)}
+    for signal, tolerance in zip(surrogate.outputs, surrogate.error_tolerances, strict=True):
+        variable = found[f"{signal.name}_error_tolerance"]
+        assert (variable.unit, variable.low, variable.high) == (signal.unit, 0.0, None)
+        assert variable.start == tolerance

@@ -168,7 +168,6 @@ def point_to_point_tables(draw: st.DrawFn) -> dict[str, Any]:
         keep=share,
         single=(1 - share) * draw(st.floats(0, 0.99)),
         dwell=draw(st.floats(0, 1)),
-        random_start=draw(st.booleans()),
     )
 
 

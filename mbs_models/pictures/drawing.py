@@ -164,7 +164,5 @@ def slider_crank_picture(system: SliderCrank, seed: int = 7) -> bytes:
 
 def robot_picture(system: Robot6R, seed: int = 189) -> bytes:
     """Draw the robot in a motion that shows much, and return the PNG."""
-    moves = PointToPoint(
-        kind="point_to_point", weight=1.0, random_start=False, reach=0.6, keep=0.0
-    )
+    moves = PointToPoint(kind="point_to_point", weight=1.0, reach=0.6, keep=0.0)
     return draw_robot(system, motion(system, moves, seed))

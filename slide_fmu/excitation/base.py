@@ -63,10 +63,11 @@ class Kind(Table, abc.ABC):
     def settings(self) -> dict[str, str]:
         """Return the fields other than ``kind`` and ``weight`` by name, as text for reports.
 
-        A switch that is off is omitted.
+        A switch that is off is omitted, and a range from 0 to 0.
         """
         fields = type(self).model_fields
-        left_out = {"kind", "weight", *(name for name, value in self if value is False)}
+        off = (name for name, value in self if value is False or value == (0.0, 0.0))
+        left_out = {"kind", "weight", *off}
         chosen = {name: value for name, value in self if name not in left_out}
         return {
             name: _as_text(value, ... in get_args(fields[name].annotation))

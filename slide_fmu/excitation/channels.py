@@ -31,6 +31,10 @@ class ChannelKind(Kind):
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw one normalised channel, shape (N,), at times in s, evenly spaced, shape (N,)."""
 
+    def scaled(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Draw one normalised channel with its amplitude; it may leave -1 .. 1."""
+        return rng.uniform(*self.amplitude) * self.signal(time, rng)
+
     def inputs(
         self,
         signals: tuple[Signal, ...],
@@ -47,7 +51,7 @@ class ChannelKind(Kind):
         for signal in signals:
             if signal.angle == "sine":
                 continue  # it was drawn with its cosine, the signal before
-            normalised = np.clip(rng.uniform(*self.amplitude) * self.signal(time, rng), -1, 1)
+            normalised = np.clip(self.scaled(time, rng), -1, 1)
             if signal.angle == "cosine":
                 angle = rng.uniform(-np.pi, np.pi) + np.pi * factor * normalised
                 columns += [signal.high * np.cos(angle), signal.high * np.sin(angle)]

@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from slide_fmu.excitation.axis_moves import AxisMoves
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box
 from slide_fmu.excitation.channels import (
@@ -38,6 +39,7 @@ Excitation = Annotated[
     | Rest
     | SpeedRamps
     | PointToPoint
+    | AxisMoves
     | Vibration
     | Box
     | Recorded,

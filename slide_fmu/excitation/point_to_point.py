@@ -95,7 +95,6 @@ class PointToPoint(Kind):
         single: share of the moves in which one random joint moves alone.
         dwell: share of the moves after which the joints rest for a while.
         dwell_duration: range of the time of these rests in s, drawn uniformly.
-        random_start: whether to begin at a random time within a move; otherwise at its start.
     """
 
     kind: Literal["point_to_point"]
@@ -108,7 +107,6 @@ class PointToPoint(Kind):
     single: Share = 0.0
     dwell: Share = 0.0
     dwell_duration: PositiveRange = (0.1, 1.0)
-    random_start: bool = True
 
     @model_validator(mode="after")
     def _shares_fit(self) -> PointToPoint:
@@ -161,7 +159,10 @@ class PointToPoint(Kind):
         return np.clip(moves.at(elapsed), low, high)  # rounding may move a target out of its range
 
     def moves(self, signals: tuple[Signal, ...], until: float, rng: np.random.Generator) -> Moves:
-        """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1."""
+        """Draw moves that cover the time from 0 to ``until`` in s, at amplitude factor 1.
+
+        The first one begins at a random time of up to its duration before 0.
+        """
         position = self._target(signals, rng)
         positions, clock = [position], 0.0
         rows: list[tuple[float, float, float]] = []
@@ -173,7 +174,7 @@ class PointToPoint(Kind):
             duration = self._feasible_duration(
                 rng.uniform(*self.duration), ramp, positions[-1] - position
             )
-            if not rows and self.random_start:  # so that not all trajectories begin at rest
+            if not rows:  # it begins within a move, so that not all trajectories begin at rest
                 clock = -rng.uniform(0, duration)
             positions.append(position)
             rows.append((clock, duration, ramp))

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.base import CountRange, PositiveRange
+from slide_fmu.excitation.base import CountRange, PositiveRange, Range
 from slide_fmu.excitation.channels import ChannelKind
 from slide_fmu.excitation.words import between, size, subject
 
@@ -104,6 +104,8 @@ class Multisine(ChannelKind):
         components: range of the number of sines, both ends included.
         decades: whether the range is divided into as many parts of the same ratio as there are
             sines, with one sine in each part: slow and fast sines at once.
+        offset: range of a constant of random sign that is added, as a part of half the range of
+            the input; it is drawn uniformly.
     """
 
     bends = True
@@ -112,14 +114,24 @@ class Multisine(ChannelKind):
     angular_frequency: PositiveRange
     components: CountRange = (8, 20)
     decades: bool = False
+    offset: Range = (0.0, 0.0)
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         spread = ", slow and fast ones at once" if self.decades else ""
+        several = f"a sum of {between(self.components)} sines"
+        sines = "a sine" if self.components == (1, 1) else several
+        about = f", about an offset of {size(self.offset, signals)}" if self.offset[1] else ""
         return (
-            f"{subject(signals)} is a sum of {between(self.components)} sines of "
+            f"{subject(signals)} is {sines} of "
             f"{between(self.angular_frequency)} rad/s{spread}, with an RMS of "
-            f"{size(self.amplitude, signals)}, clipped to its range"
+            f"{size(self.amplitude, signals)}{about}, clipped to its range"
         )
+
+    def scaled(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        sines = super().scaled(time, rng)
+        if self.offset[1] == 0:
+            return sines
+        return sines + rng.uniform(*self.offset) * (1 if rng.random() < 0.5 else -1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         count = int(rng.integers(self.components[0], self.components[1] + 1))

@@ -38,7 +38,6 @@ class SpeedRamps(Kind):
             acceleration, and then rests.
         noise: half the width of the uniform noise on the speed, relative to its limit. It is added
             to about every second step, at random; it may exceed the limits.
-        noise_share: share of the trajectories with noise.
     """
 
     kind: Literal["speed_ramps"]
@@ -47,7 +46,6 @@ class SpeedRamps(Kind):
     samples: CountRange = (20, 60)
     rest: Share = 0.0
     noise: float = Field(default=0.0, ge=0)
-    noise_share: Share = 0.5
 
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse inputs that are not two, or that cannot take all values of cosine and sine.
@@ -83,8 +81,7 @@ class SpeedRamps(Kind):
             text += f", and comes to rest in {100 * self.rest:g} % of them"
         if self.noise == 0:
             return text
-        noise, share = 100 * self.noise, 100 * self.noise_share
-        return f"{text}; in {share:g} % of the runs, speeds are noisy by {noise:g} % of the limit"
+        return f"{text}; speeds are noisy by {100 * self.noise:g} % of the limit"
 
     def inputs(
         self,
@@ -110,7 +107,7 @@ class SpeedRamps(Kind):
         speed = _speeds(rng.uniform(-limit, limit), step * wanted, limit, step * braking)
         acceleration = np.where(np.isnan(wanted), -braking * np.sign(speed[:-1]), wanted)
         moved = _integral(speed, acceleration, step)
-        if self.noise > 0 and rng.random() < self.noise_share:
+        if self.noise > 0:
             noise = rng.uniform(-self.noise * limit, self.noise * limit, count)
             moved += step * np.where(rng.random(count) < 0.5, noise, 0.0)
         return start + np.concatenate([[0.0], np.cumsum(moved)])

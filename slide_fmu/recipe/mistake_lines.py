@@ -23,6 +23,8 @@ FORMER = {
     "data.budget_minutes": "is gone: give data.train a number where a learning curve is too long",
     "*.excitation.corners": "is gone, since it is a constant now: remove it",
     "*.excitation.constant_speed": "is gone, since it is a constant now: remove it",
+    "*.excitation.noise_share": "is gone: remove it; noise is on all trajectories of its kind",
+    "*.excitation.random_start": "is gone: remove it; motions begin within a move",
     "stability.growth": "is a constant now: remove it",
     "stability.contraction": "is a constant now: remove it",
     "bound.companion": "is the table [bound.expert.companion] now: rename it",

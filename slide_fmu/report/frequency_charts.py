@@ -23,9 +23,18 @@ RESPONSES = (
     "How the outputs answer to an input at each frequency, found in the same way from what the "
     "reference gave and from what the surrogate gave (H1 estimates by Welch's method over all "
     "trajectories). Of a nonlinear system it is the linear answer that comes nearest to these "
-    "motions. Of several inputs the one is drawn that moves the output most; frequencies at which "
-    "it has no power are left out."
+    "motions. For each output, the input is drawn that moves it most; the other pairs are among "
+    "the details. Frequencies at which the input has no power are left out."
 )
+
+OTHER_RESPONSES = (
+    "The same for the other inputs of each output, the strongest first. An input is left out "
+    "where it causes less than {least} of the output's power: its response is then too uncertain "
+    "to judge."
+)
+
+LEAST_SHARE = 0.01
+"""Smallest part of an output's power for which the response to an input is drawn."""
 
 MAP = "Error by amplitude and frequency"
 
@@ -43,26 +52,40 @@ def frequency_sections(validation: Validation) -> list[ReportSection]:
     if spectra is None:
         return []
     outputs = range(len(validation.surrogate.outputs))
-    charts = [_response_chart(validation, spectra, i) for i in outputs]
-    responses = [chart for chart in charts if chart is not None]
+    strongest, others = _response_charts(validation, spectra)
+    outputs = range(len(validation.surrogate.outputs))
     errors = [_spectrum_chart(validation, spectra, i) for i in outputs]
+    responses = ReportSection("Frequency response", RESPONSES, charts=strongest)
+    text = OTHER_RESPONSES.format(least=percent(LEAST_SHARE))
+    further = ReportSection("Frequency response of other inputs", text, charts=others, folded=True)
     return [
-        *([ReportSection("Frequency response", RESPONSES, charts=responses)] if responses else []),
+        *(section for section in (responses, further) if section.charts),
         ReportSection("Error spectrum", SPECTRA, charts=errors, folded=True),
     ]
 
 
-def _response_chart(validation: Validation, spectra: Spectra, output: int) -> Chart | None:
-    """Draw size and phase of both responses of an output, and their difference."""
-    true, own = (response[:, :, output] for response in spectra.responses())
-    power = np.einsum("fi,fii->i", np.abs(true) ** 2, spectra.inputs.real)
-    channel = int(np.argmax(power))
+def _response_charts(validation: Validation, spectra: Spectra) -> tuple[list[Chart], list[Chart]]:
+    """Draw the strongest input of each output, and the other pairs that can be judged."""
+    powers = spectra.powers()
+    strongest, others = [], []
+    for output, power in enumerate(powers.T):
+        least = LEAST_SHARE * power.sum()
+        ranked = [int(i) for i in np.argsort(-power, kind="stable") if power[i] > 0]
+        ranked = [i for i in ranked if np.sum(spectra.driven(i)) > 1]
+        charts = [
+            _response_chart(validation, spectra, i, output) for i in ranked if power[i] >= least
+        ]
+        strongest += charts[:1]
+        others += charts[1:]
+    return strongest, others
+
+
+def _response_chart(validation: Validation, spectra: Spectra, channel: int, output: int) -> Chart:
+    """Draw size and phase of both responses of a pair, and their difference."""
     driven = spectra.driven(channel)
-    if np.sum(driven) < 2 or not power[channel] > 0:
-        return None
     one, other = validation.surrogate.inputs[channel], validation.surrogate.outputs[output]
     frequency = spectra.frequency[driven]
-    true, own = true[driven, channel], own[driven, channel]
+    true, own = (response[driven, channel, output] for response in spectra.responses())
     apart = np.abs(own - true) / np.maximum(np.abs(true), np.finfo(float).tiny)
     panels = [
         Panel(

@@ -54,8 +54,7 @@ class Spectra:
         They are the responses of the nearest linear system (the H1 estimator). Both are estimated
         from the same inputs, so they can be compared for nonlinear systems too. The response of
         the hold is removed: an input that is held until its sample is half a step ahead of the
-            sample,
-        and its amplitude is smaller by sin(x) / x, with x = pi times frequency times step.
+        sample, and its amplitude is smaller by sin(x) / x, with x = pi times frequency times step.
         """
         size = np.trace(self.inputs, axis1=1, axis2=2).real / self.inputs.shape[1]
         whole = self.inputs + RIDGE * size[:, None, None] * np.eye(self.inputs.shape[1])
@@ -64,6 +63,14 @@ class Spectra:
         turns = self.frequency * self.held
         of_hold = (np.sinc(turns) * np.exp(1j * np.pi * turns))[:, None, None]
         return true / of_hold, own / of_hold
+
+    def powers(self) -> FloatArray:
+        """Return the power that each input alone causes in the reference, (n_inputs, n_outputs).
+
+        It is the sum over the frequencies of the input's density times the squared response.
+        """
+        true, _ = self.responses()
+        return np.asarray(np.einsum("fio,fii->io", np.abs(true) ** 2, self.inputs.real))
 
     def driven(self, channel: int) -> NDArray[np.bool_]:
         """Return at which frequencies an input has some power, (F,)."""

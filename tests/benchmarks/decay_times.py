@@ -75,7 +75,7 @@ def robot_motions(system: System, count: int, rng: np.random.Generator) -> list[
     """Desired angles in rad at all samples, shape (N + 1, 6): the paper's motion, then random."""
     time = system.step * np.arange(round(2 * MOVE / system.step) + 1)
     moves = Moves(MOVE * np.arange(2), np.full(2, MOVE), np.full(2, 0.5), PAPER_POSES)
-    kind = PointToPoint(kind="point_to_point", weight=1.0, random_start=False)
+    kind = PointToPoint(kind="point_to_point", weight=1.0)
     drawn = (kind.inputs(system.inputs, time, 1.0, rng) for _ in range(count))
     return [moves.at(time), *drawn]
 

@@ -49,6 +49,11 @@ OF_ONE_INPUT: dict[str, tuple[dict[str, Any], str]] = {
         "force is a sum of 4 to 9 sines of 5 to 60 rad/s, with an RMS of 0.5 N, clipped to its "
         "range",
     ),
+    "multisine about an offset": (
+        {"angular_frequency": [5.0, 6.0], "components": [1, 1], "offset": [0.5, 1.0]},
+        "force is a sine of 5 to 6 rad/s, with an RMS of 2 N, about an offset of 1 to 2 N, "
+        "clipped to its range",
+    ),
     "steps": (
         {"duration": [0.3, 0.5]},
         "force steps between random levels of up to 2 N, each for 0.3 to 0.5 s",
@@ -74,8 +79,8 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         ANGLE,
         {"speed": 8.0, "acceleration": 20.0, "samples": [5, 5], "rest": 0.2, "noise": 0.1},
         "the angle of x and y turns at up to 8 rad/s, to and fro, in phases of 0.05 s with "
-        "constant accelerations of up to 20 rad/s^2, and comes to rest in 20 % of them; in 50 % "
-        "of the runs, speeds are noisy by 10 % of the limit",
+        "constant accelerations of up to 20 rad/s^2, and comes to rest in 20 % of them; "
+        "speeds are noisy by 10 % of the limit",
     ),
     "point_to_point": (
         JOINTS,
@@ -92,6 +97,13 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         "at speeds of up to 1.5 and 2 rad/s, with accelerations of up to 3 and 4 rad/s^2, and "
         "rest after 40 % of the moves for 0.1 to 1 s; in 20 % of the moves some stay; in 10 % of "
         "the moves one alone moves",
+    ),
+    "axis_moves": (
+        (*ANGLE, MIXED[1]),
+        {"speed": [8.0, 0.5], "acceleration": [20.0, 2.0]},
+        "every axis moves on its own from target to target, near and far, at speeds of up to 8 "
+        "rad/s, 0.5 m/s and accelerations of up to 20 rad/s^2, 2 m/s^2; some moves stop or turn "
+        "back on the way",
     ),
     "box": (
         MIXED,

@@ -267,10 +267,20 @@ def test_key_of_former_versions_is_answered_with_what_became_of_it(place: str) -
 
 
 @pytest.mark.parametrize("table", ["data", "bound", "validation"])
-@pytest.mark.parametrize(("kind", "key"), [("box", "corners"), ("speed_ramps", "constant_speed")])
-def test_former_key_of_an_excitation_is_answered_as_gone(table: str, kind: str, key: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "key", "words"),
+    [
+        ("box", "corners", "since it is a constant now: remove"),
+        ("speed_ramps", "constant_speed", "since it is a constant now: remove"),
+        ("speed_ramps", "noise_share", "noise is on all trajectories"),
+        ("point_to_point", "random_start", "motions begin within a move"),
+    ],
+)
+def test_former_key_of_an_excitation_is_answered_as_gone(
+    table: str, kind: str, key: str, words: str
+) -> None:
     text = f'{PLAIN}\n[[{table}.excitation]]\nkind = "{kind}"\nweight = 1.0\n{key} = 0.5\n'
-    with refused(RecipeError, f"({kind}), key {key} is gone, since it is a constant now: remove"):
+    with refused(RecipeError, f"({kind}), key {key} is gone", words):
         parse_open_recipe(text, "spring.toml")
 
 

@@ -123,6 +123,22 @@ def test_report_has_responses_and_spectra_of_every_output(finer: Validation) -> 
     assert names == ["reference", "surrogate", "error"]
 
 
+def test_further_inputs_have_responses_where_they_move_the_output_enough() -> None:
+    inputs = np.random.default_rng(5).normal(size=(4000, 3))
+    output = inputs @ np.array([[0.3], [2.0], [0.001]])
+    found = comparison([[0.0]])
+    found = replace(found, time=np.arange(4000.0), inputs=inputs, reference=output)
+    signals = [Signal(name, "N", -1.0, 1.0) for name in "abcy"]
+    of = {"inputs": signals[:3], "outputs": signals[3:], "hold": "first_order"}
+    surrogate = SimpleNamespace(**of, window=SimpleNamespace(step=1.0))
+    whole = replace(validation(replace(found, surrogate=output)), surrogate=surrogate)
+    strongest, others, _ = frequency_sections(whole)
+    assert [chart.title for chart in strongest.charts] == ["b to y"]
+    assert [chart.title for chart in others.charts] == ["a to y"]
+    assert others.folded
+    assert "1 % of the output's power" in others.text
+
+
 def test_short_trajectories_have_no_sections_on_frequencies() -> None:
     assert frequency_sections(validation(BAD, GOOD)) == []
 

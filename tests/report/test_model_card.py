@@ -62,7 +62,6 @@ def test_card_shows_the_settings_of_every_kind(finer: Validation) -> None:
     assert ramps["speed"] == "8.0"
     assert ramps["samples"] == "20 .. 60"
     assert (points["speed"], points["acceleration"]) == ("1.5, 2.0", "none")
-    assert points["random_start"] == "yes"
     text = model_card(finer.surrogate, recipe, figures_of(finer), "picture.png")
     assert "| moving_average_random | 1.0 | amplitude 1.0 .. 1.0; coefficients 0.1, 0.9 |" in text
     assert "| speed_ramps | 1.0 | speed 8.0; acceleration 20.0; samples 20 .. 60; " in text

@@ -70,7 +70,7 @@ def moves_of(solved: Solved) -> ShownMoves:
     before their time, and reached by the end of the step.
     """
     response = solved.found.response
-    terms = settled, response, solved.task.tolerance, False
+    terms = settled, response, solved.task.tolerance
     chosen, (plain, *shaped) = solved.moves[0], solved.found.baselines
     shown = {chosen.name: chosen}
     if shaped:

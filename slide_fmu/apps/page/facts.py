@@ -60,6 +60,7 @@ class PageFacts:
         step: its step in s.
         hold: how inputs act between samples.
         memory: time in s for which its outputs depend on an input.
+        past: the same for outputs, error estimates and error bounds: the longest.
         estimated: time in s over which the error is estimated; None without an estimate.
         inputs, outputs, parameters: its variables.
         flags: value references of the variables that say how reliable the outputs are, by name.
@@ -71,6 +72,7 @@ class PageFacts:
     step: float
     hold: Hold
     memory: float
+    past: float
     estimated: float | None
     inputs: tuple[PageVariable, ...]
     outputs: tuple[PageOutput, ...]
@@ -89,7 +91,8 @@ def facts_of(surrogate: Surrogate) -> PageFacts:
         name=surrogate.name,
         step=step,
         hold=surrogate.hold,
-        memory=step * max(memory_lengths(surrogate).values()),
+        memory=step * surrogate.network.memory_length,
+        past=step * max(memory_lengths(surrogate).values()),
         estimated=step * surrogate.estimated_samples if estimated else None,
         inputs=_variables(surrogate.inputs, references),
         outputs=tuple(_output(signal, references) for signal in surrogate.outputs),

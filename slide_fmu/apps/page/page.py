@@ -211,6 +211,6 @@ def _summary(facts: PageFacts) -> str:
     inputs, outputs = len(facts.inputs), len(facts.outputs)
     return (
         f"surrogate {facts.name}: {inputs} input{'s' * (inputs > 1)}, {outputs} "
-        f"output{'s' * (outputs > 1)}, a step of {facts.step:.4g} s, which remembers "
-        f"{facts.memory:.3g} s"
+        f"output{'s' * (outputs > 1)}, a step of {facts.step:.4g} s. Outputs depend on the inputs "
+        f"of the last {facts.memory:.3g} s."
     )

@@ -25,7 +25,7 @@ SHOWN = """
     return [e.querySelector("label").textContent, Number(range.min), Number(range.max)];
   }),
   errors: [...document.querySelectorAll("#errors tr")].map((e) => e.textContent),
-  summary: document.getElementById("summary").textContent.split(", which")[0],
+  summary: document.getElementById("summary").textContent,
   keys: document.querySelector(".output .keys").textContent.includes("error"),
   drawn: !document.getElementById("drawing").hidden,
 })

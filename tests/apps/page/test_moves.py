@@ -45,8 +45,12 @@ def page(solved: Solved, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _settled(solved: Solved) -> list[float]:
     figures = solved.figures()
-    shaped = min(row.settled_s or math.inf for row in figures.baselines[1:])
-    times = [figures.move.settled_s, shaped, figures.baselines[0].settled_s]
+    shaped = min(row.settled_with_margin_s or math.inf for row in figures.baselines[1:])
+    times = [
+        figures.move.settled_with_margin_s,
+        shaped,
+        figures.baselines[0].settled_with_margin_s,
+    ]
     return [time for time in times if time is not None]
 
 

@@ -25,6 +25,14 @@ def _click(chromium: Browser, element: str) -> None:
     chromium.evaluate(f"document.getElementById('{element}').click()")
 
 
+def _allow(chromium: Browser, microns: float) -> None:
+    """Choose the tolerance."""
+    chromium.evaluate(
+        f"(t => {{ t.value = '{microns}'; t.dispatchEvent(new Event('change')); }})"
+        "(document.getElementById('tolerance'))"
+    )
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(FMU, tmp_path_factory.mktemp("optimise") / "crank.html")
@@ -38,10 +46,11 @@ def test_browser_finds_what_the_command_finds(
     _click(chromium, "way-moves")
     chromium.until(f"{VERDICT} !== ''")
     said = str(chromium.evaluate(VERDICT))
-    best, shaped, plain = (float(text) for text in re.findall(r"after ([\d.]+) s", said))
-    assert best <= shaped <= plain
+    best, shaped = (float(text) for text in re.findall(r"after ([\d.]+) s", said))
+    assert best <= shaped
     assert "optimised" in said
     assert "shaper" in said
+    assert "margin included" in said
     _click(chromium, "save-task")
     path = tmp_path / "task.toml"
     path.write_text(str(chromium.evaluate("window.saved")), encoding="utf-8")
@@ -49,11 +58,38 @@ def test_browser_finds_what_the_command_finds(
     assert isinstance(task, MoveTask)
     figures = solve(FMU, task).figures()
     step = read_fmu(FMU)[0].window.step
-    assert plain == pytest.approx(figures.baselines[0].settled_s, abs=0.0051)
-    known = [move.settled_s for move in (figures.move, *figures.baselines[1:])]
+    # the plain move rings so much that its error estimate, an RMS over 10 s, stays too large
+    assert figures.baselines[0].settled_s is not None
+    assert figures.baselines[0].settled_with_margin_s is None
+    assert "fastest profile not yet" in said
+    known = [move.settled_with_margin_s for move in (figures.move, *figures.baselines[1:])]
     least = min(time for time in known if time is not None)
     assert best <= least + 2.01 * step  # other moves are tried, as many of them
     assert chromium.complaints() == []
+
+
+@pytest.mark.extended
+def test_moves_that_leave_the_domain_are_no_answer_so_slower_ones_are_tried(
+    chromium: Browser, tmp_path: Path
+) -> None:
+    fmu = FMUS / "slider_crank" / "slider_crank.fmu"
+    chromium.open(write_page(fmu, tmp_path / "bounded.html"), "#inputs=0")
+    _click(chromium, "way-moves")
+    chromium.until(f"{VERDICT} !== ''")
+    doubt = str(chromium.evaluate("document.querySelector('.verdict').nextSibling.textContent"))
+    assert doubt.startswith("The margin is the error bound of 95 %")
+    assert "do not rely on it" not in doubt
+    assert "all begin with 1.5 times the shortest time" in doubt
+
+
+def test_tolerance_below_the_margin_at_rest_is_refused(chromium: Browser, page: Path) -> None:
+    chromium.open(page, "#inputs=90")
+    _click(chromium, "way-moves")
+    _allow(chromium, 0.001)
+    _click(chromium, "optimise")
+    said = str(chromium.evaluate("document.getElementById('problem').textContent"))
+    assert "predictions may be off by" in said
+    assert "more than the tolerance" in said
 
 
 def test_goal_that_is_changed_is_searched_for_when_people_ask(

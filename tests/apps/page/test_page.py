@@ -16,6 +16,7 @@ from slide_fmu.apps.credentials import members
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
+from slide_fmu.report.verdict import Subject
 from tests.apps.page.conftest import FMUS
 
 MOST_BYTES = 150_000
@@ -54,6 +55,13 @@ def test_page_names_no_address_on_the_network(page_of: Callable[[str], Path]) ->
     page = page_of("robot_6r").read_text(encoding="utf-8")
     script = gzip.decompress(base64.b64decode(_blobs(page)["script"])).decode("utf-8")
     assert re.findall(r"(?:https?:|src=|@import|url\()\S*", page + script) == []
+
+
+def test_page_has_the_memory_of_the_verdict(page_of: Callable[[str], Path]) -> None:
+    surrogate, _ = read_fmu(FMUS / "duffing" / "duffing.fmu")
+    memory, page = Subject.of(surrogate).memory, page_of("duffing").read_text(encoding="utf-8")
+    assert _facts(page)["memory"] == pytest.approx(memory)
+    assert f"Outputs depend on the inputs of the last {memory:.3g} s." in page
 
 
 def test_page_is_the_same_when_it_is_written_again(

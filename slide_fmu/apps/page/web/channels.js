@@ -52,15 +52,15 @@ export function distanceOf(channel, from, to) {
 /**
  * How fast inputs that move may do so: { speed, acceleration }, those of a stored record; null for
  * inputs that jump, since they are held over a step. Without a record, they cross their range
- * within the memory of the surrogate.
+ * within the time in which outputs and errors know their past.
  */
 export function limitsOf(channel, facts, record) {
   if (facts.hold === "zero_order") {
     return null;
   }
   if (record === null) {
-    const speed = (channel.high - channel.low) / facts.memory;
-    return { speed, acceleration: (10 * speed) / facts.memory };
+    const speed = (channel.high - channel.low) / facts.past;
+    return { speed, acceleration: (10 * speed) / facts.past };
   }
   const values = record.rows.map((row) => channel.read(row));
   const steps = values.slice(1).map((value, k) => distanceOf(channel, values[k], value));

@@ -16,9 +16,9 @@ export class Course {
   }
 
   /** Runs the surrogate over it. */
-  run(session, facts, parameters, confidence, every = 1) {
+  run(session, facts, parameters, confidence) {
     this.given = parameters;
-    this.answers = runRecord(session, this.time, this.inputs, parameters, confidence, every);
+    this.answers = runRecord(session, this.time, this.inputs, parameters, confidence);
     this.columns = columnsOf(facts, this.answers);
   }
 

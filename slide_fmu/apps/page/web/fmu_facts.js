@@ -67,7 +67,8 @@ export function factsOfFmu(text, results) {
     name: root.getAttribute("modelName"),
     step,
     hold: of(AT_STEP_END).length > 0 ? "first_order" : "zero_order",
-    memory: step * Math.max(samples, Number.isFinite(estimated) ? estimated : 0),
+    memory: step * samples,
+    past: step * Math.max(samples, Number.isFinite(estimated) ? estimated : 0),
     estimated: estimate === undefined ? null : step * estimated,
     inputs: withAngles(of(INPUT)),
     outputs: of(OUTPUT).map((output) => {

@@ -16,7 +16,7 @@ export class Live {
     this.channels = channels;
     this.followers = channels.map((channel, i) => new Follower(channel, limits[i]));
     this.targets = channels.map((channel) => channel.start);
-    this.span = Math.min(Math.max(1.2 * facts.memory, 6), 20);
+    this.span = Math.min(Math.max(1.2 * facts.past, 6), 20);
     this.wandering = false;
     this.pace = 1;
   }
@@ -95,6 +95,6 @@ export class Live {
     const i = Math.floor(Math.random() * this.channels.length);
     const { low, high } = this.channels[i];
     this.targets[i] = (low + high) / 2 + (Math.random() - 0.5) * 0.8 * (high - low);
-    this.wanderAt = this.now + (0.2 + Math.random()) * Math.min(this.facts.memory / 4, 2);
+    this.wanderAt = this.now + (0.2 + Math.random()) * Math.min(this.facts.past / 4, 2);
   }
 }

@@ -1,13 +1,12 @@
 // Moves from rest to rest: the best one first, then those that it is better than, the plain one last.
 
 import { Course } from "./course.js";
-
-// errors and the domain are read once in so many samples: large estimators take milliseconds
-const READ = 4;
+import { isKnown, marginOf } from "./rehearsal.js";
 
 /** Moves are answered by the surrogate, all over the same times. */
 export class Moves {
-  constructor(facts, { time, tolerance, moves }) {
+  constructor(facts, { time, tolerance, moves, slower = 1 }) {
+    this.slower = slower; // factor on the shortest time, since faster moves are not known
     this.tolerance = tolerance;
     this.unit = facts.outputs[0].unit;
     this.courses = moves.map(
@@ -31,30 +30,32 @@ export class Moves {
     session.known = true; // a move is planned
     session.restart(goal, parameters, confidence);
     this.rest = session.step(goal, facts.step).outputs;
-    this.courses.forEach((course) => course.run(session, facts, parameters, confidence, READ));
+    this.courses.forEach((course) => course.run(session, facts, parameters, confidence));
     this.distances = this.courses.map((course) =>
       course.answers.map(({ outputs }) => Math.hypot(...outputs.map((y, i) => y - this.rest[i]))),
     );
     session.known = false;
-    this.margin = this.marginOf(this.courses[0], this.arrivals[0]);
-    this.known = this.courses[0].answers.every(({ flags }) => (flags.in_domain ?? flags.inputs_in_range) === 1);
+    this.margins = this.courses.map((course) => course.answers.map(marginOf));
+    const [{ bounds, estimates, flags }] = this.courses[0].answers;
+    this.kind = bounds.length > 0 ? "error bound" : estimates.length > 0 ? "error estimate" : null;
+    this.confidence = bounds.length > 0 ? confidence : null;
+    this.domain = flags.in_domain !== undefined;
+    this.known = this.courses[0].answers.every((answer) => isKnown(answer.flags));
   }
 
-  /** The largest error that is expected after a move: { size, of }, or null if none is known. */
-  marginOf({ answers }, arrival) {
-    const after = answers.filter((_, k) => this.time[k] >= arrival);
-    const [{ bounds, estimates }] = answers;
-    if (after.length === 0 || (bounds.length === 0 && estimates.length === 0)) {
-      return null;
-    }
-    const bounded = bounds.length > 0;
-    const sizes = after.map((answer) => Math.hypot(...(bounded ? answer.bounds : answer.estimates)));
-    return { size: Math.max(...sizes), of: bounded ? "error bound" : "error estimate" };
+  /** The largest margin after the first move. */
+  get margin() {
+    return Math.max(...this.margins[0].filter((_, k) => this.time[k] >= this.arrivals[0]));
   }
 
-  /** The time from which a move stands still, within the tolerance, at its goal; NaN if never. */
+  /** Distances of a move from rest, with their margins. */
+  away(index) {
+    return this.distances[index].map((distance, k) => distance + this.margins[index][k]);
+  }
+
+  /** The time from which a move surely stands still, within the tolerance, at its goal; NaN if never. */
   settled(index) {
-    const late = this.distances[index].findLastIndex((distance) => distance > this.tolerance);
+    const late = this.away(index).findLastIndex((distance) => distance > this.tolerance);
     return Math.max(this.time[late + 1] ?? NaN, this.arrivals[index]);
   }
 }

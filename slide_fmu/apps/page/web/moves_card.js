@@ -33,18 +33,22 @@ export class MovesCard {
   say(moves) {
     this.moves = moves;
     const looks = looksOf(moves.courses.length);
-    const keys = moves.courses.map(({ name }, i) =>
+    const names = moves.courses.map(({ name }) => name);
+    const keys = names.map((name, i) =>
       element("span", { class: "key" }, element("i", { class: `swatch ${looks[i].colour}` }), name),
     );
     const tolerance = element("span", { class: "key" }, element("i", { class: "swatch good" }), "tolerance");
+    const margin = element("span", { class: "key" }, element("i", { class: "swatch band" }), "with its margin");
+    keys.splice(1, 0, ...(moves.kind === null ? [] : [margin]));
     this.keys.replaceChildren(...keys, tolerance);
     const within = quantity(moves.tolerance, moves.tolerance, moves.unit, 2);
     const times = moves.courses.map((_, i) => moves.settled(i));
-    const parts = moves.courses.map(({ name }, i) =>
+    const parts = names.map((name, i) =>
       Number.isFinite(times[i]) ? `${name} after ${times[i].toFixed(2)} s` : `${name} not yet`,
     );
-    const gain = gainOf(moves.courses.map(({ name }) => name), times);
-    this.words.textContent = `It stands still, within ${within}: ${parts.join(", ")}.${gain}`;
+    const gain = gainOf(names, times);
+    const sure = moves.kind === null ? "" : ", margin included";
+    this.words.textContent = `It stands still, within ${within}${sure}: ${parts.join(", ")}.${gain}`;
     this.doubt.textContent = doubtOf(moves);
   }
 
@@ -56,8 +60,10 @@ export class MovesCard {
       values: values.map((value) => Math.max(value, least)),
       ...looks[i],
     }));
+    const sure = moves.away(0).map((value) => Math.max(value, least));
+    const bands = moves.kind === null ? [] : [{ low: sure.map(() => least), high: sure, colour: "band" }];
     const level = { values: moves.time.map(() => moves.tolerance), colour: "good", width: 1.2 };
-    const largest = Math.max(...moves.distances.flat());
+    const largest = Math.max(...sure, ...moves.distances.flat());
     drawPlot(this.canvas, {
       xs: moves.time,
       xRange: moves.xRange,
@@ -65,6 +71,7 @@ export class MovesCard {
       yLog: true,
       unit: moves.unit,
       lines: [level, ...lines.reverse()],
+      bands,
       cursor: moves.time[at],
       shade: null,
     });
@@ -84,15 +91,21 @@ function gainOf(names, times) {
   return parts.length === 0 ? "" : ` That is ${parts.join(", ")}.`;
 }
 
-/** How far the prediction of the first move may be off. */
-function doubtOf({ margin, known, unit, tolerance }) {
-  const parts = [];
-  if (margin !== null) {
-    const than = margin.size > tolerance ? ", larger than the tolerance: check it with the model" : "";
-    parts.push(`After the first move the ${margin.of} is at most ${quantity(margin.size, margin.size, unit, 2)}${than}.`);
-  }
+/** What the times count as the margin, and where it does not hold. */
+function doubtOf({ margin, kind, confidence, domain, known, slower, unit }) {
+  const size = quantity(margin, margin, unit, 2);
+  const is = kind === "error bound" ? `error bound of ${Math.round(100 * confidence)} %` : "double error estimate";
+  const parts = [
+    kind === null
+      ? "The times are predictions alone: the surrogate has no error estimate."
+      : `The margin is the ${is}: after the first move at most ${size}.`,
+  ];
   if (!known) {
-    parts.push("The first move leaves what the surrogate knows: do not rely on it.");
+    const left = domain ? "leaves what the surrogate knows" : "leaves the ranges of the inputs";
+    parts.push(`The first move ${left}: do not rely on it.`);
+  }
+  if (slower > 1) {
+    parts.push(`Moves as fast as allowed leave what the surrogate knows: all begin with ${slower} times the shortest time.`);
   }
   return parts.join(" ");
 }

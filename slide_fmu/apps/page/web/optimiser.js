@@ -3,9 +3,9 @@
 import { distanceOf } from "./channels.js";
 import { saveText } from "../../../core/web/modules/blobs.js";
 import { byId } from "../../../core/web/modules/elements.js";
-import { digits, scaleFor } from "../../../core/web/modules/units.js";
+import { digits, quantity, scaleFor } from "../../../core/web/modules/units.js";
 import { Moves } from "./moves.js";
-import { Rehearsal } from "./rehearsal.js";
+import { marginOf, Rehearsal } from "./rehearsal.js";
 import { search } from "./search.js";
 import { taskText } from "./task_text.js";
 
@@ -118,6 +118,11 @@ export class Optimiser {
     }
     this.open = true;
     this.rehearsal = new Rehearsal(this.app.session, this.facts, task);
+    const margin = marginOf(this.rehearsal.rest);
+    if (margin > task.tolerance) {
+      const size = quantity(margin, margin, this.facts.outputs[0].unit, 2);
+      throw new Error(`at rest at the goal, predictions may be off by ${size}, more than the tolerance: choose a larger one, or another goal`);
+    }
     this.searching = search(this.rehearsal, task);
     byId("search-line").hidden = false;
   }
@@ -141,12 +146,12 @@ export class Optimiser {
     }
   }
 
-  /** Shows the moves that were found; those that never stand still are left out, but not the plain one. */
-  finish(found) {
+  /** Shows the moves that were found; those that never surely stand still are left out, but not the plain one. */
+  finish({ slower, found }) {
     const { rehearsal, facts, tolerance } = this;
     const [best, shaped, plain] = found;
     if (!Number.isFinite(best.settled)) {
-      throw new Error("no move stands still within the tolerance: choose a larger one, or another goal");
+      throw new Error("no move that the surrogate knows surely stands still within the tolerance: choose a larger one, or another goal");
     }
     const shown = [best, shaped, plain].filter(({ settled }, i) => i === 2 || Number.isFinite(settled));
     const times = shown.map(({ settled }) => settled).filter(Number.isFinite);
@@ -154,7 +159,7 @@ export class Optimiser {
     const time = Array.from({ length: count }, (_, k) => rehearsal.begin + k * facts.step);
     const moves = shown.map(({ name, move }) => rehearsal.written(name, move, count));
     this.open = false;
-    this.app.showMoves(new Moves(facts, { time, tolerance, moves }));
+    this.app.showMoves(new Moves(facts, { time, tolerance, moves, slower }));
   }
 
   save() {

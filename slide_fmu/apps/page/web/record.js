@@ -4,19 +4,13 @@
  * Runs a session from a fresh start over a record: an answer for every time.
  *
  * time, inputs (columns): row k is set before the step from time[k] to time[k + 1], the first one
- * also before the start. Errors and the domain are read once in so many samples, and kept between.
+ * also before the start.
  */
-export function runRecord(session, time, inputs, parameters, confidence, every = 1) {
+export function runRecord(session, time, inputs, parameters, confidence) {
   const row = (k) => inputs.map((column) => column[k]);
   const answers = [session.restart(row(0), parameters, confidence)];
   for (let k = 0; k + 1 < time.length; k += 1) {
-    const length = time[k + 1] - time[k];
-    const whole = (k + 1) % every === 0;
-    answers.push(
-      whole
-        ? session.step(row(k), length)
-        : { ...answers[k], outputs: session.stepBriefly(row(k), length) },
-    );
+    answers.push(session.step(row(k), time[k + 1] - time[k]));
   }
   return answers;
 }

@@ -8,6 +8,9 @@ import { InputsPlot } from "./inputs.js";
 import { watchLooks } from "./looks.js";
 import { showLamp } from "./trust.js";
 
+// before a move the machine rests, so that its past is known
+const RESTED = { window_filled: 1, error_estimate_filled: 1, error_bound_filled: 1 };
+
 /** The machine as the reference had it at the time that is shown; null where that is not known. */
 function truthAt({ references, rows, at }) {
   const outputs = (references ?? [null]).map((column) => column?.[at] ?? NaN);
@@ -85,7 +88,7 @@ export class View {
       byId("time").value = moves.time[at];
       card.draw(at);
       this.inputs.draw({ live: false, time, rows, xRange, at, cursor: true });
-      showLamp(answers[at].flags);
+      showLamp({ ...answers[at].flags, ...RESTED });
       write(byId("clock"), `${time[at].toFixed(2)} s`);
     }
   }

@@ -43,7 +43,7 @@ function describe({ name, inputs, outputs, step, memory }) {
   write(
     byId("summary"),
     `surrogate ${name}: ${counted(inputs, "input")}, ${counted(outputs, "output")}, ` +
-      `a step of ${short(step, 4)} s, which remembers ${short(memory, 3)} s`,
+      `a step of ${short(step, 4)} s. Outputs depend on the inputs of the last ${short(memory, 3)} s.`,
   );
   write(byId("columns"), inputs.map((input) => input.name).join(", "));
   byId("fmu-name").textContent = name;

@@ -1,7 +1,7 @@
 """The picture on the front page: from a system to its FMU, drawn with the released Duffing FMU.
 
 ``python docs/overview.py`` simulates the FMU and its reference model under the same force and
-writes ``docs/overview.svg``.
+writes ``docs/overview.svg``, and ``docs/overview_narrow.svg`` for phones.
 """
 
 from __future__ import annotations
@@ -10,14 +10,15 @@ from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
 import theme
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
 import slide_fmu as slide
 from mbs_models.oscillators import DuffingOscillator
+from slide_fmu.core.window import Window
 
 ROOT = Path(__file__).parents[1]
 FMU = ROOT / "fmus" / "duffing" / "duffing.fmu"
@@ -66,50 +67,74 @@ def draw_window(axes: Axes, force: np.ndarray, truncated: int) -> None:
     axes.set(xlim=(0, len(force)), ylim=(-1150, 1600))
 
 
-def main() -> None:
-    """Simulate both, and draw."""
-    matplotlib.rcParams.update({"svg.hashsalt": "overview", **theme.STYLE})
-    surrogate = slide.load(FMU)
-    window = surrogate.window
+def answers() -> tuple[Window, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the window, times, force, and the responses of the slow model and of the FMU."""
+    window = slide.load(FMU).window
     rng = np.random.default_rng(20261122)
     force = rng.uniform(-900, 900, (window.n_in + SHOWN) // 6 + 2).repeat(6)
     force = force[: window.n_in + SHOWN, None]
     times = window.step * np.arange(len(force))
     true = DuffingOscillator(step=window.step, substeps=12).simulate(force[:-1])[:, 0]
-    found = slide.simulate(FMU, times, force)[:, 0]
-    figure, (one, two, three, four) = plt.subplots(
-        1, 4, figsize=(11, 2.6), width_ratios=(1, 1.5, 1, 1.6), layout="constrained"
-    )
+    return window, times, force[:, 0], true, slide.simulate(FMU, times, force)[:, 0]
+
+
+def draw_response(axes: Axes, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:
+    """Draw the last part of both responses."""
+    times, true, found = times[-SHOWN:], true[-SHOWN:], found[-SHOWN:]
+    axes.plot(times, true, color=DARK, lw=1.2, label="position of the slow model")
+    axes.plot(times, found, color=ORANGE, lw=3.5, alpha=0.6, label="of the FMU")
+    axes.set(xlim=(times[0], times[-1]), ylim=(-0.9, 1.1))
+    axes.legend(loc="upper center", ncols=2, frameon=False, fontsize=9)
+
+
+def draw_arrows(figure: Figure, panels: list[Axes], down: bool) -> None:
+    """Draw an arrow from each panel to the next one, which is on the right of it or below it."""
+    for first, second in pairwise(panels):
+        one, other = first.get_position(), second.get_position()
+        if down:
+            middle = (one.y0 + other.y1) / 2 + 0.016
+            ends = (0.5, middle + 0.016), (0.5, middle - 0.016)
+        else:
+            middle = (one.x1 + other.x0) / 2 + 0.006
+            ends = (middle - 0.014, 0.42), (middle + 0.014, 0.42)
+        arrow = {"arrowstyle": "-|>", "mutation_scale": 16, "color": DARK}
+        figure.add_artist(FancyArrowPatch(*ends, transform=figure.transFigure, **arrow))
+
+
+def draw(path: Path, down: bool) -> None:
+    """Draw the four panels in a row, or one below the other for narrow screens."""
+    window, times, force, true, found = answers()
+    figure = Figure(figsize=(4, 8.4) if down else (11, 2.6), layout="constrained")
+    if down:
+        panels = figure.subplots(4, 1, height_ratios=(1, 0.9, 1, 0.9))
+    else:
+        panels = figure.subplots(1, 4, width_ratios=(1, 1.5, 1, 1.6))
+    one, two, three, four = panels
     sketch_system(one)
-    draw_window(two, force[-window.n_in :, 0], window.n_truncated)
+    draw_window(two, force[-window.n_in :], window.n_truncated)
     sketch_network(three)
-    four.plot(
-        times[-SHOWN:], true[-SHOWN:], color=DARK, lw=1.2, label="position of the slow model"
-    )
-    four.plot(times[-SHOWN:], found[-SHOWN:], color=ORANGE, lw=3.5, alpha=0.6, label="of the FMU")
-    four.set(xlim=(times[-SHOWN], times[-1]), ylim=(-0.9, 1.1))
-    four.legend(loc="upper center", ncols=2, frameon=False, fontsize=9)
+    draw_response(four, times, true, found)
     titles = ("a damped system", "its recent inputs", "a small network", "the FMU")
-    for axes, title in zip((one, two, three, four), titles, strict=True):
+    for axes, title in zip(panels, titles, strict=True):
         axes.set_title(title, color=DARK, weight="bold")
         axes.set(xticks=[], yticks=[])
         axes.spines[:].set_visible(False)
-    figure.get_layout_engine().set(wspace=0.12)
-    figure.canvas.draw()
-    for left, right in ((one, two), (two, three), (three, four)):
-        begin, end = left.get_position().x1, right.get_position().x0
-        middle = (begin + end) / 2 + 0.006
-        figure.add_artist(
-            FancyArrowPatch(
-                (middle - 0.014, 0.42),
-                (middle + 0.014, 0.42),
-                transform=figure.transFigure,
-                arrowstyle="-|>",
-                mutation_scale=16,
-                color=DARK,
-            )
-        )
-    theme.save(figure, ROOT / "docs" / "overview.svg")
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    engine.set(**({"hspace": 0.16} if down else {"wspace": 0.12}))
+    if down:  # sketches keep their proportions
+        one.set_aspect("equal")
+        three.set_aspect(0.7)
+    figure.draw_without_rendering()
+    draw_arrows(figure, list(panels), down)
+    theme.save(figure, path)
+
+
+def main() -> None:
+    """Draw both pictures."""
+    matplotlib.rcParams.update({"svg.hashsalt": "overview", **theme.STYLE})
+    draw(ROOT / "docs" / "overview.svg", down=False)
+    draw(ROOT / "docs" / "overview_narrow.svg", down=True)
 
 
 if __name__ == "__main__":

@@ -59,5 +59,12 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
     return with_formulas(html).replace("<code>--", '<code class="option">--')
 
 
+def on_post_build(config: MkDocsConfig) -> None:
+    """Write the index of the search as a script too, which pages opened from disk may read."""
+    index = Path(config.site_dir) / "search" / "search_index.json"
+    script = f"var __index = {index.read_text(encoding='utf-8')};\n"
+    index.with_suffix(".js").write_text(script, encoding="utf-8")
+
+
 def _is_about_the_site(record: logging.LogRecord) -> bool:
     return not record.getMessage().startswith(SPACES)

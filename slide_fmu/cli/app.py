@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 
 from slide_fmu import __version__
 from slide_fmu.cli.completion import quick_completion
-from slide_fmu.cli.console import errors, interruptible
+from slide_fmu.cli.console import errors, interruptible, replace_unprintable
 from slide_fmu.cli.fmu_commands import check, export, info, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
 from slide_fmu.pipeline.apps import subcommands_of_apps
@@ -86,6 +86,7 @@ def _options(
 
 def main() -> None:
     """Run the console script; its help is wrapped only on a terminal."""
+    replace_unprintable()
     quick_completion()
     for reason in LEFT_OUT:
         typer.echo(f"remark: {reason}. Until then it is left out.", err=True)

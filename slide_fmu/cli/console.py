@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import os
 import sys
@@ -25,6 +27,24 @@ INTERRUPTED = 130
 """Exit code of a program that the user interrupts, as in shells."""
 
 console = messages()
+
+
+def replace_unprintable() -> None:
+    """Let standard output and standard error replace what their encoding cannot show.
+
+    A micro sign becomes the letter u, any other character a question mark.
+    """
+    codecs.register_error("replace_unprintable", _replacement)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace_unprintable")
+
+
+def _replacement(error: UnicodeError) -> tuple[str, int]:
+    """Return the text in the place of characters that cannot be shown, and where it ends."""
+    assert isinstance(error, UnicodeEncodeError)
+    unknown = error.object[error.start : error.end]
+    return "".join("u" if one == "µ" else "?" for one in unknown), error.end
 
 
 def write_json(path: str | None, figures: object) -> None:

@@ -6,7 +6,7 @@ import math
 
 from slide_fmu.core.units import behind
 
-UNITS = ((1e-6, "us"), (1e-3, "ms"), (1.0, "s"))
+UNITS = ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 """Units of short times in s, the smallest first."""
 
 

@@ -24,6 +24,7 @@ from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.places import RecipeFile
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
@@ -140,7 +141,8 @@ def job_of_text(
     read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
     folder = RunFolder(runs / read.guess.name)
     folder.require_folder()
-    case, sizing = case_of(read.guess, given), None
+    file = RecipeFile(str(source), text if isinstance(source, Path) else "")
+    case, sizing = case_of(read.guess, given, file), None
     resolved: FoundValues = {}
     is_open = any(key in LENGTHS for key in read.open_keys)
     if is_open:  # found for the recipe as written, so that other seeds keep the window

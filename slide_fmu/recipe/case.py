@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeVar
@@ -12,6 +13,7 @@ from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import moves
 from slide_fmu.recipe.against_system import require_driving, require_same_signals
 from slide_fmu.recipe.model_rules import rules_of
+from slide_fmu.recipe.places import Place, RecipeFile
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Bending, Finer, Source, System
 from slide_fmu.systems.declared import SignalTable
@@ -32,16 +34,21 @@ class Systems:
     A pickle holds only their specifications, so that every process makes systems of its own.
     """
 
-    def __init__(self, recipe: Recipe, given: System | None = None) -> None:
-        self._recipe, self._given = recipe, given
+    def __init__(
+        self, recipe: Recipe, given: System | None = None, file: RecipeFile | None = None
+    ) -> None:
+        self._recipe, self._given, self._file = recipe, given, file
 
-    def __reduce__(self) -> tuple[type[Systems], tuple[Recipe, System | None]]:
-        return Systems, (self._recipe, self._given)
+    def __reduce__(
+        self,
+    ) -> tuple[type[Systems], tuple[Recipe, System | None, RecipeFile | None]]:
+        return Systems, (self._recipe, self._given, self._file)
 
     @cached_property
     def source(self) -> Source:
         """The source of the data."""
-        return self._drivable(load_source(self.specification), self.specification)
+        with self._place_named():
+            return self._drivable(load_source(self.specification), self.specification)
 
     @cached_property
     def reference(self) -> System:
@@ -49,7 +56,8 @@ class Systems:
         if not self._recipe.system.reference:
             return require_system(self.source, self._recipe.system.model)
         made = self.reference_specification
-        reference = self._drivable(load_system(made), made)
+        with self._place_named():
+            reference = self._drivable(load_system(made), made)
         own = require_system(self.source, self._recipe.system.model)
         require_same_signals(self._recipe, own, reference)
         return reference
@@ -67,7 +75,23 @@ class Systems:
 
     def at(self, recipe: Recipe) -> Systems:
         """Return the systems of another recipe, which may use the same object of a session."""
-        return Systems(recipe, self._given)
+        return Systems(recipe, self._given, self._file)
+
+    @contextmanager
+    def _place_named(self) -> Iterator[None]:
+        """Begin the message about a parameter of the model with its place in the recipe."""
+        try:
+            yield
+        except LoadError as error:
+            name, system = error.parameter, self._recipe.system
+            if self._file is None or name is None:
+                raise
+            place: Place = ("system", "parameters", name)
+            if name in system.reference:
+                place = ("system", "reference", name)
+            elif name in self._recipe.parameters:
+                place = ("parameters", name)
+            raise LoadError(f"{self._file.about(place)}: {error}", name) from error
 
     def _drivable(self, source: Driven, made: Specification) -> Driven:
         """Refuse excitations that cannot drive a source; add the inputs between samples."""
@@ -197,9 +221,12 @@ class Case:
         return system
 
 
-def case_of(recipe: Recipe, given: System | None = None) -> Case:
-    """Return the case of a recipe, which may use an object of a session."""
-    return Case(recipe, Systems(recipe, given))
+def case_of(recipe: Recipe, given: System | None = None, file: RecipeFile | None = None) -> Case:
+    """Return the case of a recipe, which may use an object of a session.
+
+    Where the recipe's file is given, errors about parameters of the model name it.
+    """
+    return Case(recipe, Systems(recipe, given, file))
 
 
 def _with_parts(made: Specification, step: float, parts: int) -> System:

@@ -5,6 +5,7 @@ machines: noise, sums of many and of few sines, single sines and sweeps in the b
 step, steps and rests, each from small to large. Most smooth inputs are like sums of slow and fast
 sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
 point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
+Both also move as drives are driven: at their limits, in jogs and long moves, with stops.
 """
 
 from __future__ import annotations
@@ -162,26 +163,36 @@ def _from_point_to_point(step: float, widths: Sequence[float]) -> list[KindTable
     short, long = (60, 200) if speeds else (100, 300)
     moves: KindTable = {
         "kind": "point_to_point",
-        "weight": 0.7,
+        "weight": 0.4 if speeds else 0.7,
         "duration": [_tidy(short * step), _tidy(long * step)],
         "ramp": [0.2, 0.5],
         **(limits if speeds else {}),
         "dwell": 0.3,
         "dwell_duration": [_tidy(10 * step), _tidy(100 * step)],
     }
-    single = {**moves, "weight": 0.3, "reach": 0.6, "keep": 0.3, "single": 0.3}
-    return [moves, single]
+    single = {**moves, "weight": 0.2 if speeds else 0.3, "reach": 0.6, "keep": 0.3, "single": 0.3}
+    on_their_own: KindTable = {"kind": "axis_moves", "weight": 0.4, **limits}
+    return [moves, single, *([on_their_own] if speeds else [])]
 
 
 def _turning(step: float) -> list[KindTable]:
-    """Return ramps of an angle's speed; cosine and sine follow from the angle.
+    """Return motions of an angle; cosine and sine follow from it. Limits are in rad and s.
 
-    Both limits are in rad and s.
+    Its speed rises and falls in long ramps, and in short and steep ones that come to rest.
     """
     speed = 2 * math.pi / (TURN * step)
     acceleration = _tidy(speed / (STANDING_START * step))
-    return [{"kind": "speed_ramps", "weight": 1.0, "speed": _tidy(speed),
-             "acceleration": acceleration}]  # fmt: skip
+    ramps: KindTable = {
+        "kind": "speed_ramps", "weight": 0.3, "speed": _tidy(speed), "acceleration": acceleration
+    }  # fmt: skip
+    steep: KindTable = {
+        **ramps, "acceleration": _tidy(2 * acceleration), "samples": [2, 15], "rest": 0.1
+    }  # fmt: skip
+    driven: KindTable = {
+        "kind": "axis_moves", "weight": 0.4, "speed": [_tidy(speed)],
+        "acceleration": [acceleration],
+    }  # fmt: skip
+    return [ramps, steep, driven]
 
 
 def _tidy(value: float) -> float:

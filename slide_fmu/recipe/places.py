@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.reference import sections_of
@@ -15,6 +16,25 @@ HEADER = re.compile(r"""\s*(\[\[?)\s*([\w."' -]+?)\s*\]\]?\s*(?:#.*)?$""")
 """A line that begins a table, or one of several."""
 KEY = re.compile(r"""\s*([\w."' -]+?)\s*=""")
 """A line that gives a value to a key."""
+
+
+@dataclass(frozen=True)
+class RecipeFile:
+    """A RecipeFile is the text of a recipe; its name and its lines stand in messages.
+
+    Attributes:
+        name: name of the file, or of another origin.
+        text: what it holds; empty where it has no lines that a user could look up.
+    """
+
+    name: str
+    text: str = ""
+
+    def about(self, place: Place) -> str:
+        """Write the file, the line and the key of a place, for the start of a message."""
+        number = line_of(self.text, place)
+        line = "" if number is None else f", line {number}"
+        return f"{self.name}{line}: {in_words(place)}"
 
 
 def without_forms(place: Place, file: type[Table] | None) -> tuple[Place, str]:

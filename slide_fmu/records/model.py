@@ -19,7 +19,7 @@ from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
-from slide_fmu.systems.declared import SignalTable, SignalTables
+from slide_fmu.systems.declared import SignalTable, SignalTables, require_known
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 
@@ -172,12 +172,7 @@ def _completed(what: str, name: str, table: SignalTable, record: Record) -> Sign
 
 def _require_parameters(specification: Specification) -> None:
     model, parameters = specification.model, specification.parameters
-    unknown = sorted(set(parameters) - set(PARAMETERS))
-    if unknown:
-        raise LoadError(
-            f"record {model!r}: unknown parameters {unknown}; expected some of "
-            f"{list(PARAMETERS)}: correct or remove them"
-        )
+    require_known(f"record {model!r}", parameters, PARAMETERS)
     step, pairing = parameters.get("sample_step"), parameters.get("pairing", "same")
     if not (step is None or (isinstance(step, int | float) and not isinstance(step, bool))):
         raise LoadError(

@@ -198,7 +198,7 @@ def _valid(
 
 def _time(found: Timing) -> str:
     """Say the time of a step of the FMU and of the model."""
-    text = f"A step takes {found.fmu_step_us:.3g} us"
+    text = f"A step takes {found.fmu_step_us:.3g} µs"
     if found.speedup is None:
         return f"{text}. "
     return f"{text}, one of the model {found.speedup:.3g} times as long. "

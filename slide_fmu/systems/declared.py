@@ -5,7 +5,7 @@ Recipes, model files in Python and the descriptions of FMUs share one table of a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -189,19 +189,27 @@ def merged_parameters(
     Raises:
         LoadError: the model has no such parameter, or one of another type.
     """
-    unknown = sorted(set(given) - set(declared))
-    if unknown:
-        raise LoadError(
-            f"{label}: unknown parameters {unknown}; expected some of {sorted(declared)}: correct "
-            f"or remove them{or_meant(unknown, declared)}"
-        )
+    require_known(label, given, declared)
     for name, value in given.items():
         if _sort(value) is not _sort(declared[name]):
             raise LoadError(
                 f"{label}: parameter {name} = {value!r}; expected the type of the model's "
-                f"value, {declared[name]!r}: correct it"
+                f"value, {declared[name]!r}: correct it",
+                name,
             )
     return {**declared, **given}
+
+
+def require_known(label: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse parameters that a model does not have.
+
+    Raises:
+        LoadError: the message has all of them, and the parameters of the model.
+    """
+    unknown, known = sorted(set(given) - set(known)), sorted(known)
+    if unknown:
+        text = f"{label}: unknown parameters {unknown}; expected some of {known}: correct or "
+        raise LoadError(f"{text}remove them{or_meant(unknown, known)}", unknown[0])
 
 
 def _sort(value: Parameter) -> type:

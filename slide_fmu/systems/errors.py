@@ -16,4 +16,12 @@ class SimulationError(RuntimeError):
 
 
 class LoadError(ValueError):
-    """A reference system could not be made from its name and parameters."""
+    """A reference system could not be made from its name and parameters.
+
+    Attributes:
+        parameter: name of the parameter that is wrong; None for other faults.
+    """
+
+    def __init__(self, message: str, parameter: str | None = None) -> None:
+        super().__init__(message)
+        self.parameter = parameter

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 from typing import cast
@@ -72,10 +71,8 @@ def load_source(specification: Specification) -> Source:
             sample step or no signals, the inputs do not belong together (``check_inputs``), or a
             unit is unknown.
     """
-    kind, model = specification.kind, specification.model
-    _require_kind(kind)
-    make = cast(Callable[[Specification], Source], kind_module(kind).make)
-    system = make(specification)
+    model = specification.model
+    system = cast(Source, kind_module(specification.kind).make(specification))
     if isinstance(system, System):
         check_self_description(system, None, model)
     try:
@@ -83,25 +80,20 @@ def load_source(specification: Specification) -> Source:
         for signal in (*system.inputs, *system.outputs):
             require_unit(signal.name, signal.unit)
     except ValueError as error:
-        given = dict(specification.parameters)
-        raise LoadError(f"system {model!r} with {given}: {error}") from error
+        raise LoadError(f"system {model!r} with {specification.parameters}: {error}") from error
     return system
-
-
-def _require_kind(kind: str) -> None:
-    """Refuse an unknown kind of system."""
-    if kind not in KINDS:
-        raise LoadError(
-            f"kind of system {kind!r}; expected one of {NAMED}: correct it{or_meant(kind, NAMED)}"
-        )
 
 
 def kind_module(kind: str) -> ModuleType:
     """Import the module of a kind, one of ``KINDS``.
 
     Raises:
-        LoadError: a package that it needs is not installed.
+        LoadError: there is no such kind, or a package that it needs is not installed.
     """
+    if kind not in KINDS:
+        raise LoadError(
+            f"kind of system {kind!r}; expected one of {NAMED}: correct it{or_meant(kind, NAMED)}"
+        )
     try:
         return import_module(KINDS[kind])
     except ModuleNotFoundError as error:
@@ -121,13 +113,9 @@ def describe_model(model: str, kind: str | None = None) -> Declared:
     Raises:
         LoadError: there is no such model, or no kind recognises it.
     """
-    if kind is not None:
-        _require_kind(kind)
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
-        if not hasattr(module, "describe"):
-            continue
-        if kind is not None or module.recognises(model):
+        if hasattr(module, "describe") and (kind is not None or module.recognises(model)):
             return cast(Declared, module.describe(model))
     if ":" in model:  # it can only be a class, and that kind reports its fault
         return cast(Declared, kind_module("class").describe(model))

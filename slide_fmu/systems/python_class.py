@@ -9,7 +9,7 @@ from typing import cast
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
 from slide_fmu.systems.contract import check_self_description
-from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
+from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable, require_known
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import error_text, imported, refuse_other_file
@@ -29,14 +29,8 @@ def make(specification: Specification) -> System:
             f"system {model!r}: system.inputs or system.outputs of the recipe; expected none, "
             "since a class declares its own signals: remove them"
         )
-    accepted = inspect.signature(found).parameters
-    unknown = sorted(set(specification.parameters) - set(accepted))
-    if unknown:
-        raise LoadError(
-            f"system {model!r}: unknown parameters {unknown}; expected some of "
-            f"{sorted(accepted)}: correct or remove them{or_meant(unknown, accepted)}"
-        )
     arguments: dict[str, object] = dict(specification.parameters)
+    require_known(f"system {model!r}", arguments, inspect.signature(found).parameters)
     if specification.step is not None:
         arguments["step"] = specification.step
     try:

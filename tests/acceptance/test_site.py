@@ -94,15 +94,32 @@ def test_switch_of_the_theme_also_turns_the_robot_dark(chromium: Browser, site: 
     scheme = "document.body?.dataset.mdColorScheme"
     chromium.until(f"{scheme} === 'default' && {switch} !== undefined")
     listen = "addEventListener('message', ({ data }) => { window.theme = data.theme; })"
-    frame = "Object.assign(document.createElement('iframe'), { srcdoc: '' })"
+    frame = "Object.assign(document.createElement('iframe'), { srcdoc: '', id: 'framed' })"
     chromium.evaluate(f"document.body.append({frame})")
-    chromium.evaluate(
-        f"document.querySelector('iframe:not([src])').contentWindow.eval(\"{listen}\")"
-    )
+    chromium.evaluate(f"document.getElementById('framed').contentWindow.eval(\"{listen}\")")
     for _ in range(2):  # to light, then to dark
         chromium.evaluate(f"{switch}.click()")
     chromium.until(f"{scheme} === 'slate'")
-    chromium.until("document.querySelector('iframe:not([src])').contentWindow.theme === 'dark'")
+    chromium.until("document.getElementById('framed').contentWindow.theme === 'dark'")
+
+
+@pytest.mark.parametrize("name", ["index.html", "tutorials/pages/index.html"])
+def test_search_finds_pages_from_the_disk(chromium: Browser, site: Path, name: str) -> None:
+    chromium.resize(1400, 900)
+    chromium.call("Page.navigate", url=(site / name).as_uri())
+    chromium.until("document.querySelector('input[name=query]') !== null")
+    chromium.evaluate(
+        "(query => { query.focus(); query.value = 'novelty';"
+        " query.dispatchEvent(new Event('input', { bubbles: true }));"
+        " query.dispatchEvent(new Event('keyup', { bubbles: true })); })"
+        "(document.querySelector('input[name=query]'))"
+    )
+    chromium.until("document.querySelector('.md-search-result__link') !== null")
+    links = chromium.evaluate(
+        "[...document.querySelectorAll('.md-search-result__link')].map((at) => at.href)"
+    )
+    assert any("/trust.html" in link and link.startswith("file:") for link in links)
+    assert chromium.complaints() == []
 
 
 def test_page_of_the_python_interface_documents_every_public_name(site: Path) -> None:

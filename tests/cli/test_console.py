@@ -259,3 +259,14 @@ def test_interrupted_program_says_whether_its_work_is_kept(
         raise KeyboardInterrupt
     assert ended.value.code == 130
     assert capsys.readouterr().err == f"{stopped}\n"
+
+
+@pytest.mark.parametrize(("encoding", "shown"), [("ascii", "5 us, ?"), ("utf-8", "5 µs, √")])
+def test_characters_that_the_encoding_lacks_are_replaced(
+    monkeypatch: pytest.MonkeyPatch, encoding: str, shown: str
+) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding=encoding))
+    console.replace_unprintable()
+    print("5 µs, √", end="", flush=True)
+    assert raw.getvalue().decode(encoding) == shown

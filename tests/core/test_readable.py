@@ -9,7 +9,7 @@ from slide_fmu.core.readable import duration, number, quantity
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(1.0722e-6, "1.07 us"), (4.4e-8, "0.0440 us"), (99.96e-6, "100 us"), (0.99996e-3, "1.00 ms")],
+    [(1.0722e-6, "1.07 µs"), (4.4e-8, "0.0440 µs"), (99.96e-6, "100 µs"), (0.99996e-3, "1.00 ms")],
 )
 def test_times_have_three_digits_and_a_unit(seconds: float, words: str) -> None:
     assert duration(seconds) == words

@@ -71,14 +71,19 @@ def test_set_points_move_at_any_step_within_their_limits(widths: tuple[float, ..
 
 
 def test_cosine_and_sine_of_an_angle_stay_on_the_circle_at_any_step() -> None:
-    signals = (Signal("x", "1", -1.0, 1.0), Signal("y", "1", -1.0, 1.0))
+    signals = (
+        Signal("x", "1", -1.0, 1.0, angle="cosine"),
+        Signal("y", "1", -1.0, 1.0, angle="sine"),
+    )
     for step in (1e-3, 0.03125):
-        [kind] = TypeAdapter(list[Excitation]).validate_python(default_excitation(step, "angle"))
-        kind.check(signals)
-        inputs = kind.inputs(signals, step * np.arange(4000), 1.0, np.random.default_rng(3))
-        angle = np.unwrap(np.arctan2(inputs[:, 1], inputs[:, 0]))
-        assert np.hypot(*inputs.T) == pytest.approx(1.0)
-        assert np.abs(np.diff(angle)).max() * 25 == pytest.approx(2 * np.pi, rel=0.05)
+        tables = default_excitation(step, "angle")
+        assert sum(table["weight"] for table in tables) == pytest.approx(1.0)
+        for kind in TypeAdapter(list[Excitation]).validate_python(tables):
+            kind.check(signals)
+            inputs = kind.inputs(signals, step * np.arange(4000), 1.0, np.random.default_rng(3))
+            angle = np.unwrap(np.arctan2(inputs[:, 1], inputs[:, 0]))
+            assert np.hypot(*inputs.T) == pytest.approx(1.0)
+            assert np.abs(np.diff(angle)).max() * 25 == pytest.approx(2 * np.pi, rel=0.05)
 
 
 def test_recipe_whose_inputs_are_cosine_and_sine_turns_their_angle() -> None:
@@ -87,7 +92,8 @@ def test_recipe_whose_inputs_are_cosine_and_sine_turns_their_angle() -> None:
     values["system"]["inputs"] = {
         name: {"range": [-1.0, 1.0], "angle": name} for name in ("cosine", "sine")
     }
-    assert [kind.kind for kind in whole_recipe(values).data.excitation] == ["speed_ramps"]
+    found = [kind.kind for kind in whole_recipe(values).data.excitation]
+    assert found == ["speed_ramps", "speed_ramps", "axis_moves"]
 
 
 def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:

@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.units import require_unit
-from slide_fmu.recipe.places import in_words, line_of
+from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.places import RecipeFile, in_words, line_of
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.errors import LoadError
+from tests.recipes import tiny_recipe
 from tests.refusals import refused
 
 PLAIN = """
@@ -279,3 +282,20 @@ def test_former_key_of_an_excitation_is_answered_as_gone(
     text = f'{PLAIN}\n[[{table}.excitation]]\nkind = "{kind}"\nweight = 1.0\n{key} = 0.5\n'
     with refused(RecipeError, f"({kind}), key {key} is gone", words):
         parse_open_recipe(text, "spring.toml")
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "text"),
+    [
+        ("system", "parameters", "[system]\nparameters = { stifness = 1.0 }\n"),
+        ("system", "reference", "[system]\n[system.reference]\nstifness = 1.0\n"),
+    ],
+)
+def test_parameter_that_the_model_does_not_have_is_named_with_its_line(
+    table: str, key: str, text: str
+) -> None:
+    recipe = tiny_recipe(**{table: {key: {"stifness": 1.0}}})
+    case = case_of(recipe, file=RecipeFile("spring.toml", text))
+    line = 1 + text[: text.index("stifness")].count("\n")
+    with refused(LoadError, f"spring.toml, line {line}: {table}.{key}.stifness: ", "'stiffness'?"):
+        _ = case.reference

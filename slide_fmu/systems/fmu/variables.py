@@ -113,14 +113,16 @@ def require_parameters(file: FmuFile, parameters: Mapping[str, Parameter]) -> No
     if unknown:
         raise LoadError(
             f"FMU {file.path.name!r}: parameters {unknown} are not there or cannot be set; "
-            f"expected some of {sorted(settable)}: correct or remove them"
+            f"expected some of {sorted(settable)}: correct or remove them",
+            unknown[0],
         )
     for name, value in parameters.items():
         variable = variables[name]
         if not _fits(variable, value):
             raise LoadError(
                 f"FMU {file.path.name!r}: parameter {name!r} = {value!r}; expected a value of the "
-                f"type {variable.type}"
+                f"type {variable.type}",
+                name,
             )
 
 

@@ -70,7 +70,7 @@ def test_bench_prints_a_table_in_words_and_units_without_json(tmp_path: Path) ->
     words = (
         "doStep alone",
         "with error bounds",
-        " us",
+        " µs",
         "80 % of the calls",
         "windows in a second",
     )

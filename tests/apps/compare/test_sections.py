@@ -128,7 +128,7 @@ def test_table_has_a_row_for_every_model_also_for_one_that_failed() -> None:
     table = model_table(figures(untimed, model("NARX", None), FAILED))
     heading, (own, narx, failed) = table.heading, table.rows
     assert heading[2] == "error of position"
-    assert own == ("own: state space", "4 lags", "2 %", "9", "", "3 us", "2", "")
+    assert own == ("own: state space", "4 lags", "2 %", "9", "", "3 µs", "2", "")
     assert narx[2] == "diverged"
     assert failed == ("GRU", "", "", "", "1 s", "", "", "failed: training diverged")
     assert len(heading) == len(own) == len(failed)

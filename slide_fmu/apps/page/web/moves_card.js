@@ -38,8 +38,9 @@ export class MovesCard {
       element("span", { class: "key" }, element("i", { class: `swatch ${looks[i].colour}` }), name),
     );
     const tolerance = element("span", { class: "key" }, element("i", { class: "swatch good" }), "tolerance");
-    const margin = element("span", { class: "key" }, element("i", { class: "swatch band" }), `${names[0]}, with its margin`);
-    this.keys.replaceChildren(...keys, ...(moves.kind === null ? [] : [margin]), tolerance);
+    const margin = element("span", { class: "key" }, element("i", { class: "swatch band" }), "with its margin");
+    keys.splice(1, 0, ...(moves.kind === null ? [] : [margin]));
+    this.keys.replaceChildren(...keys, tolerance);
     const within = quantity(moves.tolerance, moves.tolerance, moves.unit, 2);
     const times = moves.courses.map((_, i) => moves.settled(i));
     const parts = names.map((name, i) =>

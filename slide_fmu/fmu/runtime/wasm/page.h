@@ -1,6 +1,6 @@
 /* A surrogate in a page or in any other program that runs WebAssembly: the calls of FMI, without
  * FMI's types. The module needs nothing of its host: it has no imports. Used by
- * slide_fmu/apps/page/templates/machine.js. */
+ * slide_fmu/apps/page/web/machine.js. */
 #ifndef SLIDE_PAGE_H
 #define SLIDE_PAGE_H
 

@@ -111,9 +111,12 @@ class BoundRecipe(Table):
 
     @property
     def former_domain_alarms(self) -> float:
-        """The same share in FMUs of former versions, which have no ``trusted``."""
-        given = "false_alarms" in self.model_fields_set
-        return self.false_alarms if given else FORMER_ALARMS
+        """The same share in FMUs of former versions, which have no ``trusted``.
+
+        The default of this version stands for a key that was not given.
+        """
+        left_out = self.false_alarms == BoundRecipe().false_alarms
+        return FORMER_ALARMS if left_out else self.false_alarms
 
     def samples(self, window: WindowRecipe) -> int:
         """Return how many samples a trajectory needs for the bound.

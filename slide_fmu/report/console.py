@@ -17,7 +17,11 @@ from slide_fmu.report.error_tables import box_table, plain_call_table, short_acc
 from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.table import ENDLESS, ReportTable
 from slide_fmu.report.trust_sentences import covered_sentence
-from slide_fmu.report.trust_tables import short_bound_table, short_estimate_table
+from slide_fmu.report.trust_tables import (
+    short_bound_table,
+    short_estimate_table,
+    tolerance_table,
+)
 from slide_fmu.validation.error_figures import (
     BoundFigures,
     BoxFigures,
@@ -96,6 +100,9 @@ def print_validation(figures: ValidationFigures, title: str, console: Console) -
             console.print("error estimate: nothing is known of its deviation from the true error")
     if figures.error_bound is not None:
         _print_bound(figures.error_bound, console)
+        tolerances = tolerance_table({title: figures})
+        if tolerances.rows:
+            print_table(tolerances, console)
 
 
 def _print_bound(bound: BoundFigures, console: Console) -> None:
@@ -105,13 +112,16 @@ def _print_bound(bound: BoundFigures, console: Console) -> None:
         f"outside of the domain: {percent(bound.flagged)} of the samples, "
         f"{percent(bound.trajectories_flagged)} of the trajectories"
     )
+    if bound.untrusted is not None:
+        console.print(f"trusted is false: {percent(bound.untrusted)} of the samples")
     covered = covered_sentence(bound)
     if covered is not None:
         console.print(covered)
     if bound.harm is not None:
+        where = "in the domain" if bound.untrusted is None else "trusted"
         console.print(
             f"harmful errors (more than {HARMFUL:g} times what is usual in range): "
-            f"{percent(bound.harm.harmful)} of the samples; in the domain and above the bound "
+            f"{percent(bound.harm.harmful)} of the samples; {where} and above the bound "
             f"{percent(bound.harm.harmful_unnoticed)}"
         )
 

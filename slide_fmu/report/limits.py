@@ -74,7 +74,7 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) ->
         )
     if surrogate.bound is not None:
         in_range = None if measured is None else measured.in_range
-        found += bound_sentences(recipe, surrogate.hold == "first_order", in_range)
+        found += bound_sentences(recipe, surrogate, in_range)
     if measured is None:
         return [*found, "The error of this surrogate has not been measured."]
     return [*found, *_measured_limits(measured)]

@@ -26,6 +26,7 @@ from slide_fmu.report.trust_tables import (
     estimate_table,
     harm_table,
     kind_table,
+    tolerance_table,
 )
 from slide_fmu.report.validity import judgement_sentences, judgements
 from slide_fmu.report.verdict import Subject, verdict
@@ -87,7 +88,9 @@ def model_card(
         estimate_table=estimate_table(named),
         judgements=[
             plain(sentence)
-            for sentence in judgement_sentences(judgements(surrogate, recipe, validations))
+            for sentence in judgement_sentences(
+                judgements(surrogate, recipe, validations), surrogate
+            )
         ],
         bound_tables=_bound_tables(named) if surrogate.bound is not None else [],
         bound_sentences=_bound_sentences(surrogate, recipe, measured),
@@ -113,14 +116,15 @@ def _named(validations: Mapping[str, ValidationFigures]) -> dict[str, Validation
 
 
 def _bound_tables(validations: Mapping[str, ValidationFigures]) -> list[ReportTable]:
-    return [bound_table(validations), kind_table(validations)]
+    tables = [bound_table(validations), kind_table(validations), tolerance_table(validations)]
+    return [table for table in tables if table.rows]
 
 
 def _bound_sentences(surrogate: Surrogate, recipe: Recipe, measured: RunFigures) -> list[str]:
     """Return the sentences on the error bound; no sentence without a bound."""
     if surrogate.bound is None:
         return []
-    return bound_sentences(recipe, surrogate.hold == "first_order", measured.in_range)
+    return bound_sentences(recipe, surrogate, measured.in_range)
 
 
 def plain(text: str) -> str:

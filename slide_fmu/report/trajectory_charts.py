@@ -161,10 +161,10 @@ def error_panel(validation: Validation, chosen: Comparison, part: slice, output:
 
 
 def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
-    """Return the parts of a trajectory, from a time to a time in s, outside of the domain."""
+    """Return the parts of a trajectory, from a time to a time in s, that are flagged."""
     if chosen.trust is None:
         return []
-    return parts_of(chosen.trust.in_domain[part] == 0, chosen.time[part])
+    return parts_of(chosen.trust.flagged[part], chosen.time[part])
 
 
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from slide_fmu.report import trust_charts
 from slide_fmu.report.html_report import ReportSection
-from slide_fmu.report.trust_sentences import COLUMNS, HARM, bound_sentences
+from slide_fmu.report.trust_sentences import COLUMNS, HARM, TOLERANCES, bound_sentences
 from slide_fmu.report.trust_tables import (
     bound_table,
     estimate_table,
     harm_table,
     kind_table,
     search_table,
+    tolerance_table,
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
@@ -44,10 +45,9 @@ def bound_sections(
 ) -> list[ReportSection]:
     """Return the sections on error bound and domain, of a surrogate that has them."""
     first = next(iter(validations.values()))
-    moving = first.surrogate.hold == "first_order"
     in_range = next((found for found in figures.values() if found.in_range), None)
-    harm = harm_table(figures)
-    text = " ".join(bound_sentences(first.recipe, moving, in_range))
+    harm, tolerances = harm_table(figures), tolerance_table(figures)
+    text = " ".join(bound_sentences(first.recipe, first.surrogate, in_range))
     return [
         ReportSection(
             "Error bound",
@@ -68,6 +68,7 @@ def bound_sections(
             charts=trust_charts.coverage_charts(validations),
         ),
         *([ReportSection("Harmful errors", HARM, harm)] if harm.rows else []),
+        *([ReportSection("Tolerances", TOLERANCES, tolerances)] if tolerances.rows else []),
     ]
 
 

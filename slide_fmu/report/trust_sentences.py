@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
+from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
+from slide_fmu.report.validity import has_tolerances
 from slide_fmu.surrogate.error_bound import calibrated
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import BoundFigures, SearchFigures, ValidationFigures
 from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 
@@ -24,6 +27,15 @@ HARM = (
     "errors in range. The last column matters most: harmful errors that the FMU does not report."
 )
 """Explanation of the columns of ``slide_fmu.report.trust_tables.harm_table``."""
+
+
+TOLERANCES = (
+    "The flag trusted is false where a 95 % bound exceeds its tolerance. Smaller tolerances find "
+    "more errors and give more alarms. A row has the tolerances with which this share of the "
+    "samples in range is flagged; domain and ranges are included. Set them by the parameters "
+    "<output>_error_tolerance."
+)
+"""Explanation of ``slide_fmu.report.trust_tables.tolerance_table``."""
 
 
 def search_sentence(figures: SearchFigures) -> str:
@@ -56,15 +68,18 @@ def covered_sentence(bound: BoundFigures) -> str | None:
     )
 
 
-def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | None) -> list[str]:
+def bound_sentences(
+    recipe: Recipe, surrogate: Surrogate, measured: ValidationFigures | None
+) -> list[str]:
     """Say where bounds count, and how the FMU reports that they do not.
 
     Args:
         recipe: the recipe of the FMU; it has the table ``bound``.
-        moving: whether inputs move within a step, as those with a first-order hold do.
+        surrogate: the surrogate of the FMU.
         measured: the figures in range of the FMU's validation; None where it was not measured.
     """
     assert recipe.bound is not None
+    moving = surrogate.hold == "first_order"
     low, *_, high = (f"{100 * c:g}" for c in calibrated(recipe.count("calibration")))
     found = [
         "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
@@ -97,15 +112,38 @@ def bound_sentences(recipe: Recipe, moving: bool, measured: ValidationFigures | 
             "Error bounds were calibrated for an importer that sets inputs to what they are at "
             "the start of each step: the error of forecasting them to its end is in them."
         )
-    wanted = percent(recipe.bound.false_alarms)
     bound = None if measured is None else measured.error_bound
+    covered = None if bound is None else covered_sentence(bound)
+    found += [] if covered is None else [covered]
+    if has_tolerances(surrogate):
+        return [*found, *_sentences_on_trust(recipe.bound, bound)]
+    wanted = percent(recipe.bound.former_domain_alarms)
     if bound is None:
         return [*found, f"False alarms were {wanted} of the samples of the calibration."]
-    covered = covered_sentence(bound)
     return [
         *found,
-        *([] if covered is None else [covered]),
         "False alarms: of the samples in range, in_domain is false for "
         f"{percent(bound.flagged)}; of those of "
         f"the calibration it was for {wanted}.",
+    ]
+
+
+def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None) -> list[str]:
+    """Say when trusted is false, and how often it is in range."""
+    found = [
+        "Where trusted is false, a step may be wrong: a 95 % bound exceeds its tolerance, or "
+        "in_domain or a range is false. Tolerances are parameters, one of each output.",
+    ]
+    wanted, of_domain = percent(recipe.false_alarms), percent(recipe.domain_alarms)
+    calibrated_to = (
+        f"trusted was false for at most {wanted} of the samples of the calibration, and in_domain "
+        f"for {of_domain}."
+    )
+    if bound is None or bound.untrusted is None:
+        return [*found, f"With the tolerances of the start, {calibrated_to}"]
+    return [
+        *found,
+        "False alarms, with the tolerances of the start: of the samples in range, trusted is "
+        f"false for {percent(bound.untrusted)} and in_domain for {percent(bound.flagged)}; "
+        f"{calibrated_to}",
     ]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import (
@@ -34,6 +35,9 @@ OF_AN_ESTIMATE = (
 """Columns of an error estimate behind its mean deviation."""
 
 NORM = "norm of the outputs"
+
+FLAGGED = "samples with trusted = false"
+"""Column of FMUs that have the flag."""
 
 
 def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
@@ -87,13 +91,20 @@ def bound_table(validations: Validations) -> ReportTable:
         "rank correlation",
         "samples outside of the domain",
         "trajectories outside",
+        FLAGGED,
     )
     rows = (
-        (name, *_bound_cells(output), percent(b.flagged), percent(b.trajectories_flagged))
+        (
+            name,
+            *_bound_cells(output),
+            percent(b.flagged),
+            percent(b.trajectories_flagged),
+            percent_or_nothing(b.untrusted),
+        )
         for name, b in _bounds(validations)
         for output in b.outputs
     )
-    return ReportTable.of(heading, rows)
+    return _with_flags(ReportTable.of(heading, rows), validations)
 
 
 def short_bound_table(bound: BoundFigures) -> ReportTable:
@@ -130,6 +141,7 @@ def kind_table(validations: Validations) -> ReportTable:
         "covered samples, mean",
         "lowest of a trajectory",
         "samples outside of the domain",
+        FLAGGED,
     )
     rows = (
         (
@@ -139,11 +151,12 @@ def kind_table(validations: Validations) -> ReportTable:
             percent(min(kind.coverage)),
             percent(min(kind.lowest_coverage)),
             percent(kind.flagged),
+            percent_or_nothing(kind.untrusted),
         )
         for name, bound in _bounds(validations)
         for kind in bound.excitations
     )
-    return ReportTable.of(heading, rows)
+    return _with_flags(ReportTable.of(heading, rows), validations)
 
 
 def harm_table(validations: Validations) -> ReportTable:
@@ -151,13 +164,16 @@ def harm_table(validations: Validations) -> ReportTable:
 
     Validations without a known usual error have no rows.
     """
+    by_domain = "of them outside of the domain", "harmful, in the domain and above the bound"
+    by_flag = "of them flagged (not trusted)", "harmful, trusted and above the bound"
+    flagged, unnoticed = by_flag if _tolerant(validations) else by_domain
     heading = (
         "inputs",
         "excitation",
         "harmful samples",
-        "of them outside of the domain",
+        flagged,
         "of the harmless ones",
-        "harmful, in the domain and above the bound",
+        unnoticed,
     )
     rows = (
         (name, kind, *map(percent_or_nothing, vars(harm).values()))
@@ -165,6 +181,31 @@ def harm_table(validations: Validations) -> ReportTable:
         for kind, harm in harms_of(bound)
     )
     return ReportTable.of(heading, rows)
+
+
+def tolerance_table(validations: Validations) -> ReportTable:
+    """Return the tolerances of all outputs by the share of false alarms."""
+    found = [
+        (validation.outputs, bound.tolerances)
+        for validation in validations.values()
+        if (bound := validation.error_bound) is not None and bound.tolerances
+    ]
+    if not found:
+        return ReportTable.of((), ())
+    outputs, tolerances = found[0]
+    columns = (f"tolerance of {one.name} in {one.unit or NO_UNIT}" for one in outputs)
+    rows = (
+        (
+            percent(row.alarms),
+            *(("not reached",) * len(outputs) if row.tolerances is None else ()),
+            *(f"{value:.3g}" for value in row.tolerances or ()),
+        )
+        for row in tolerances
+    )
+    title = (
+        "tolerances of 95 % error bounds, by the share of samples in range with trusted = false"
+    )
+    return ReportTable.of(("false alarms in range", *columns), rows, title)
 
 
 def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
@@ -199,6 +240,18 @@ def _bounds(validations: Validations) -> list[tuple[str, BoundFigures]]:
     """Return the figures of bounds by validation; validations without bounds are left out."""
     found = ((name, validation.error_bound) for name, validation in validations.items())
     return [(name, bound) for name, bound in found if bound is not None]
+
+
+def _tolerant(validations: Validations) -> bool:
+    """Tell whether the FMU has the flag trusted."""
+    return any(bound.untrusted is not None for _, bound in _bounds(validations))
+
+
+def _with_flags(table: ReportTable, validations: Validations) -> ReportTable:
+    """Return a table without the column of an FMU without the flag trusted."""
+    if _tolerant(validations):
+        return table
+    return table.columns(*(name for name in table.heading if name != FLAGGED))
 
 
 def _correlation(value: float | None) -> str:

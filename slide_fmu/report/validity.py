@@ -25,6 +25,7 @@ MOSTLY = 0.5
 
 VALID = "valid"
 FLAGGED = "valid, but outside of the domain"
+UNTRUSTED = "valid, but flagged"
 NOTICED = "not valid, and the FMU says so"
 SILENT = "not valid, and the FMU does not always say so"
 TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
@@ -32,13 +33,12 @@ TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
 
 RULE = (
     f"A sample is harmful if its error exceeds {HARMFUL:g} times the usual 95 % level. It is "
-    "flagged if in_domain is false, and unnoticed if it is harmful, not flagged, and above its "
+    "flagged if {flag} is false, and unnoticed if it is harmful, not flagged, and above its "
     f"bound. A kind of inputs is valid if at most {percent(MOST_HARMFUL)} of its samples are "
     f"harmful and at most {percent(MOST_UNNOTICED)} unnoticed. If only the second holds, it is "
     f"not valid, and the FMU says so. Where more than {percent(MOSTLY)} of the harmless samples "
-    "are flagged, a valid kind lies outside of the domain, and its bounds are not calibrated."
+    "are flagged, a valid kind {beyond}."
 )
-"""Explanation of the verdicts."""
 
 
 class Judgement(NamedTuple):
@@ -61,15 +61,16 @@ def judgements(
     """
     found: list[Judgement] = []
     rules, signals, step = rules_of(recipe), surrogate.inputs, surrogate.window.step
+    flagged = UNTRUSTED if has_tolerances(surrogate) else FLAGGED
     learnt = rules.described(recipe, signals, step, held_out=False)
     for figures in validations.values():
         if figures.amplitude != (1.0, 1.0):
-            found.append(_beyond(figures))
+            found.append(_beyond(figures, flagged))
         elif figures.held_out:
             held_out = rules.described(recipe, signals, step, held_out=True)
-            found += _of_kinds(held_out, figures, HELD_OUT)
+            found += _of_kinds(held_out, figures, (HELD_OUT, flagged))
         else:
-            found += _of_kinds(learnt, figures, TRAINED)
+            found += _of_kinds(learnt, figures, (TRAINED, flagged))
     named = {judgement.inputs for judgement in found}
     rest = [text for text in learnt.values() if text not in named]
     return found + [Judgement(TRAINED, text, "not measured") for text in rest]
@@ -80,37 +81,54 @@ def judgement_table(found: Sequence[Judgement]) -> ReportTable:
     return ReportTable.of(("", "inputs", "measured"), found)
 
 
-def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
+def judgement_sentences(found: Sequence[Judgement], surrogate: Surrogate) -> list[str]:
     """Return judgements as sentences; the rule comes last, where a verdict follows from it."""
     sentences = [f"{_upper(j.verdict)}: {j.inputs} ({j.measured})." for j in found]
-    return [*sentences, RULE] if is_ruled(found) else sentences
+    return [*sentences, rule(surrogate)] if is_ruled(found) else sentences
+
+
+def rule(surrogate: Surrogate) -> str:
+    """Explain the verdicts on a surrogate."""
+    if has_tolerances(surrogate):
+        return RULE.format(flag="trusted", beyond="is called flagged")
+    beyond = "lies outside of the domain, and its bounds are not calibrated"
+    return RULE.format(flag="in_domain", beyond=beyond)
+
+
+def has_tolerances(surrogate: Surrogate) -> bool:
+    """Tell whether the FMU of a surrogate has the flag ``trusted``."""
+    return surrogate.bound is not None and surrogate.bound.tolerances is not None
 
 
 def is_ruled(found: Sequence[Judgement]) -> bool:
     """Tell whether some verdicts follow from the rule."""
-    return any(j.verdict in (VALID, FLAGGED, NOTICED, SILENT) for j in found)
+    return any(j.verdict in (VALID, FLAGGED, UNTRUSTED, NOTICED, SILENT) for j in found)
 
 
 def _of_kinds(
-    kinds: Mapping[str, str], figures: ValidationFigures, unknown: str
+    kinds: Mapping[str, str], figures: ValidationFigures, words: tuple[str, str]
 ) -> Iterator[Judgement]:
-    """Judge the kinds that were measured; the others have no trajectories."""
+    """Judge the kinds that were measured; the others have no trajectories.
+
+    The words are those for kinds without known harm, and for valid ones that are flagged.
+    """
+    unknown, flagged = words
     bounds = () if figures.error_bound is None else figures.error_bound.excitations
     harms = {kind.name: kind.harm for kind in bounds}
     for kind in figures.excitations:
         if kind.name in kinds:
             harm, error = harms.get(kind.name), max(kind.relative_rmse)
-            verdict = unknown if harm is None else _verdict(harm)
+            verdict = unknown if harm is None else _verdict(harm, flagged)
             seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "
             yield Judgement(verdict, kinds[kind.name], seen + _measured(error, harm))
 
 
-def _beyond(figures: ValidationFigures) -> Judgement:
+def _beyond(figures: ValidationFigures, flagged: str) -> Judgement:
     """Judge all kinds together, at larger amplitudes."""
     harm = None if figures.error_bound is None else figures.error_bound.harm
     kinds = "kinds that were held out" if figures.held_out else "same kinds"
     text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
-    verdict = BEYOND if harm is None else _verdict(harm)
+    verdict = BEYOND if harm is None else _verdict(harm, flagged)
     return Judgement(verdict, text, _measured(figures.worst, harm))
 
 
@@ -119,10 +137,10 @@ def is_valid(harm: Harm) -> bool:
     return harm.harmful <= MOST_HARMFUL and harm.harmful_unnoticed <= MOST_UNNOTICED
 
 
-def _verdict(harm: Harm) -> str:
+def _verdict(harm: Harm, flagged: str) -> str:
     if not is_valid(harm):
         return NOTICED if harm.harmful_unnoticed <= MOST_UNNOTICED else SILENT
-    return FLAGGED if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
+    return flagged if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
 
 
 def _measured(error: float, harm: Harm | None) -> str:

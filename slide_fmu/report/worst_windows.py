@@ -15,6 +15,7 @@ from slide_fmu.report.trajectory_charts import (
     outputs_panel,
     outside_parts,
 )
+from slide_fmu.report.validity import has_tolerances
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
@@ -41,7 +42,9 @@ def worst_section(validation: Validation) -> ReportSection | None:
         "trajectory at most where there are enough of them, with the inputs that the surrogate "
         "saw before. "
     )
-    shaded = "Shaded samples lie outside of the domain." if bounded else ""
+    by_flag = has_tolerances(validation.surrogate)
+    meaning = "are not trusted" if by_flag else "lie outside of the domain"
+    shaded = f"Shaded samples {meaning}." if bounded else ""
     charts = [_chart(validation, step, bounded) for step in found]
     return ReportSection("The worst windows", text + shaded, charts=charts)
 

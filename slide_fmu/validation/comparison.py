@@ -97,7 +97,7 @@ class Comparison:
         if self.trust is None or self.first_trusted >= len(self.time):
             return None
         part = slice(self.first_trusted, None)
-        trust = TrustOutputs(*(values[part] for values in vars(self.trust).values()))
+        trust = self.trust.part(part)
         # every array of a comparison has one row for each sample that is scored
         arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
         cut: Any = {name: values[part] for name, values in arrays.items()}

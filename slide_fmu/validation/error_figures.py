@@ -120,21 +120,28 @@ class OutputBound:
 
 @dataclass(frozen=True, kw_only=True)
 class DomainFigures:
-    """These are the shares of samples outside of the domain, and of trajectories often outside."""
+    """These are the shares of samples outside of the domain, and of trajectories often outside.
+
+    Attributes:
+        untrusted: share of samples at which ``trusted`` is false; None of an FMU without it.
+    """
 
     flagged: float
     trajectories_flagged: float
+    untrusted: float | None = optional()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Harm:
     """This is the harm that errors do, as shares of samples.
 
+    A sample is flagged where ``trusted`` is false; of an FMU without it, outside of the domain.
+
     Attributes:
         harmful: samples with an error far above the usual one.
-        harmful_flagged: share of these outside of the domain; None without any.
+        harmful_flagged: share of these that are flagged; None without any.
         harmless_flagged: the same share of the harmless samples.
-        harmful_unnoticed: harmful ones in the domain whose bound does not cover the error.
+        harmful_unnoticed: harmful ones, not flagged, whose bound does not cover the error.
     """
 
     harmful: float
@@ -162,10 +169,24 @@ class Covered:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ToleranceRow:
+    """These are the tolerances of all outputs with which a share of samples is not trusted.
+
+    Attributes:
+        alarms: the share, of samples in range.
+        tolerances: in the outputs' units; None where domain and ranges alone give more alarms.
+    """
+
+    alarms: float
+    tolerances: tuple[float, ...] | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class BoundFigures(DomainFigures):
     """These are the measures of error bound and domain.
 
     Attributes:
+        tolerances: by the share of false alarms; only in range, of an FMU with ``trusted``.
         plain, known_to_step_end: coverage in both calls of an FMU whose inputs move.
         harm: where the usual error in range is known.
     """
@@ -176,6 +197,7 @@ class BoundFigures(DomainFigures):
     known_to_step_end: Covered | None = optional()
     harm: Harm | None = optional()
     excitations: tuple[KindBound, ...]
+    tolerances: tuple[ToleranceRow, ...] = optional(())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
-from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY
+from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY, TRUSTED
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, FmuAnswer
 from slide_fmu.validation.trust import TrustOutputs
@@ -41,6 +41,8 @@ def compare_with_truth(
     estimates = [f"{n}_error_estimate" for n in names] if surrogate.estimates_errors else []
     bounds = [] if surrogate.bound is None else [f"{n}_error_bound" for n in names]
     domain = [NOVELTY, IN_DOMAIN] if bounds else []
+    tolerant = surrogate.bound is not None and surrogate.bound.tolerances is not None
+    domain += [TRUSTED] if tolerant else []
     filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
     known = dict(parameters or {})
     at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}

@@ -27,6 +27,7 @@ from slide_fmu.validation.error_figures import (
     ParameterPoint,
     Quantiles,
     Timing,
+    ToleranceRow,
     ValidationFigures,
 )
 from slide_fmu.validation.task import Task
@@ -35,6 +36,7 @@ from slide_fmu.validation.trust import (
     domain_figures,
     harm_of,
     output_bound,
+    tolerance_rows,
 )
 
 
@@ -242,7 +244,25 @@ class Validation:
             known_to_step_end=_covered(_where_trusted(self.comparisons)) if moving else None,
             harm=self._harm_of(trusted),
             excitations=tuple(self._bounds_by_kind()),
+            tolerances=self._tolerances(),
         )
+
+    def _tolerances(self) -> tuple[ToleranceRow, ...]:
+        """Return tolerances by false alarms, which only samples in range can show."""
+        bound, surrogate = self.surrogate.bound, self.surrogate
+        in_range = self.task.amplitude == (1.0, 1.0) and not self.task.held_out
+        if bound is None or bound.tolerances is None or not in_range:
+            return ()
+        bounds, outside = [], []
+        for c in self.trusted:
+            if c.trust is not None:
+                bounds.append(c.trust.bounds)
+                strayed = c.trust.in_domain == 0
+                if surrogate.output_ranges is not None:
+                    strayed = strayed | ~surrogate.outputs_in_range(c.surrogate)
+                outside.append(strayed)
+        every = np.concatenate(bounds), np.concatenate(outside)
+        return tolerance_rows(*every, surrogate.error_tolerances)
 
     def _harm_of(self, chosen: Sequence[Comparison]) -> Harm | None:
         answers = [c.trust for c in chosen if c.trust is not None]

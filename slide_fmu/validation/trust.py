@@ -21,6 +21,7 @@ from slide_fmu.validation.error_figures import (
     DomainFigures,
     Harm,
     OutputBound,
+    ToleranceRow,
 )
 
 WORST = 0.05
@@ -41,6 +42,9 @@ TOO_SMALL = 2.0
 MOST_TOO_SMALL = 1e9
 """An estimate of zero counts as too small by this factor."""
 
+ALARMS = (0.005, 0.01, 0.02, 0.04, 0.08)
+"""Shares of false alarms in range for which tolerances are given."""
+
 OFTEN = 0.05
 """A trajectory counts as flagged if more than this part of its samples are."""
 
@@ -53,11 +57,24 @@ class TrustOutputs:
         bounds: of the errors, at the usual confidence, in the outputs' units, (N, n_outputs).
         novelty: 1 at the edge of the domain, (N,).
         in_domain: 1 where the FMU counted the sample as part of its domain, else 0, (N,).
+        trusted: 1 where the FMU was counted as right by all its signs, else 0, (N,); None of an
+            FMU without tolerances.
     """
 
     bounds: FloatArray
     novelty: FloatArray
     in_domain: FloatArray
+    trusted: FloatArray | None = None
+
+    @property
+    def flagged(self) -> NDArray[np.bool_]:
+        """Where the FMU reported that it may be wrong, (N,); without tolerances, by the domain."""
+        return np.asarray((self.in_domain if self.trusted is None else self.trusted) == 0)
+
+    def part(self, part: slice) -> TrustOutputs:
+        """Return a part of the samples."""
+        trusted = None if self.trusted is None else self.trusted[part]
+        return TrustOutputs(self.bounds[part], self.novelty[part], self.in_domain[part], trusted)
 
 
 def output_bound(
@@ -82,13 +99,37 @@ def output_bound(
 
 
 def domain_figures(answers: Sequence[TrustOutputs]) -> DomainFigures:
-    """Return the share of samples outside of the domain, and of trajectories often outside."""
+    """Return the shares of samples outside of the domain or not trusted, and of trajectories."""
     outside = [float(np.mean(t.in_domain == 0)) for t in answers]
     samples = np.concatenate([t.in_domain == 0 for t in answers])
     return DomainFigures(
         flagged=float(np.mean(samples)),
         trajectories_flagged=float(np.mean(np.array(outside) > OFTEN)),
+        untrusted=None
+        if any(t.trusted is None for t in answers)
+        else float(np.mean(np.concatenate([t.flagged for t in answers]))),
     )
+
+
+def tolerance_rows(
+    bounds: FloatArray, outside: NDArray[np.bool_], tolerances: FloatArray
+) -> tuple[ToleranceRow, ...]:
+    """Return the tolerances with which the shares ``ALARMS`` of some samples are not trusted.
+
+    All tolerances are multiplied by one factor.
+
+    Args:
+        bounds: at the usual confidence, shape (N, n_outputs).
+        outside: samples that are never trusted, whatever the tolerances are, (N,).
+        tolerances: those of the FMU, (n_outputs,), in the units of the bounds.
+    """
+    ratios = np.where(outside, np.inf, (bounds / tolerances).max(axis=1))
+    rising, found = np.sort(ratios), []
+    for alarms in ALARMS:
+        factor = float(rising[len(rising) - 1 - int(alarms * len(rising))])
+        known = tuple((factor * tolerances).tolist()) if np.isfinite(factor) else None
+        found.append(ToleranceRow(alarms=alarms, tolerances=known))
+    return tuple(found)
 
 
 def harm_of(
@@ -101,7 +142,7 @@ def harm_of(
     """
     error = np.concatenate(errors)
     above = error > np.concatenate([t.bounds for t in answers])
-    flagged = np.concatenate([t.in_domain for t in answers]) == 0
+    flagged = np.concatenate([t.flagged for t in answers])
     large = error > HARMFUL * usual
     harmful, unnoticed = large.any(axis=1), (large & above).any(axis=1) & ~flagged
     return Harm(

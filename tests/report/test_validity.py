@@ -12,16 +12,18 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.validity import (
-    RULE,
     Judgement,
     judgement_sentences,
     judgement_table,
     judgements,
+    rule,
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.results import Validation
+from tests.bounded import bounded_surrogate, with_tolerances
 from tests.figures import filled
+from tests.fmu.samples import CellShape, Shape
 from tests.own_records import RECIPE as RECORDS
 from tests.recipes import tiny_state_space_recipe
 from tests.validation.handmade import KINDS, surrogate_of
@@ -90,22 +92,33 @@ def test_verdict_follows_from_harmful_and_unnoticed_shares(
     assert (found.verdict, found.inputs) == (verdict, BINARY)
 
 
+def test_words_for_surrogates_with_tolerances_name_the_flag() -> None:
+    tolerant = with_tolerances(bounded_surrogate(Shape(n_outputs=2, cell=CellShape())))
+    figures = of_kind("held_random", {"harmless_flagged": 0.51})
+    known = {"a": filled(ValidationFigures, **figures)}
+    assert judgements(tolerant, recipe(), known)[0].verdict == "valid, but flagged"
+    assert "flagged if trusted is false" in rule(tolerant)
+    assert rule(tolerant).endswith("a valid kind is called flagged.")
+    assert "flagged if in_domain is false" in rule(surrogate())
+    assert "{" not in rule(tolerant) + rule(surrogate())
+
+
 def test_judgement_of_a_kind_that_was_held_out_has_what_was_measured() -> None:
     harm = {
         **{"harmful": 0.12, "harmful_flagged": 0.97},
         **{"harmless_flagged": 0.3, "harmful_unnoticed": 0.004},
     }
-    sentences = judgement_sentences(judged(a=of_kind("binary", harm, held_out=True)))
+    sentences = judgement_sentences(judged(a=of_kind("binary", harm, held_out=True)), surrogate())
     assert sentences[0] == (
         f"Not valid, and the FMU says so: {BINARY} (not trained on, relative RMSE 3 %, 12 % of "
         "the samples harmful, 97 % of these flagged, 0.4 % of all unnoticed, 30 % of the harmless "
         "ones flagged)."
     )
-    assert sentences[-1] == RULE
+    assert sentences[-1] == rule(surrogate())
 
 
 def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_named() -> None:
-    first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})))
+    first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})), surrogate())
     assert first == f"Valid: {RANDOM} (relative RMSE 3 %, 0 % of the samples harmful)."
     assert second == f"Trained on: {SWEEP} (not measured)."
 
@@ -127,7 +140,7 @@ def test_without_harm_there_is_no_verdict_and_no_rule() -> None:
         b=of_kind("binary", held_out=True),
         c=of_kind("sweep", amplitude=[2.0, 2.0]),
     )
-    assert judgement_sentences(found) == [
+    assert judgement_sentences(found, surrogate()) == [
         f"Trained on: {SWEEP} (relative RMSE 3 %).",
         f"Not trained on: {BINARY} (relative RMSE 3 %).",
         "Beyond the range: inputs of the same kinds at 2 times the amplitude (relative RMSE 2 %).",
@@ -146,7 +159,7 @@ def test_records_are_named_by_their_files() -> None:
 def test_card_and_report_say_where_the_surrogate_is_valid(finer: Validation) -> None:
     measured = figures_of(finer)
     found = judgements(finer.surrogate, FINER, measured.validation)
-    sentences = judgement_sentences(found)
+    sentences = judgement_sentences(found, finer.surrogate)
     assert len(sentences) == len(FINER.data.excitation)
     assert sentences[0].startswith("Trained on: force takes random values of up to ")
     card = model_card(finer.surrogate, FINER, measured, "picture.png")

@@ -13,11 +13,18 @@ from slide_fmu.core.figures import plain
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
-from slide_fmu.report.trust_tables import bound_table, estimate_table, harm_table, kind_table
+from slide_fmu.report.trust_tables import (
+    bound_table,
+    estimate_table,
+    harm_table,
+    kind_table,
+    tolerance_table,
+)
 from slide_fmu.surrogate.input_forecast import InputForecast
-from slide_fmu.validation.comparison import FmuAnswer
-from slide_fmu.validation.error_figures import Covered, SearchFigures
+from slide_fmu.validation.comparison import Comparison, FmuAnswer
+from slide_fmu.validation.error_figures import Covered, Harm, SearchFigures
 from slide_fmu.validation.results import Validation
+from tests.bounded import with_tolerances
 from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 
@@ -31,6 +38,8 @@ SECOND = comparison(
     kind=1,
     trust=trust_outputs([[2.0, 0.2], [3.0, 0.3], [4.0, 0.4], [2.0, 0.5]], [0.5, 3.0, 3.0, 0.5]),
 )
+HELD = bounded(FIRST).surrogate
+MOVING = replace(HELD, inputs=tuple(replace(one, hold="first_order") for one in HELD.inputs))
 THIRD = replace(SECOND, trust=trust_outputs([[9.0, 9.0]] * 4, STILL))
 
 
@@ -122,13 +131,70 @@ def test_harm_stands_by_kind_in_tables_where_usual_errors_are_known() -> None:
 
 def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -> None:
     found = bounded(FIRST, SECOND)
-    text = " ".join(bound_sentences(found.recipe, False, found.figures()))
+    text = " ".join(bound_sentences(found.recipe, HELD, found.figures()))
     assert "that the surrogate was trained on: they were calibrated by 150 trajectories" in text
     assert "90 to 99 %" in text
     assert "Where in_domain is false" in text
     assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
-    unknown = " ".join(bound_sentences(found.recipe, False, None))
+    unknown = " ".join(bound_sentences(found.recipe, HELD, None))
     assert "False alarms were 0.25 % of the samples of the calibration." in unknown
+
+
+def tolerant(*comparisons: Comparison, **more: Any) -> Validation:
+    """A validation of a surrogate with tolerances: the last sample of each is not trusted."""
+    found = bounded(*comparisons, **more)
+    trusted = [
+        replace(c, trust=replace(c.trust, trusted=np.array([1.0, 1.0, 1.0, 0.0])))
+        for c in comparisons
+        if c.trust is not None
+    ]
+    return replace(found, surrogate=with_tolerances(found.surrogate), comparisons=tuple(trusted))
+
+
+def test_flag_counts_instead_of_the_domain_where_the_fmu_has_it() -> None:
+    known = replace(tolerant(FIRST, SECOND), usual=np.array([1.0, 0.2]))
+    bound = known.figures().error_bound
+    assert (bound.flagged, bound.untrusted) == (2 / 8, 2 / 8)
+    assert bound.harm == Harm(  # 4.0 of the first and flagged; 0.9 twice of the second, unnoticed
+        harmful=3 / 8, harmful_flagged=1 / 3, harmless_flagged=1 / 5, harmful_unnoticed=2 / 8
+    )
+    figures = {"in range": known.figures()}
+    assert harm_table(figures).heading[3:] == (
+        "of them flagged (not trusted)",
+        "of the harmless ones",
+        "harmful, trusted and above the bound",
+    )
+    for table in (bound_table(figures), kind_table(figures)):
+        assert table.heading[-1] == "samples with trusted = false"
+        assert {row[-1] for row in table.rows} == {"25 %"}
+    text = " ".join(bound_sentences(known.recipe, known.surrogate, known.figures()))
+    assert "trusted is false for 25 % and in_domain for 25 %; trusted was false for" in text
+    assert "at most 4 % of the samples of the calibration, and in_domain for 0.2 %" in text
+    unknown = " ".join(bound_sentences(known.recipe, known.surrogate, None))
+    assert "With the tolerances of the start, trusted was false for at most 4 %" in unknown
+
+
+def test_tolerances_are_given_by_false_alarms_in_range() -> None:
+    found = tolerant(FIRST, SECOND)
+    rows = found.figures().error_bound.tolerances
+    assert [row.alarms for row in rows] == [0.005, 0.01, 0.02, 0.04, 0.08]
+    assert {row.tolerances for row in rows} == {None}  # a quarter is outside of the domain
+    inside = tolerant(FIRST, THIRD)
+    table = tolerance_table({"in range": inside.figures()})
+    start = inside.surrogate.error_tolerances
+    factor = max(9.0 / start)  # the largest bounds are 9 and 9
+    expected = tuple(f"{value:.3g}" for value in factor * start)
+    assert table.heading == (
+        "false alarms in range",
+        "tolerance of y0 in m",
+        "tolerance of y1 in m",
+    )
+    assert table.rows[0] == ("0.5 %", *expected)
+    not_reached = tolerance_table({"in range": found.figures()})
+    assert not_reached.rows[0] == ("0.5 %", "not reached", "not reached")
+    for other in (bounded(FIRST, THIRD), tolerant(FIRST, THIRD, amplitude=(1.0, 2.0))):
+        assert other.figures().error_bound.tolerances == ()
+        assert tolerance_table({"beyond": other.figures()}).rows == ()
 
 
 def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
@@ -139,8 +205,8 @@ def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
     table = {**values["bound"], "excitation": (kind,)}
     recipe = whole_recipe({**values, "bound": table})
     learnt = f"have also learnt from {recipe.count('further')} trajectories of further kinds"
-    assert learnt in " ".join(bound_sentences(recipe, False, None))
-    assert "further kinds" not in " ".join(bound_sentences(found.recipe, False, None))
+    assert learnt in " ".join(bound_sentences(recipe, HELD, None))
+    assert "further kinds" not in " ".join(bound_sentences(found.recipe, HELD, None))
 
 
 def test_search_is_told_with_the_starts_from_which_bounds_were_broken() -> None:
@@ -200,11 +266,11 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
     planned = own.model_copy(update={"window": window})
     known, model = "known to the end of each step", "against the finer reference"
     forecast = "the error of forecasting them to its end is in them"
-    assert model in " ".join(bound_sentences(finer, False, None))
-    assert forecast in " ".join(bound_sentences(own, True, None))
-    assert known in " ".join(bound_sentences(planned, True, None))
+    assert model in " ".join(bound_sentences(finer, HELD, None))
+    assert forecast in " ".join(bound_sentences(own, MOVING, None))
+    assert known in " ".join(bound_sentences(planned, MOVING, None))
     for text in (model, forecast, known):
-        assert text not in " ".join(bound_sentences(own, False, None))
+        assert text not in " ".join(bound_sentences(own, HELD, None))
 
 
 def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
@@ -220,7 +286,7 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     assert bound.plain == Covered(coverage=(0.0, 1.0))
     assert bound.known_to_step_end == Covered(coverage=(1.0, 1.0))
     estimated = validation(*found.comparisons).figures().error_estimate
-    (sentence,) = [s for s in bound_sentences(found.recipe, True, figures) if "Covered" in s]
+    (sentence,) = [s for s in bound_sentences(found.recipe, MOVING, figures) if "Covered" in s]
     assert "what they are now: 0 %, 100 %; where" in sentence
     first, second = estimated.without_floor
     assert (first.too_small_share, first.too_small_factor) == (1.0, 3.0)

@@ -66,7 +66,8 @@ def _kinds(validations: Validations) -> Iterator[Row]:
 
 
 def _domain(found: DomainFigures) -> Row:
-    return {
+    row: Row = {
         "flagged": found.flagged,
         "trajectories_flagged": found.trajectories_flagged,
     }
+    return row if found.untrusted is None else {**row, "untrusted": found.untrusted}

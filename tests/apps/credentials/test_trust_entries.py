@@ -71,6 +71,6 @@ def test_credentials_have_bound_domain_and_where_they_count() -> None:
     assert float(rows[3].get("lowest_coverage")) == 1 / 2
     measured = figures_of(bounded(FIRST, SECOND, THIRD))
     own = bounded(FIRST)
-    sentences = bound_sentences(own.recipe, False, measured.in_range)
+    sentences = bound_sentences(own.recipe, own.surrogate, measured.in_range)
     assert set(sentences) < set(found["limits"])
     assert limits(own.surrogate, own.recipe, measured) == found["limits"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from slide_fmu.core.figures import optional, plain
 from slide_fmu.core.parameters import Parameter
-from slide_fmu.core.signals import Hold, Signal
+from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.surrogate.error_bound import ErrorBound
@@ -23,6 +23,8 @@ class BoundDescription:
         confidences: the confidences for which it has a bound.
         blocks_s: lengths of the blocks of its means.
         estimate_span_s: time over which the same networks estimate the error; None if they do not.
+        tolerances: largest 95 % bounds that are trusted at the start, one of each output in its
+            unit; None of bounds that were made before there were any.
     """
 
     companion_parameters: int
@@ -30,16 +32,19 @@ class BoundDescription:
     confidences: tuple[float, ...]
     blocks_s: tuple[float, ...]
     estimate_span_s: float | None = optional()
+    tolerances: tuple[float, ...] | None = optional()
 
     @classmethod
-    def of(cls, bound: ErrorBound, step: float) -> BoundDescription:
-        """Describe a bound of samples of a step in s."""
+    def of(cls, bound: ErrorBound, step: float, scales: FloatArray) -> BoundDescription:
+        """Describe a bound of samples of a step in s, of outputs with these scales."""
+        tolerances = bound.tolerances
         return cls(
             companion_parameters=bound.companion.count_parameters(),
             head_parameters=bound.head.count_parameters(),
             confidences=tuple(bound.confidences),
             blocks_s=tuple(length * step for length in bound.blocks),
             estimate_span_s=None if bound.span is None else bound.span.samples * step,
+            tolerances=None if tolerances is None else tuple((tolerances * scales).tolist()),
         )
 
 
@@ -90,7 +95,9 @@ class FmuDescription:
             estimator_parameters=None
             if estimator is None
             else estimator.network.count_parameters(),
-            error_bound=None if bound is None else BoundDescription.of(bound, step),
+            error_bound=None
+            if bound is None
+            else BoundDescription.of(bound, step, surrogate.output_scaling.scale),
             physical_parameters=surrogate.parameters,
             provenance=provenance,
         )

@@ -32,7 +32,7 @@ ROUNDING = 0.1
 """The head sees the logarithm of the difference of two results in single precision; where both
 nearly agree, the bound may be off by this part."""
 
-NAMES = ["position_error_bound", "novelty", "in_domain", "error_bound_filled"]
+NAMES = ["position_error_bound", "novelty", "in_domain", "error_bound_filled", "trusted"]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,11 @@ def test_bound_holds_in_range_and_the_domain_is_hardly_left(finished: Finished) 
     (output,) = inside["outputs"]
     assert output["coverage"] > 0.9
     assert output["skill"] > 0.2
-    assert inside["flagged"] < 0.03
+    assert inside["flagged"] < 0.01
+    assert 0.02 < inside["untrusted"] < 0.07  # 0.04 of the calibration
+    factors = [row["tolerances"][0] for row in inside["tolerances"]]
+    assert len(factors) == 5
+    assert factors == sorted(factors, reverse=True)
 
 
 def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
@@ -76,7 +80,13 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     expected = surrogate.in_domain(force[:, None])
     assert expected[200:300].all()
     assert not expected[310:].any()
-    assert (found["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()
+    clear = np.abs(novelty - 1) > 0.01
+    assert (found["in_domain"].astype(bool) == expected)[clear].all()
+    ratio = surrogate.error_bounds(force[:, None])[:, 0] / surrogate.error_tolerances[0]
+    clear &= np.abs(ratio - 1) > ROUNDING
+    trusted = surrogate.trusted(force[:, None])
+    assert (found["trusted"].astype(bool) == trusted)[clear].all()
+    assert trusted[200:300].mean() > 0.8
     assert surrogate.bound is not None
     filled = np.arange(1, count + 1) / surrogate.bound.filling_length
     np.testing.assert_allclose(found["error_bound_filled"], np.minimum(filled, 1))
@@ -128,7 +138,9 @@ def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
         "head_parameters": surrogate.bound.head.count_parameters(),
         "confidences": [0.9, 0.95, 0.99],
         "blocks_s": [0.015625, 0.125],
+        "tolerances": surrogate.error_tolerances.tolist(),
     }
+    assert "false alarms in range" in invoke("info", finished.fmu).stdout
 
 
 def test_validate_prints_coverage_and_how_often_the_domain_is_left(finished: Finished) -> None:
@@ -149,8 +161,11 @@ def test_example_of_the_page_on_trust_runs_and_tells_both_forces_apart(
         timeout=HANGS,
     )
     assert done.returncode == 0, done.stderr
-    shares = re.findall(r"up to \d+ N: ([\d.]+) % of the steps are in the domain", done.stdout)
+    shares = re.findall(r"up to \d+ N: ([\d.]+) % of the steps are trusted", done.stdout)
     usual, strong = map(float, shares)
+    assert usual > 85
+    assert strong < 5
+    usual, strong = map(float, re.findall(r"([\d.]+) % are in the domain", done.stdout))
     assert usual > 95
     assert strong < 5
     page = (TUTORIALS.parent / "trust.md").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@
 
 A filter counts a sample as outside of the domain where the novelty of at least k of the last m
 samples is above a threshold. For each filter the threshold is the one with which false alarms on
-calibrating trajectories in range are as many as ``bound.false_alarms`` says, so that filters
+calibrating trajectories in range are as many as the recipe gives to the domain, so that filters
 compare. They are tested on further trajectories in range and on kinds of excitation at settings
 that no recipe here trains on: longer steps, and sines of larger amplitudes.
 """
@@ -122,7 +122,9 @@ def main() -> None:
             seen(surrogate, one, SEED + index, given.trajectories, stages)
             for index, one in enumerate((recipe, recipe, other))
         ]
-        filters = compared(*sets, recipe.bound.false_alarms)
+        former = surrogate.bound is not None and surrogate.bound.tolerances is None
+        share = recipe.bound.former_domain_alarms if former else recipe.bound.domain_alarms
+        filters = compared(*sets, share)
         return {"trajectories": given.trajectories, "filters": filters}
 
     measure_and_write(parser, measure)

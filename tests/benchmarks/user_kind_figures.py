@@ -63,8 +63,12 @@ def run_of(surrogate: Surrogate, truth: Truth, first: int) -> Run:
     errors = np.abs(surrogate.predict_newest(truth.inputs)[first - 1 :] - reference)
     if surrogate.bound is not None:
         ((bounds, inside),) = surrogate.error_bounds_and_domain(truth.inputs[None])
+        tolerant = surrogate.bound.tolerances is not None
         trust = TrustOutputs(
-            bounds[first - 1 :], np.zeros(len(errors)), inside[first - 1 :].astype(float)
+            bounds[first - 1 :],
+            np.zeros(len(errors)),
+            inside[first - 1 :].astype(float),
+            surrogate.trusted(truth.inputs)[first - 1 :].astype(float) if tolerant else None,
         )
     apart = np.max(np.abs(truth.outputs[:, first:] - reference), axis=0)
     return Run(truth, reference, errors, apart, trust)
@@ -166,12 +170,17 @@ def _relative(runs: Sequence[Run]) -> list[float] | None:
 
 
 def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figures:
-    """Return what bound and domain are worth; nothing without a bound."""
+    """Return what bound and domain are worth; nothing without a bound.
+
+    Flagged samples are those that are not trusted, or without tolerances those outside of the
+    domain.
+    """
     answers = [run.trust for run in runs if run.trust is not None]
     if not answers:
         return {}
     bounds = np.concatenate([one.bounds for one in answers])
     inside = np.concatenate([one.in_domain for one in answers]) != 0
+    flagged = np.concatenate([one.flagged for one in answers])
     covered = errors <= bounds
     harm = plain(harm_of([run.errors for run in runs], answers, usual))
     return {
@@ -179,7 +188,8 @@ def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figure
         "coverage_of_outputs": np.mean(covered, axis=0).tolist(),
         "coverage_in_domain": float(np.mean(covered[inside])) if inside.any() else None,
         "mean_bound_over_usual": float(np.mean(bounds / usual)),
-        "flagged": float(np.mean(~inside)),
+        "outside_of_domain": float(np.mean(~inside)),
+        "flagged": float(np.mean(flagged)),
         "harmful_flagged": harm["harmful_flagged"],
         "harmless_flagged": harm["harmless_flagged"],
         "silent": harm["harmful_unnoticed"],

@@ -10,7 +10,10 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_
 from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 
-FLAGS = ("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE", "IN_DOMAIN", "NOVELTY", "BOUND_FILLED")
+FLAGS = (
+    *("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE"),
+    *("IN_DOMAIN", "NOVELTY", "BOUND_FILLED", "TRUSTED"),
+)
 """Kinds of variables that say how reliable the outputs are."""
 
 

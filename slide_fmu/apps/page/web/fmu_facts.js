@@ -3,7 +3,7 @@
 
 const PER_KIND = 1000000;
 const [INPUT, OUTPUT, ESTIMATE, AT_STEP_END, PARAMETER, BOUND, CONFIDENCE] = [0, 1, 2, 12, 13, 15, 19];
-const FLAGS = [3, 4, 6, 16, 17, 18];
+const FLAGS = [3, 4, 6, 16, 17, 18, 22];
 
 /** Variables as { name, description, kind, reference, unit, low, high, start }, in their order. */
 function variablesOf(document) {

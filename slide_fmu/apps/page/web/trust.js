@@ -9,6 +9,7 @@ export function verdictOf(flags) {
   const filled = Math.min(flags.window_filled, flags.error_bound_filled ?? 1);
   const estimated = flags.error_estimate_filled ?? 1;
   const good = bounded ? flags.in_domain === 1 : flags.inputs_in_range === 1;
+  const tolerant = "trusted" in flags;
   const novelty = bounded ? ` Novelty ${digits(flags.novelty)}; the edge is at 1.` : "";
   const part = (share) => `${Math.floor(100 * share)} %`;
   const rest = estimated < 1 ? ` The error estimate knows ${part(estimated)} of its past.` : "";
@@ -18,6 +19,14 @@ export function verdictOf(flags) {
       sign: "▲",
       title: bounded ? "outside the domain" : "outside the range",
       text: `${bounded ? "The inputs are unlike those of the calibration: do not rely on the error bound." : "An input left the range of the training."}${novelty}`,
+    };
+  }
+  if (tolerant && flags.trusted !== 1) {
+    return {
+      state: "bad",
+      sign: "▲",
+      title: "may be wrong",
+      text: `An error bound exceeds its tolerance, or an output left the range of the training.${novelty}`,
     };
   }
   if (filled < 1) {
@@ -31,9 +40,9 @@ export function verdictOf(flags) {
   return {
     state: "good",
     sign: "●",
-    title: bounded ? "inside the domain" : "inside the range",
+    title: tolerant ? "trusted" : bounded ? "inside the domain" : "inside the range",
     text: bounded
-      ? `The inputs are like those of the calibration.${novelty}${rest}`
+      ? `${tolerant ? "Error bounds are within their tolerances. " : ""}The inputs are like those of the calibration.${novelty}${rest}`
       : `All inputs lie in their ranges; that alone makes no output right.${rest}`,
   };
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -43,10 +44,13 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
         Exception: what the function raises.
     """
     task = pickle.dumps((function, arguments))
-    places = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     code = f"import sys; from {__name__} import work; work(sys.argv[1])"
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(prefix="slide_fmu_apart_") as folder:
         result = Path(folder) / "result"
+        # what it unpacks lies in this folder, since it removes nothing where it crashes
+        temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder)
+        python_path = os.pathsep.join(filter(None, sys.path))
+        places = {**os.environ, "PYTHONPATH": python_path, **temporary}
         with subprocess.Popen(
             [sys.executable, "-c", code, str(result)],
             stdin=subprocess.PIPE,
@@ -104,7 +108,7 @@ def ended_process(model: str, kind: str) -> str:
 def work(result: str) -> None:
     """Do the work that is read from standard input, and write its result to a file."""
     function, arguments = pickle.load(sys.stdin.buffer)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=[Path(result).parent], daemon=True).start()
     try:
         done = True, function(*arguments)
     except Exception as error:  # it is raised again in the calling process
@@ -112,6 +116,7 @@ def work(result: str) -> None:
     write_whole(Path(result), pickle.dumps(done))
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(folder: Path) -> None:
     os.read(sys.stdin.fileno(), 1)
+    shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)

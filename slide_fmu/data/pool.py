@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import shutil
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from multiprocessing.connection import Connection, wait
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 Result = TypeVar("Result")
@@ -34,13 +37,14 @@ def process_pool(workers: int | None = None) -> Iterator[Executor | None]:
     count = workers or os.cpu_count() or 1
     open_while_wanted, wanted = context.Pipe(duplex=False)
     with (
+        TemporaryDirectory(prefix="slide_fmu_workers_", ignore_cleanup_errors=True) as folder,
         open_while_wanted,
         wanted,
         _Pool(
             count,
             mp_context=context,
             initializer=_start,
-            initargs=(open_while_wanted,),
+            initargs=(open_while_wanted, folder),
         ) as pool,
     ):
         try:
@@ -137,18 +141,21 @@ def as_done(
             future.cancel()
 
 
-def _start(open_while_wanted: Connection[Any, Any]) -> None:
+def _start(open_while_wanted: Connection[Any, Any], folder: str) -> None:
+    """Begin a worker; its temporary files lie in the folder, since it may end at any time."""
+    tempfile.tempdir = folder
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _end_with_parent(open_while_wanted)
+    _end_with_parent(open_while_wanted, folder)
 
 
-def _end_with_parent(open_while_wanted: Connection[Any, Any]) -> None:
+def _end_with_parent(open_while_wanted: Connection[Any, Any], folder: str) -> None:
     parent = multiprocessing.parent_process()
 
     # a parent that is killed shuts no pool down: each worker watches for its end by itself
     def watch() -> None:
         if parent is not None:
             wait([parent.sentinel, open_while_wanted])
+            shutil.rmtree(folder, ignore_errors=True)
             os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

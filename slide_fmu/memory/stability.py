@@ -8,6 +8,7 @@ tested on sequences of the recipe's excitation at several amplitudes; this is no
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -83,47 +84,42 @@ def check_stability(
 ) -> tuple[AmplitudeTest, ...]:
     """Test a state-space surrogate at all amplitudes of its recipe, one test each.
 
-    Other networks are not tested, since their memory is their window.
+    With physical parameters it is the worst test at the corners of their box, with inputs of the
+    system at their start values. Other networks are not tested, since their memory is their
+    window.
     """
-    network = surrogate.network
-    if not isinstance(network, StateSpace):
+    if not isinstance(surrogate.network, StateSpace):
         return ()
-    if surrogate.parameters:
-        return _worst_of_corners(surrogate, recipe, system)
-    # a network that diverges overflows: the test reports it, so numpy need not warn
-    with np.errstate(over="ignore", invalid="ignore"):
-        unit, _ = network.run(excited_features(surrogate, recipe, system, 1.0))
-    cause = rules_of(recipe).words.lasting_memory
-    return tuple(
-        _test(
-            network,
-            excited_features(surrogate, recipe, system, factor),
-            (factor, unit),
-            recipe,
-            cause,
-        )
-        for factor in recipe.stability.amplitudes
-    )
-
-
-def _worst_of_corners(
-    surrogate: Surrogate, recipe: Recipe, system: Source
-) -> tuple[AmplitudeTest, ...]:
-    """Test at the corners of the parameters' box, and return the worst result at each amplitude.
-
-    The inputs are those of the system at the parameters' start values.
-    """
-    found = []
-    for corner in tested_corners(system, surrogate, recipe):
-        tests = check_stability(surrogate.at(corner), recipe, system)
-        where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
-        found.append([_with_place(test, where) for test in tests])
+    features = {
+        factor: excited_features(surrogate, recipe, system, factor)
+        for factor in {1.0, *recipe.stability.amplitudes}
+    }
+    corners = tested_corners(system, surrogate, recipe) if surrogate.parameters else [{}]
+    found = [_tests_at(corner, surrogate, features, recipe) for corner in corners]
     return tuple(max(tests, key=_badness) for tests in zip(*found, strict=True))
 
 
-def _with_place(test: AmplitudeTest, where: str) -> AmplitudeTest:
-    problem = None if test.problem is None else f"with {where}, {test.problem}"
-    return replace(test, problem=problem)
+def _tests_at(
+    corner: Mapping[str, float],
+    surrogate: Surrogate,
+    features: Mapping[float, Float32Array],
+    recipe: Recipe,
+) -> list[AmplitudeTest]:
+    """Test a surrogate with values of its parameters, and features by their amplitude."""
+    network, cause = surrogate.at(corner).network, rules_of(recipe).words.lasting_memory
+    assert isinstance(network, StateSpace)
+    # a network that diverges overflows: the test reports it, so numpy need not warn
+    with np.errstate(over="ignore", invalid="ignore"):
+        unit, _ = network.run(features[1.0])
+    tests = [
+        _test(network, features[factor], (factor, unit), recipe, cause)
+        for factor in recipe.stability.amplitudes
+    ]
+    where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
+    return [
+        replace(test, problem=f"with {where}, {test.problem}") if where and test.problem else test
+        for test in tests
+    ]
 
 
 def _badness(test: AmplitudeTest) -> tuple[bool, float]:

@@ -80,13 +80,12 @@ def find_numbers(
     found = known_numbers(case, open_keys, folder)
     if found is not None:
         return found
+    train = case.recipe.data.train
     if "data.train" in open_keys:
-        _extend_curve(case, folder, _Staged(case, folder, bar, place, recipe_folder))
-    if _needs_cost(open_keys) and kept_cost(case, folder) is None:
-        _measure_cost(case, folder, bar)
-    found = known_numbers(case, open_keys, folder)
-    assert found is not None
-    return found
+        staged = _Staged(case, folder, bar, place, recipe_folder)
+        train = _learnt_from(_whole_curve(case, folder, staged).points)
+    cost = _cost(case, folder, bar) if _needs_cost(open_keys) else 0.0
+    return _numbers_with(case.recipe, open_keys, train, cost)
 
 
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
@@ -190,14 +189,17 @@ def kept_cost(case: Case, folder: RunFolder) -> float | None:
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.cost.exists():
-        return None
-    found: float | None = _memo(case, folder.cost).found("seconds")
-    return found
+    return _memo(case, folder.cost).found("seconds") if folder.cost.exists() else None
 
 
-def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
-    """Measure the time that a trajectory takes, and keep it: numbers must not change any more."""
+def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
+    """Return the time that a trajectory takes; one that is measured now is kept.
+
+    Numbers that follow from it must not change any more.
+    """
+    cost = kept_cost(case, folder)
+    if cost is not None:
+        return cost
     progress = bar("time of a simulation")
     progress(0, 1)
     seconds, _, _ = guarded_case(case, simulation_time)
@@ -205,6 +207,7 @@ def _measure_cost(case: Case, folder: RunFolder, bar: Stages) -> None:
     folder.path.mkdir(parents=True, exist_ok=True)
     _memo(case, folder.cost).keep("seconds", cost)
     progress(1, 1)
+    return cost
 
 
 def kept_curve(case: Case, folder: RunFolder) -> Curve:
@@ -232,8 +235,8 @@ def _memo(case: Case, place: Path) -> Memo:
     return memo_of(place, about, identity(case.source, of_seed_0))
 
 
-def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
-    """Go on with the curve that the folder keeps, until it has ended.
+def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
+    """Go on with the curve that the folder keeps, until it has ended, and return it.
 
     It is found with one thread, so that every machine sums in the same order, with the same
     result.
@@ -243,8 +246,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
     from slide_fmu.fitting.learning_curve import LearningCurve
 
     torch.set_num_threads(1)
-    curve = kept_curve(case, folder)
-    memo = _memo(case, folder.numbers)
+    curve, memo = kept_curve(case, folder), _memo(case, folder.numbers)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(case, folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
@@ -259,6 +261,7 @@ def _extend_curve(case: Case, folder: RunFolder, staged: _Staged) -> None:
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points))
         memo.keep("curve", plain(curve))
+    return curve
 
 
 def _end(points: list[CurvePoint]) -> str | None:

@@ -6,7 +6,9 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 import time
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.apart import EndedError, apart, guarded
+from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 from tests.data.failing_system import FailingSystem
@@ -42,6 +45,25 @@ def test_result_and_error_cross() -> None:
 def test_program_that_ends_by_itself_is_told() -> None:
     with refused(EndedError, "ended with the code 7"):
         apart(os._exit, 7)
+
+
+def unpack_and_crash() -> None:
+    """Stand for the library of an FMU that was unpacked."""
+    tempfile.mkdtemp()
+    os._exit(7)
+
+
+def test_program_that_crashes_leaves_no_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with refused(EndedError, "ended with the code 7"):
+        apart(unpack_and_crash)
+    with process_pool(1) as pool:
+        assert pool is not None
+        with pytest.raises(BrokenExecutor):
+            pool.submit(unpack_and_crash).result()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_system_given_as_an_object_crosses_with_its_case() -> None:

@@ -11,6 +11,9 @@ from typing import Any
 
 from slide_fmu.fmu.export import read_fmu
 
+SMALLEST = 1e-5
+"""Errors below this part are not told apart."""
+
 
 def row_of(fmu: Path) -> str:
     """Return the row of one FMU; an error that was not measured is left out."""
@@ -19,9 +22,13 @@ def row_of(fmu: Path) -> str:
     output: dict[str, Any] = found["outputs"][0] if found else {}
     plain = output.get("smooth")
     cells = [output.get("rough") if plain is None else plain, output.get("known_to_step_end")]
-    errors = ["" if error is None else f"{100 * error:.3g} %" for error in cells]
+    errors = ["" if error is None else _shown(error) for error in cells]
     name = fmu.stem
-    return f"| `fmus/{name}/{name}.fmu` ([card](fmus/{name}/README.md)) | {' | '.join(errors)} |"
+    return f"| [`{name}`](fmus/{name}/README.md) | {' | '.join(errors)} |"
+
+
+def _shown(error: float) -> str:
+    return f"{100 * error:.3g} %" if error >= SMALLEST else f"below {100 * SMALLEST:g} %"
 
 
 def main() -> None:

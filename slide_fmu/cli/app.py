@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -87,6 +88,8 @@ def _options(
 def main() -> None:
     """Run the console script; its help is wrapped only on a terminal."""
     replace_unprintable()
+    # kill ends the program as Ctrl-C does, so that temporary files are removed
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     quick_completion()
     for reason in LEFT_OUT:
         typer.echo(f"remark: {reason}. Until then it is left out.", err=True)

@@ -6,7 +6,7 @@ model, so that data of other values, or of a model that has changed since, is re
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +58,8 @@ class Store:
             if recipe.count(split):
                 self.split(split).require(recipe.count(split))
 
-    def name_origin(self, fingerprint: Fingerprint) -> None:
-        """Write what the store was made from.
+    def with_origin(self, fingerprint: Fingerprint) -> Store:
+        """Write what the store was made from, and return it with this.
 
         Raises:
             OSError: the store cannot be written; it names the path.
@@ -67,6 +67,7 @@ class Store:
         with writing(self.path):
             attributes = zarr.open_group(self.path, mode="r+").attrs
             attributes["fingerprint"] = plain(fingerprint)
+        return replace(self, fingerprint=fingerprint)
 
 
 def open_store(path: Path) -> Store:

@@ -61,8 +61,7 @@ def prepared_store(path: Path, recipe: Recipe, shapes: Shapes, probe: FloatArray
                 f"{path}: another program has prepared this store for {ROOM_PATIENCE:g} s; "
                 "expected a few seconds: see whether it hangs, and run the command again"
             )
-        _prepare(open_store(path), recipe)  # which another program may have changed
-    return open_store(path)
+        return _prepare(open_store(path), recipe)  # which another program may have changed
 
 
 def _is_prepared(store: Store, recipe: Recipe) -> bool:
@@ -78,13 +77,14 @@ def _origin_with(store: Store, recipe: Recipe) -> Fingerprint:
     return replace(wanted, estimator=estimator, bound=bound)
 
 
-def _prepare(store: Store, recipe: Recipe) -> None:
+def _prepare(store: Store, recipe: Recipe) -> Store:
     origin = _origin_with(store, recipe)
     if origin != store.fingerprint:
         _forget_redrawn(store, recipe)
-        store.name_origin(origin)
+        store = store.with_origin(origin)
     for split in SPLITS:
         store.split(split).lengthen(recipe.count(split))
+    return store
 
 
 def _forget_redrawn(store: Store, recipe: Recipe) -> None:

@@ -23,6 +23,9 @@ WEB = Path(__file__).parent / "web"
 LONGEST_BAR = 70.0
 """Width of the longest bar in per cent; its text stands behind it."""
 
+STACKED_COLUMNS, LONGEST_CELL = 3, 60
+"""Tables of these columns, with a cell of more characters, are stacked on narrow screens."""
+
 
 @dataclass(frozen=True, eq=False)
 class ReportSection:
@@ -150,8 +153,15 @@ def _shown(section: ReportSection) -> dict[str, object]:
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
         **vars(section),
+        "stacked": section.table is not None and _is_stacked(section.table),
         "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
     }
+
+
+def _is_stacked(table: ReportTable) -> bool:
+    """Return whether phones show a table's cells below each other, behind the first one."""
+    longest = max((len(cell) for row in table.rows for cell in row), default=0)
+    return len(table.heading) == STACKED_COLUMNS and longest > LONGEST_CELL
 
 
 def folded(sections: Iterable[ReportSection]) -> list[ReportSection]:

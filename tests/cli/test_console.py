@@ -9,17 +9,19 @@ import os
 import pty
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
-from slide_fmu.cli.console import GOES_ON, STOPPED, progress_bars
+from slide_fmu.cli.console import GOES_ON, INTERRUPTED, STOPPED, progress_bars
 from slide_fmu.report.console import print_validation
 from slide_fmu.report.display import Messages
 from slide_fmu.validation.error_figures import ValidationFigures
 from tests.figures import filled
+from tests.limits import HANGS
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
 FIGURES = {
@@ -270,3 +272,15 @@ def test_characters_that_the_encoding_lacks_are_replaced(
     console.replace_unprintable()
     print("5 µs, √", end="", flush=True)
     assert raw.getvalue().decode(encoding) == shown
+
+
+@pytest.mark.extended
+def test_program_that_is_ended_leaves_no_unpacked_fmu(tmp_path: Path) -> None:
+    fmu = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([*COMMAND, "validate", str(fmu)], env=environment) as program:
+        while not list(tmp_path.glob("*/modelDescription.xml")) and program.poll() is None:
+            time.sleep(0.01)
+        program.terminate()
+        assert program.wait(HANGS) == INTERRUPTED
+    assert list(tmp_path.iterdir()) == []

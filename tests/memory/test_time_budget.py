@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
@@ -51,3 +53,15 @@ def test_equations_of_a_slow_system_are_linearized_along_a_short_motion() -> Non
     assert whole.left_out is None
     assert found.left_out is not None
     assert "motions of more than 2.76 s; further motions to linearize along" in found.left_out
+
+
+def test_motions_that_have_not_met_yet_come_with_what_was_left_out() -> None:
+    recipe, system = oscillator("LinearOscillator"), LinearOscillator(damping=8.0, step=0.03)
+    found = size_window(recipe, system, patience=TimeBudget(0.0))
+    apart = replace(found.measured, rates=np.abs(found.measured.rates))
+    early = replace(found, measured=apart)
+    assert early.problem is not None
+    assert early.problem.startswith(f"{found.left_out}; so far, motions from different initial")
+    whole = replace(early, left_out=None)
+    assert whole.problem is not None
+    assert whole.problem.startswith("motions from different initial states never meet")

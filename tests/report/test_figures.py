@@ -156,3 +156,11 @@ def test_task_with_impossible_numbers_is_refused(changes: dict[str, Any], messag
 def test_task_at_the_ends_of_what_is_allowed_is_accepted() -> None:
     Task(1, trajectories=1, duration=1e-9, amplitude=(1e-9, 1e-9))
     Task(1, amplitude=(0.5, 0.5))
+
+
+def test_error_of_free_runs_is_that_of_the_trajectories_that_have_one() -> None:
+    assert validation(ONE, TWO).figures().outputs[0].free_relative_rmse is None
+    free = replace(ONE, free=ONE.reference + np.array([[2.0, 0.5]]))
+    first, second = validation(free, TWO).figures().outputs
+    assert first.free_relative_rmse == pytest.approx(2.0 / DEVIATION)
+    assert second.free_relative_rmse == pytest.approx(0.5 / DEVIATION)

@@ -100,3 +100,12 @@ def test_page_inside_is_the_last_section(tmp_path: Path) -> None:
     assert page.index("<h2>s</h2>") < page.index("<h2>Touch it</h2>")
     assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == {"a": 1}
     assert "Touch it" not in Report("title", "summary", {}).html()
+
+
+def test_tables_of_long_texts_are_stacked_on_narrow_screens() -> None:
+    heading = ("", "inputs", "measured")
+    long = ReportTable(heading, (("valid", "force is " + 60 * "x", "small"),))
+    short = ReportTable(heading, (("valid", "force", "small"),))
+    for table, stacked in ((long, True), (short, False)):
+        page = Report("title", "", {}, [ReportSection("one", "", table)]).html()
+        assert ('class="table stacked"' in page) == stacked

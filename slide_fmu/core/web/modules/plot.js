@@ -11,6 +11,7 @@ const RIGHT = 8;
 const TOP = 8;
 const UNIT = 12; // the height of the unit, which stands above the y axis
 const BOTTOM = 20;
+const LOW = 40; // a plot of less height has room for fewer numbers
 const GAP = 6; // between the y axis and its numbers
 
 /** The place of the upper end of the y axis. */
@@ -40,7 +41,7 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
   const largest = size ?? Math.max(Math.abs(yRange[0]), Math.abs(yRange[1]));
   const scale = yLog ? { factor: 1, unit: unit === "1" ? "" : unit } : scaleFor(largest, unit);
   const shown = yRange.map((value) => value / scale.factor);
-  const about = Math.max(3, (bottom - top) / 34);
+  const about = Math.max(bottom - top < LOW ? 2 : 3, (bottom - top) / 34);
   const ticks = yLog ? logTicks(shown, about) : linearTicks(shown, about);
   context.textAlign = "right";
   context.textBaseline = "middle";

@@ -180,10 +180,17 @@ def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figure
         "coverage_in_domain": float(np.mean(covered[inside])) if inside.any() else None,
         "mean_bound_over_usual": float(np.mean(bounds / usual)),
         "flagged": float(np.mean(~inside)),
+        "flagged_where_not_unique": _flagged([run for run in runs if run.unique is False]),
         "harmful_flagged": harm["harmful_flagged"],
         "harmless_flagged": harm["harmless_flagged"],
         "silent": harm["harmful_unnoticed"],
     }
+
+
+def _flagged(runs: Sequence[Run]) -> float | None:
+    """Return the share of samples outside of the domain; None without runs."""
+    inside = [run.trust.in_domain for run in runs if run.trust is not None]
+    return float(np.mean(np.concatenate(inside) == 0)) if inside else None
 
 
 def table_of(figures: Figures) -> ReportTable:

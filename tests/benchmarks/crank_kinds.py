@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from kind_tables import Machine
+from kind_tables import MODERATE, Machine
 from motion_profiles import (
     Segments,
     along,
@@ -383,6 +383,6 @@ CRANK = Machine(
             set_points_of_a_slow_clock,
         )
     },
-    only_moderate=frozenset({"creep"}),
+    only={"creep": MODERATE},
     states=_states,
 )

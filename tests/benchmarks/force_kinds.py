@@ -7,7 +7,7 @@ Duffing oscillator. Harsh ones use the declared range of 1 kN.
 from __future__ import annotations
 
 import numpy as np
-from kind_tables import Machine
+from kind_tables import HARSH, Machine
 from motion_profiles import Segments, along, filled, to_speed
 from numpy.random import Generator
 
@@ -214,6 +214,12 @@ def imbalance(rng: Generator, times: FloatArray, harsh: bool) -> FloatArray:
     return _column(_peak(rng, harsh) * (speed / top) ** 2 * np.sin(phase), harsh)
 
 
+def steady_tone(rng: Generator, times: FloatArray, harsh: bool) -> FloatArray:
+    """Return one tone near resonance; a strong one may have two lasting responses."""
+    tone = np.sin(rng.uniform(40.0, 58.0) * times)
+    return _column(_peak(rng, harsh) * tone, harsh)
+
+
 def _states(system: System, rng: Generator, first: FloatArray) -> list[State]:
     """Return rest, then two fast states, from which strong responses begin."""
     still = [(0.0, 0.0), (1.5, 60.0), (-1.5, -60.0)]
@@ -241,8 +247,9 @@ FORCES = Machine(
             stick_slip,
             long_rest_then_tone,
             imbalance,
+            steady_tone,
         )
     },
-    only_moderate=frozenset(),
+    only={"steady_tone": HARSH},
     states=_states,
 )

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from kind_tables import Machine
+from kind_tables import MODERATE, Machine
 from motion_profiles import (
     Segments,
     along,
@@ -424,6 +424,6 @@ JOINT_MOTIONS = Machine(
             quantised_set_points,
         )
     },
-    only_moderate=frozenset({"creep"}),
+    only={"creep": MODERATE},
     states=_states,
 )

@@ -26,13 +26,13 @@ class Machine:
         lead: time in s before the samples that are measured: all windows are then full, and
             initial states have decayed.
         kinds: its kinds by name.
-        only_moderate: names of the kinds that are slow or weak by their nature.
+        only: the level of kinds that have one: slow ones, or such as the training knows.
         states: gives initial states, of which the first is the truth's.
     """
 
     lead: float
     kinds: Mapping[str, Generator]
-    only_moderate: frozenset[str]
+    only: Mapping[str, str]
     states: Callable[[System, np.random.Generator, FloatArray], list[State]]
 
     def cases(self) -> list[tuple[str, str]]:
@@ -41,7 +41,7 @@ class Machine:
             (name, level)
             for name in self.kinds
             for level in LEVELS
-            if level == MODERATE or name not in self.only_moderate
+            if self.only.get(name, level) == level
         ]
 
     def inputs(

@@ -180,7 +180,6 @@ def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figure
         return {}
     bounds = np.concatenate([one.bounds for one in answers])
     inside = np.concatenate([one.in_domain for one in answers]) != 0
-    flagged = np.concatenate([one.flagged for one in answers])
     covered = errors <= bounds
     harm = plain(harm_of([run.errors for run in runs], answers, usual))
     return {
@@ -189,11 +188,18 @@ def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figure
         "coverage_in_domain": float(np.mean(covered[inside])) if inside.any() else None,
         "mean_bound_over_usual": float(np.mean(bounds / usual)),
         "outside_of_domain": float(np.mean(~inside)),
-        "flagged": float(np.mean(flagged)),
+        "flagged": _flagged(runs),
+        "flagged_where_not_unique": _flagged([run for run in runs if run.unique is False]),
         "harmful_flagged": harm["harmful_flagged"],
         "harmless_flagged": harm["harmless_flagged"],
         "silent": harm["harmful_unnoticed"],
     }
+
+
+def _flagged(runs: Sequence[Run]) -> float | None:
+    """Return the share of flagged samples; None without runs."""
+    flagged = [run.trust.flagged for run in runs if run.trust is not None]
+    return float(np.mean(np.concatenate(flagged))) if flagged else None
 
 
 def table_of(figures: Figures) -> ReportTable:

@@ -15,7 +15,7 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.report.trajectory_charts import parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.adversarial import Attack
+from slide_fmu.validation.attacked import MeasuredInputs
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
@@ -170,7 +170,7 @@ def ratio_chart(validation: Validation) -> Chart:
     return Chart(title, [panel], Axis("|error| over its bound", log=True), marks=[1.0])
 
 
-def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
+def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Chart:
     """Draw the inputs before the worst step, the errors, and their bounds."""
     first = max(0, found.step - BEFORE_WORST)
     shown = slice(first, found.step + BEFORE_WORST // 4)
@@ -190,9 +190,9 @@ def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
         ),
     ]
     return Chart(
-        f"The worst start: error {found.after:.3g} times its bound",
+        f"{title}: error {found.ratio:.3g} times its bound",
         panels,
-        parts=parts_of(~found.in_domain[shown], time),
+        parts=parts_of(~found.trusted[shown], time),
         marks=[surrogate.window.step * found.step],
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.units import NO_UNIT
+from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import (
@@ -35,6 +35,9 @@ OF_AN_ESTIMATE = (
 """Columns of an error estimate behind its mean deviation."""
 
 NORM = "norm of the outputs"
+
+SHOWN = 5
+"""Number of tries in a table."""
 
 FLAGGED = "samples with trusted = false"
 """Column of FMUs that have the flag."""
@@ -232,7 +235,28 @@ def search_table(figures: SearchFigures) -> ReportTable:
         )
         for ratios, text in parts
     )
-    heading = "error over its bound, largest in the domain", "median", "worst", "broken"
+    where = "in the domain" if figures.flag == "in_domain" else "where trusted"
+    heading = f"error over its bound, largest {where}", "median", "worst", "broken"
+    return ReportTable.of(heading, rows)
+
+
+def tries_table(figures: SearchFigures) -> ReportTable:
+    """Return the worst tries of inputs as users set them."""
+    heading = (
+        *("kind", "inputs", "error over its bound", "relative RMSE", "largest error"),
+        *("harmful", "harmful and not reported", "reported"),
+    )
+    rows = (
+        (
+            one.kind,
+            one.inputs,
+            f"{one.over_bound:.3g}",
+            "" if one.relative_rmse is None else percent(one.relative_rmse),
+            f"{one.output}: {one.largest_error:.3g}{behind(one.unit)}",
+            *(percent(share) for share in (one.harmful, one.unnoticed, one.flagged)),
+        )
+        for one in figures.tries[:SHOWN]
+    )
     return ReportTable.of(heading, rows)
 
 

@@ -24,7 +24,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import DESCRIPTION, PROVENANCE, SURROGATE, read_fmu
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span, with_tolerances
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 ROOT = Path(__file__).parents[2]
@@ -67,6 +67,7 @@ SPECIMENS = {
     ),
     "bound": lambda: bounded_surrogate(_CELL),
     "bound_and_span": lambda: with_span(bounded_surrogate(_CELL)),
+    "bound_and_tolerances": lambda: with_tolerances(bounded_surrogate(_CELL)),
 }
 """Surrogates of random weights by the names of their files; together they have every section."""
 
@@ -94,6 +95,9 @@ def answers_of(surrogate: Surrogate) -> dict[str, Any]:
     if surrogate.bound is not None:
         found["bounds"] = surrogate.error_bounds(inputs)
         found["in_domain"] = surrogate.in_domain(inputs)
+        if surrogate.bound.tolerances is not None:
+            found["trusted"] = surrogate.trusted(inputs)
+            found["tolerances"] = surrogate.error_tolerances
     if surrogate.parameters:
         ends = {parameter.signal.name: parameter.signal.high for parameter in surrogate.parameters}
         found["outputs_at_the_highest"] = surrogate.at(ends).predict_newest(inputs)

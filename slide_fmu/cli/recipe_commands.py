@@ -97,7 +97,8 @@ def init(
         typer.Option(
             help="How inputs act between samples: zero_order (held over a step) or "
             "first_order (they move). Default: what the model says; otherwise "
-            "inputs of functions and FMUs move.",
+            "inputs of functions and FMUs move, and of exudyn models those in m, "
+            "mm, rad or deg.",
         ),
     ] = None,
     fmu_step: Annotated[

@@ -93,14 +93,22 @@ def _show_signals(surrogate: Surrogate, out: Console) -> None:
     acts = "is held over a step" if surrogate.hold == "zero_order" else "moves between samples"
     rows = [
         *(_row("input", signal, acts) for signal in surrogate.inputs),
-        *(_row("output", signal) for signal in surrogate.outputs),
+        *(_row("output", signal) for signal in _in_training(surrogate)),
         *(_row("parameter", parameter) for parameter in surrogate.parameters),
     ]
     print_table(ReportTable.of(("signal", "range", "acts", "meaning"), rows), out)
 
 
+def _in_training(surrogate: Surrogate) -> tuple[Signal, ...]:
+    """Return the outputs with the ranges that they had in the training, where these are known."""
+    if surrogate.output_ranges is None:
+        return surrogate.outputs
+    pairs = zip(surrogate.outputs, surrogate.output_ranges.tolist(), strict=True)
+    return tuple(replace(signal, low=low, high=high, start=None) for signal, (low, high) in pairs)
+
+
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:
-    limits = f"{one.low:g} .. {one.high:g}{behind(one.unit)}"
+    limits = f"{one.low:.4g} .. {one.high:.4g}{behind(one.unit)}"
     return f"{what} {one.name}", limits, acts, one.description
 
 

@@ -62,10 +62,8 @@ def covered_sentence(bound: BoundFigures) -> str | None:
         ", ".join(map(percent, covered.coverage))
         for covered in (bound.plain, bound.known_to_step_end)
     )
-    return (
-        f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
-        f"to what they reach by the step's end: {known}."
-    )
+    known_words = "with inputs known to the step's end"
+    return f"Covered samples in the plain call: {plain}; {known_words}: {known}."
 
 
 def bound_sentences(

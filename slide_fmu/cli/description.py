@@ -103,12 +103,16 @@ def _in_training(surrogate: Surrogate) -> tuple[Signal, ...]:
     """Return the outputs with the ranges that they had in the training, where these are known."""
     if surrogate.output_ranges is None:
         return surrogate.outputs
-    pairs = zip(surrogate.outputs, surrogate.output_ranges.tolist(), strict=True)
-    return tuple(replace(signal, low=low, high=high, start=None) for signal, (low, high) in pairs)
+    ends = [[float(f"{end:.4g}") for end in pair] for pair in surrogate.output_ranges]
+    pairs = zip(surrogate.outputs, ends, strict=True)
+    return tuple(
+        replace(signal, low=low, high=high, start=None) if low < high else signal
+        for signal, (low, high) in pairs
+    )
 
 
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:
-    limits = f"{one.low:.4g} .. {one.high:.4g}{behind(one.unit)}"
+    limits = f"{one.low:g} .. {one.high:g}{behind(one.unit)}"
     return f"{what} {one.name}", limits, acts, one.description
 
 

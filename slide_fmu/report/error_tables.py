@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.units import behind
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.box import TITLES
@@ -83,7 +84,7 @@ def timing_table(timing: Timing) -> ReportTable:
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
     if timing.speedup is not None:
         rows.append(("reference system, simulated", f"{timing.reference_step_us:.3g} µs"))
-        rows.append(("ratio", f"{timing.speedup:.3g}"))
+        rows.append(("ratio", ratio_text(timing.speedup)))
     return ReportTable.of(
         ("median; of the FMU: set, doStep and get through fmpy", "per step"), rows
     )

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.units import behind
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
@@ -227,4 +228,4 @@ def _time(found: Timing) -> str:
     text = f"A step takes {found.fmu_step_us:.3g} µs"
     if found.speedup is None:
         return f"{text}. "
-    return f"{text}, one of the model {found.speedup:.3g} times as long. "
+    return f"{text}, one of the model {ratio_text(found.speedup)} times as long. "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
@@ -96,7 +97,8 @@ def _speed(found: Timing) -> Fact:
     step = f"{found.fmu_step_us:.3g} µs"
     if found.speedup is None:
         return Fact("Speed", step, "A step of the FMU takes this time.")
+    speedup = f"{ratio_text(found.speedup)} times"
     if found.speedup < 1:
-        text = f"A step takes {step}, which is {1 / found.speedup:.3g} times as long as the model."
-        return Fact("Speed", f"{found.speedup:.3g} times", text, good=False)
-    return Fact("Speed", f"{found.speedup:.3g} times", f"Faster than its model: {step} a step.")
+        slower = f"{ratio_text(1 / found.speedup)} times as long as the model"
+        return Fact("Speed", speedup, f"A step takes {step}, which is {slower}.", good=False)
+    return Fact("Speed", speedup, f"Faster than its model: {step} a step.")

@@ -182,7 +182,7 @@ def try_(
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Check in a minute whether a recipe fits the model, and what its data will cost."""
+    """Check in half a minute whether a recipe fits the model, and what its data will cost."""
     with errors():
         require_training()
     from slide_fmu.memory.sizing import require_window

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.report.validity import has_tolerances
@@ -42,7 +43,7 @@ def search_sentence(figures: SearchFigures) -> str:
     """Give the result of the search for unnoticed errors (``validation.adversarial``)."""
     usual, highest = (f"{100 * value:g} %" for value in figures.confidences)
     every = figures.before, figures.after, figures.after_highest
-    before, after, above = (f"{max(ratios):.3g}" for ratios in every)
+    before, after, above = (ratio_text(max(ratios)) for ratios in every)
     starts = figures.starts
     at_first = sum(ratio > BROKEN for ratio in figures.before)
     return (
@@ -62,10 +63,8 @@ def covered_sentence(bound: BoundFigures) -> str | None:
         ", ".join(map(percent, covered.coverage))
         for covered in (bound.plain, bound.known_to_step_end)
     )
-    return (
-        f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
-        f"to what they reach by the step's end: {known}."
-    )
+    known_words = "with inputs known to the step's end"
+    return f"Covered samples in the plain call: {plain}; {known_words}: {known}."
 
 
 def bound_sentences(

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
@@ -74,7 +75,7 @@ def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
         percent(found.constant_mean),
         percent(found.constant_p95),
         percent(found.too_small_share),
-        f"{found.too_small_factor:.3g} times the estimate",
+        f"{ratio_text(found.too_small_factor)} times the estimate",
         _correlation(found.rank_correlation),
     )
 
@@ -226,8 +227,8 @@ def search_table(figures: SearchFigures) -> ReportTable:
     rows = (
         (
             text,
-            f"{np.median(ratios):.3g}",
-            f"{max(ratios):.3g}",
+            ratio_text(float(np.median(ratios))),
+            ratio_text(max(ratios)),
             f"{sum(ratio > BROKEN for ratio in ratios)} of {len(ratios)}",
         )
         for ratios, text in parts

@@ -103,8 +103,8 @@ def bound_sentences(
         )
     if moving and recipe.window.planned:
         found.append(
-            "Error bounds were calibrated with inputs known to the step's end: what the plain call "
-            "does not know of a step is not in them."
+            "Error bounds were calibrated with inputs known to the step's end: what the plain "
+            "call does not know of a step is not in them."
         )
     elif moving:
         found.append(

@@ -71,14 +71,16 @@ def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
 
 
 def with_tolerances(surrogate: Surrogate, share: float = 1.0) -> Surrogate:
-    """The surrogate with tolerances of its bound, which random inputs exceed at times.
+    """The surrogate with tolerances and floors of its bound; random inputs exceed them at times.
 
     They are a share of the bounds where the local scale is one.
     """
     bound = surrogate.bound
     assert bound is not None
     tolerances = share * bound.factors_at(0.95) * np.linspace(0.8, 1.2, bound.companion.n_values)
-    return replace(surrogate, bound=replace(bound, tolerances=tolerances))
+    return replace(
+        surrogate, bound=replace(bound, tolerances=tolerances, floors=0.3 * tolerances[::-1])
+    )
 
 
 def bounded_surrogate(

@@ -8,7 +8,8 @@ bounds by conformal prediction: a factor turns a scale of the error into a bound
 
 Samples of one trajectory resemble each other, so a trajectory counts as one observation. A factor
 is the smallest one for which the share of covered samples per trajectory, averaged over N
-trajectories, is at least c (N + 1) / N. For a new trajectory that is exchangeable with these, the
+trajectories, is at least c (N + 1) / N. (A sample whose error is at most its floor, or at most the
+disagreement, is covered by any factor.) For a new trajectory that is exchangeable with these, the
 expected share is then at least c (pooled-CDF split conformal prediction: Dunn, Wasserman, Ramdas,
 2023, "Distribution-free prediction sets for two-layer hierarchical models").
 """
@@ -52,6 +53,7 @@ from slide_fmu.surrogate.error_bound import (
     ErrorBound,
     calibrated,
     filling_length,
+    floored,
     least_trajectories,
     local_scales,
     statistics_of,
@@ -82,6 +84,10 @@ FURTHER_SHARE = 0.05
 With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
+FLOOR = 0.1
+"""The floor of an output's bounds over its usual error. It covers small errors on kinds of input
+that the head has never seen; in range, bounds are hardly wider."""
+
 USUAL = 0.999
 """Quantile of the watched means that gives the shape of the domain, a box."""
 
@@ -94,6 +100,7 @@ class _Seen:
         statistics: computed while a sample is the newest, shape (n_trajectories, N, n_statistics).
         afterwards: computed when its inputs are known, for an error estimate over a span.
         watched: shape (n_trajectories, N, n_watched).
+        disagreement: of ``Trust``, shape (n_trajectories, N, n_outputs).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
     """
@@ -101,7 +108,14 @@ class _Seen:
     statistics: FloatArray
     afterwards: FloatArray
     watched: FloatArray
+    disagreement: FloatArray
     errors: FloatArray
+
+    def usual_errors(self) -> FloatArray:
+        """Return the 95 % quantile of every output's errors, (n_outputs,), which is positive."""
+        usual = np.quantile(_samples(self.errors)[:, 0], USUAL_CONFIDENCE, axis=0)
+        # an output without any error, but in a few samples, must have a tolerance too
+        return np.asarray(np.maximum(usual, 2.0**-MOST_EXPONENT))
 
 
 def fit_bound(
@@ -144,17 +158,19 @@ def fit_bound(
             mixes_of.append(mix)
     mixes += [_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
-    factors = np.maximum.reduce([_factors_of(head, mix) for mix in calibrations])
+    floors = FLOOR * calibration.usual_errors()
+    factors = np.maximum.reduce([_factors_of(head, floors, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = _limits(learnt.watched, calibration.watched, recipe.domain_alarms)
     usual = factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
-    tolerances = _tolerances(calibrations, (head, usual, limits), recipe.false_alarms)
+    judge = head, usual, floors, limits
+    tolerances = _tolerances(calibrations, judge, recipe.false_alarms)
     block, estimate = recipe.span_block(surrogate.window.step), None
     if block is not None:
         rms = _scales(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
-    parts = companion, head, blocks, factors, limits
-    return ErrorBound(*parts, surrogate.estimator, estimate, tolerances), history
+    parts = companion, head, blocks, factors, limits, surrogate.estimator, estimate
+    return ErrorBound(*parts, tolerances, floors), history
 
 
 def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
@@ -163,15 +179,20 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
     return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
 
 
-def _factors_of(head: FeedForward, calibration: _Seen) -> FloatArray:
+def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> FloatArray:
     """Return the factors for all confidences, (3, n_outputs).
+
+    The floors have the shape (n_outputs,). Each sample is covered from some factor on
+    (``floored``), and these factors are the ratios for ``conformal_factors``.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """
     n_outputs = calibration.errors.shape[2]
     found = _scales(head, calibration.statistics)[..., :n_outputs]
-    # factors must be positive, so errors of zero count as the smallest that the head knows
-    ratios = np.maximum(calibration.errors / found, 2.0**-MOST_EXPONENT)
+    errors = calibration.errors
+    left = np.sqrt(np.maximum(errors**2 - floors**2, 0.0))
+    ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
+    ratios = np.maximum(ratios, 2.0**-MOST_EXPONENT)  # factors must be positive
     enough = calibrated(len(ratios))
     return np.stack(
         [
@@ -257,13 +278,15 @@ def _seen(
     predicted = surrogate.output_scaling.apply(plain)
     with np.errstate(all="ignore"):
         errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        statistics, watched, _ = statistics_of(networks, blocks, scaled, predicted, ahead)
+        seen = statistics_of(networks, blocks, scaled, predicted, ahead)
+        statistics, watched, disagreement = seen
         afterwards = statistics
         if ahead is not None:
             afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
-    return _Seen(*(part[:, filled] for part in (statistics, afterwards, watched, errors)))
+    parts = statistics, afterwards, watched, disagreement, errors
+    return _Seen(*(part[:, filled] for part in parts))
 
 
 def _fit_head(
@@ -405,7 +428,7 @@ def _limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) ->
 
 def _tolerances(
     calibrations: Sequence[_Seen],
-    judge: tuple[FeedForward, FloatArray, FloatArray],
+    judge: tuple[FeedForward, FloatArray, FloatArray, FloatArray],
     false_alarms: float,
 ) -> FloatArray:
     """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
@@ -416,17 +439,17 @@ def _tolerances(
 
     Args:
         calibrations: the plain call first, then possibly inputs known to the end of the step.
-        judge: the head, its factors of the usual confidence (n_outputs,), the domain's limits.
+        judge: the head, its factors of the usual confidence (n_outputs,), the floors
+            (n_outputs,), the domain's limits.
         false_alarms: the share.
     """
-    head, factors, limits = judge
+    head, factors, floors, limits = judge
     n_outputs = len(factors)
-    usual = np.quantile(_samples(calibrations[0].errors)[:, 0], USUAL_CONFIDENCE, axis=0)
-    # an output without any error, but in a few samples, must have a tolerance too
-    usual = np.maximum(usual, 2.0**-MOST_EXPONENT)
+    usual = calibrations[0].usual_errors()
     multiples = []
     for mix in calibrations:
-        bounds = factors * _scales(head, mix.statistics)[..., :n_outputs]
+        scaled = factors * _scales(head, mix.statistics)[..., :n_outputs]
+        bounds = floored(scaled, floors, mix.disagreement)
         ratios = (bounds / usual).max(axis=2)
         outside = (mix.watched / limits).max(axis=2) > 1
         ratios[outside] = ratios.max()  # they are alarms anyway

@@ -94,10 +94,22 @@ def _show_signals(surrogate: Surrogate, out: Console) -> None:
     acts = "is held over a step" if surrogate.hold == "zero_order" else "moves between samples"
     rows = [
         *(_row("input", signal, acts) for signal in surrogate.inputs),
-        *(_row("output", signal) for signal in surrogate.outputs),
+        *(_row("output", signal) for signal in _in_training(surrogate)),
         *(_row("parameter", parameter) for parameter in surrogate.parameters),
     ]
     print_table(ReportTable.of(("signal", "range", "acts", "meaning"), rows), out)
+
+
+def _in_training(surrogate: Surrogate) -> tuple[Signal, ...]:
+    """Return the outputs with the ranges that they had in the training, where these are known."""
+    if surrogate.output_ranges is None:
+        return surrogate.outputs
+    ends = [[float(f"{end:.4g}") for end in pair] for pair in surrogate.output_ranges]
+    pairs = zip(surrogate.outputs, ends, strict=True)
+    return tuple(
+        replace(signal, low=low, high=high, start=None) if low < high else signal
+        for signal, (low, high) in pairs
+    )
 
 
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:

@@ -79,7 +79,8 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:
-        console.print(f"the system also offers: {', '.join(offers) or 'nothing but its outputs'}")
+        more = f"in addition to its outputs: {', '.join(offers)}" if offers else "outputs alone"
+        console.print(f"model   gives {more}")
     show_sizing(figures.window)
     console.print(
         f"window  the network sees {window.n_in} samples of the inputs and gives {window.n_out} "

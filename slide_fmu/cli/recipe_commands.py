@@ -97,7 +97,8 @@ def init(
         typer.Option(
             help="How inputs act between samples: zero_order (held over a step) or "
             "first_order (they move). Default: what the model says; otherwise "
-            "inputs of functions and FMUs move.",
+            "inputs of functions and FMUs move, and of exudyn models those in m, "
+            "mm, rad or deg.",
         ),
     ] = None,
     fmu_step: Annotated[
@@ -181,7 +182,7 @@ def try_(
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the motions.")] = None,
     runs: RunsOption = Path("runs"),
 ) -> None:
-    """Check in a minute whether a recipe fits the model, and what its data will cost."""
+    """Check in half a minute whether a recipe fits the model, and what its data will cost."""
     with errors():
         require_training()
     from slide_fmu.memory.sizing import require_window

@@ -27,6 +27,9 @@ PLAIN = {
 }
 """Expectations, by pydantic's type of error."""
 
+WITHIN = "within"
+"""Key under which the context of an error has the place of its cause within the value."""
+
 LIMITS = {
     "greater_than": ("more than", "gt"),
     "greater_than_equal": ("at least", "ge"),

@@ -44,3 +44,11 @@ def number(value: float) -> str:
         count = int(value) if value == int(value) < 1e6 else round(rounded)
         return f"{count:,}".replace(",", " ")
     return f"{rounded:.{2 - math.floor(math.log10(rounded))}f}"
+
+
+def ratio_text(value: float) -> str:
+    """Write a ratio with three digits; large ones have no exponent: 1870 or 37 600."""
+    rounded = float(f"{value:.3g}")
+    if not 1e3 <= rounded < 1e15:
+        return f"{rounded:.3g}"
+    return f"{rounded:.0f}" if rounded < 1e4 else number(rounded)

@@ -80,8 +80,8 @@ def find_file(name: str) -> Path:
     found = next((path for path in places if path.is_file()), None)
     if found is None:
         raise FileNotFoundError(
-            f"no file {name!r} in {Path.cwd()} or next to the recipe; expected the path of one: "
-            "check the name"
+            f"no file {name!r} in {Path.cwd()}, on PYTHONPATH, or next to the recipe; expected "
+            "the path of one: check the name, or put its folder on PYTHONPATH"
         )
     return found.resolve()
 

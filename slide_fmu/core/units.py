@@ -43,6 +43,12 @@ FACTOR = re.compile(r"([A-Za-z%_]+|1)\^?([-+]?\d+)?")
 """A symbol, and its exponent if there is one."""
 
 
+EXAMPLES = "'m', 'rad', 'kN', 'N.m' or 'm/s2'"
+"""Units that a message names where it does not know another one."""
+
+PREFIXES = ("k", "M", "m", "kilo", "mega", "milli")
+"""Prefixes that users write before the name of a unit in full, as in kNewton."""
+
 NO_UNIT = "1"
 """FMI's name for the unit of a dimensionless number."""
 
@@ -78,8 +84,8 @@ def require_unit(name: str, unit: str) -> None:
             meant = [each for each in _nearest(factor) if each != repr(NO_UNIT)]
             known = f"{' or '.join(meant)}, or " if meant else ""
             raise ValueError(
-                f"signal {name!r}: unit {unit!r}; expected known units, but {factor!r} is none: "
-                f"write {known}'1' for a number without unit"
+                f"signal {name!r}: unit {unit!r}; expected known units, such as {EXAMPLES}, but "
+                f"{factor!r} is none: write {known}'1' for a number without unit"
             )
 
 
@@ -88,7 +94,9 @@ def _is_known(symbol: str) -> bool:
     if symbol in COMMON:
         return True
     short = None if symbol.lower() in NAMES else _symbol_of(symbol)
-    return short is not None and len(symbol) <= len(short) + 1  # as um for µm, or l for L
+    if short is None or (symbol.endswith("s") and _symbol_of(symbol[:-1]) == short):
+        return False  # pint reads the plural of a symbol too, as in lbs
+    return len(symbol) <= len(short) + 1  # as um for µm, or l for L
 
 
 def _symbol_of(text: str) -> str | None:
@@ -113,12 +121,18 @@ def _nearest(symbol: str) -> list[str]:
     named = [
         unit for name, unit in NAMES.items() if (name and word.startswith(name)) or name == word
     ]
-    short = _symbol_of(symbol)
-    meant = [short] if not named and short is not None and short.isascii() and short else []
-    near = difflib.get_close_matches(symbol, [*BASE_UNITS, *sorted(COMMON)], n=3, cutoff=0.5)
-    return [repr(unit) for unit in dict.fromkeys([*named, *meant, *near])][:3] or [
-        "a product such as 'N.m'"
+    named += [
+        prefix[0] + unit
+        for prefix in PREFIXES
+        for name, unit in NAMES.items()
+        if len(name) > len("sec") and symbol.startswith(prefix + name.capitalize())
     ]
+    short = _symbol_of(symbol)
+    meant = [short] if short is not None and short.isascii() and short else []
+    if not (named or meant):
+        known = [*BASE_UNITS, *sorted(COMMON)]
+        meant = difflib.get_close_matches(symbol, known, n=3, cutoff=0.5)
+    return [repr(unit) for unit in dict.fromkeys([*named, *meant])][:3]
 
 
 NAMES = {
@@ -137,6 +151,7 @@ NAMES = {
     "watt": "W",
     "amp": "A",
     "kelvin": "K",
+    "lbs": "lbf",
     "-": "1",
     "": "1",
 }

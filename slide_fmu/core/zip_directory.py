@@ -38,7 +38,12 @@ def open_archive(path: Path) -> zipfile.ZipFile:
             f"the list of its members has {size} bytes; expected at most {MOST_BYTES}, enough for "
             f"{MOST_MEMBERS} members"
         )
-    archive = zipfile.ZipFile(path)
+    try:
+        archive = zipfile.ZipFile(path)
+    except zipfile.BadZipFile as error:
+        if zipfile.is_zipfile(path):
+            raise
+        raise zipfile.BadZipFile("it is no zip archive, as every FMU is") from error
     count = len(archive.filelist)
     if count > MOST_MEMBERS:
         archive.close()

@@ -22,7 +22,7 @@ class ChannelKind(Kind):
 
     Attributes:
         amplitude: range of the factor on the normalised signal; it is drawn uniformly, separately
-            for each input.
+            for each input. Values beyond an input's range are clipped to its ends.
     """
 
     amplitude: Range = (1.0, 1.0)

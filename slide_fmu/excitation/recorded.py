@@ -16,6 +16,9 @@ from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
+GRID = 10_000
+"""Number of times in a file at which its inputs are compared with their ranges."""
+
 CLIPPED = 0.8
 """A file is refused if more than this fraction of it would be clipped: its unit differs."""
 
@@ -27,7 +30,8 @@ class Recorded(Kind):
     column is the time in s, which rises; the others are inputs, in their units. Between its
     samples an input moves linearly, or holds its last value if it has a zero-order hold. A
     trajectory longer than the file goes through it forwards, then backwards, so that nothing
-    jumps.
+    jumps. Values beyond an input's range are clipped to its ends; ``try`` and ``run`` say how
+    many.
 
     Attributes:
         path: the file, relative to the current folder or to the folder of the recipe.
@@ -99,7 +103,7 @@ class Recorded(Kind):
     def _require_mostly_in_range(self, signal: Signal, values: FloatArray) -> None:
         """Refuse values of which many would be clipped, as with another unit."""
         least = values.mean() + self.scale[0] * (values - values.mean())
-        part = float(np.mean((least < signal.low) | (least > signal.high)))
+        part = _share_outside(signal, least)
         if part > CLIPPED:
             raise ValueError(
                 f"kind = 'file': {self.path!r}: {values.min():.4g} .. {values.max():.4g} for "
@@ -108,6 +112,21 @@ class Recorded(Kind):
                 f"{100 * part:.0f} % of the values lie outside and would be clipped: give them in "
                 f"{signal.unit}, widen the range, or lower the scale"
             )
+
+    def shares_outside(self, signals: tuple[Signal, ...]) -> list[float]:
+        """Return the share of time for which each input is clipped at the largest scale.
+
+        Cosine and sine of an angle are never clipped.
+        """
+        table = _read(self.path, str(self.digest))
+        times, found = table[self.time], list[float]()
+        grid = np.linspace(times[0], times[-1], GRID)
+        for signal in signals:
+            values = table[self.columns.get(signal.name, signal.name)]
+            scaled = values.mean() + self.scale[1] * (values - values.mean())
+            share = _share_outside(signal, _sampled(times, scaled, grid, signal))
+            found.append(share if signal.angle is None else 0.0)
+        return found
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         text = f"the inputs are parts of the file {Path(self.path).name}"
@@ -142,6 +161,11 @@ class Recorded(Kind):
                 cut = np.clip(scaled, middle - factor * half, middle + factor * half)
             columns.append(cut)
         return np.stack(columns, axis=1)
+
+
+def _share_outside(signal: Signal, values: FloatArray) -> float:
+    """Return the share of values that lie outside of the range of a signal."""
+    return float(np.mean((values < signal.low) | (values > signal.high)))
 
 
 def _sampled(times: FloatArray, values: FloatArray, at: FloatArray, signal: Signal) -> FloatArray:

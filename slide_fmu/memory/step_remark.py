@@ -40,19 +40,18 @@ def step_remark(case: Case) -> str | None:
         system = case.system_with_step(step / FINER)
     except LoadError:
         return None
-    outputs = _finer_outputs(recipe, system)
-    if not outputs.shape[1]:
+    names, outputs = _finer_outputs(recipe, system)
+    if not names:
         return None
-    errors = between_samples(outputs, FINER)
-    if hold_of(system.inputs) == "zero_order" or system.follows_rates:
-        # inputs, or the rates of straight lines, jump at samples
-        errors = np.minimum(errors, after_jumps(outputs, FINER))
+    # inputs or their rates may jump at samples, and some outputs follow them at once
+    errors = np.minimum(between_samples(outputs, FINER), after_jumps(outputs, FINER))
     lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
     if lost > COARSE:
         return (
-            f"window.step = {step:g} s: between its samples outputs differ by {percent(lost)} "
-            f"of their standard deviation from a smooth curve through them; expected at most "
-            f"{100 * COARSE:g} %: give a smaller step where what is between the samples counts"
+            f"window.step = {step:g} s: between its samples {names[int(np.argmax(errors))]} "
+            f"differs by {percent(lost)} of its standard deviation from a smooth curve through "
+            f"them; expected at most {100 * COARSE:g} %: give a smaller step where what is "
+            "between the samples counts"
         )
     if rarer < WASTE:
         return (
@@ -92,27 +91,32 @@ def _relative(error: FloatArray, true: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.std(true, axis=0))
 
 
-def _finer_outputs(recipe: Recipe, system: System) -> FloatArray:
+def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArray]:
     """Simulate a motion more finely: the first that does not fail and moves outputs.
 
-    Only moving outputs are returned, shape (N, n_moving), without any if no motion moves one.
+    Only moving outputs are returned, their names and values, shape (N, n_moving); without any if
+    no motion moves one.
     """
     failure = None
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    found = None
+    names, found = list[str](), None
     for attempt in range(PROBE_ATTEMPTS):
         try:
             outputs = simulate(system, _finer_inputs(recipe, system, attempt)).outputs
         except SimulationError as error:
             failure = error
             continue
-        found = outputs[:, np.std(outputs, axis=0) > STILL * ranges]
-        if found.shape[1]:
+        moving = np.std(outputs, axis=0) > STILL * ranges
+        names = [
+            signal.name for signal, moves in zip(system.outputs, moving, strict=True) if moves
+        ]
+        found = outputs[:, moving]
+        if names:
             break
     if found is None:
         assert failure is not None
         raise failure
-    return found
+    return names, found
 
 
 def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:

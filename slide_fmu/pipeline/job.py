@@ -21,6 +21,7 @@ from slide_fmu.pipeline.data_origin import origin_of_data
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
@@ -178,12 +179,15 @@ def with_values(job: Job, values: FoundValues) -> Job:
 def checked(job: Job) -> Job:
     """Return a job whose recipe was checked with its systems; this is done once.
 
+    The job tells which inputs of the training are clipped.
+
     Raises:
         LoadError, RecipeError, ContractError, SimulationError: as in ``check_case``.
     """
-    if job.is_checked:
-        return job
-    check_case(job.case)
+    if not job.is_checked:
+        check_case(job.case)
+    for remark in remarks_on_clipping(job.recipe, job.case.source):
+        job.tell(f"remark: {remark}")
     return replace(job, is_checked=True)
 
 

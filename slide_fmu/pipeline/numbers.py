@@ -253,7 +253,7 @@ def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
     while curve.ended is None:
         train, begin = FIRST * 2 ** len(points), time.monotonic()
         number = len(points) + 1
-        staged.make(train, f"data of curve point {number}")
+        staged.make(train, f"data of curve point {number} ({train} to train)")
         stage = staged.bar(f"fit of curve point {number}")
         errors = learning.errors(train, VALIDATION, stage)
         # a known point is found quickly again, so its time is no measure

@@ -200,7 +200,8 @@ class RunFolder:
         """Raise a StageError without a trained surrogate."""
         if not (self.surrogate.exists() and self.training.exists()):
             raise StageError(
-                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE)"
+                f"no trained surrogate in {self.path}; train it first (slide-fmu train RECIPE), "
+                "or name the folder of its run: --runs FOLDER"
             )
 
     def load_surrogate(self, recipe: Recipe) -> Trained:

@@ -163,7 +163,8 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
 
     job.open_recipe.resolved()
     job.folder.path.mkdir(parents=True, exist_ok=True)
-    progress = job.bar("trajectories")
+    of_bound = " of network and bound" if job.recipe.bound is not None else ""
+    progress = job.bar(f"trajectories{of_bound}")
     begin = time.monotonic()
     made = place.make(job.case, job.recipe_folder, job.folder.store, progress)
     curve = kept_curve(job.case, job.folder)

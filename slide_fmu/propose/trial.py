@@ -23,6 +23,7 @@ from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
+from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -182,8 +183,10 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     tried = tried_motions(case.source, case)
     progress(3, STEPS)
     of_step = remark_on_step(case), *remarks_on_sampling(recipe)
+    of_ranges = remarks_on_clipping(recipe, case.source)
     of_apps = remarks_on_app_tables(recipe)
-    remarks = sizing.problem, sizing.remark, tried.failed, *of_step, *tried.remarks, *of_apps
+    of_inputs = *of_step, *of_ranges
+    remarks = sizing.problem, sizing.remark, tried.failed, *of_inputs, *tried.remarks, *of_apps
     progress(STEPS, STEPS)
     given = tuple(remark for remark in remarks if remark is not None)
     return Trial(job.open_recipe, case.source, sizing, tried.seconds, given)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import cast
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.excitation.clipping import clipped
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
@@ -47,6 +48,22 @@ def require_driving(
         except ValueError as error:
             place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[{table}.excitation]]"
             raise RecipeError(f"{place}: {error}") from error
+
+
+def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:
+    """Say which kinds of excitation leave the ranges of the inputs often, a sentence each."""
+    tables = {
+        "data": recipe.data.excitation,
+        "bound": recipe.further_kinds(),
+        "validation": recipe.validation.excitation,
+    }
+    return [
+        f"{table}.excitation, number {number} ({kind.kind}): {found}"
+        for table, kinds in tables.items()
+        for number, kind in enumerate(kinds, 1)
+        for found in [clipped(kind, tuple(system.inputs), recipe.window.step)]
+        if found is not None
+    ]
 
 
 def require_same_signals(recipe: Recipe, made: System, reference: System) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from slide_fmu.core.mistakes import causes, expectation, meant_choice, value_text
+from slide_fmu.core.mistakes import WITHIN, causes, expectation, meant_choice, value_text
 from slide_fmu.core.suggestions import nearest, or_meant
 from slide_fmu.core.toml_table import Table
 from slide_fmu.recipe.automatic import AUTO, AUTOMATIC
@@ -67,14 +67,24 @@ def mistake_lines(
         file: the outermost table of the file, whose keys are suggested for misspelt ones.
         text: content of the file, for numbers of lines; empty without a file.
     """
-    found = causes(error)
-    places = {item["loc"] for item in found}
+    every = causes(error)
+    found, places = _without_misspelt(every, file), {item["loc"] for item in every}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
         found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
     return "\n".join(
         f"{source}{_line(text, item, file)}: {_describe(item, whole, file)}" for item in found
     )
+
+
+def _without_misspelt(found: list[Any], file: type[Table] | None) -> list[Any]:
+    """Leave out that a key is missing where another mistake is its misspelt name."""
+    meant = {
+        (*item["loc"][:-1], nearest(str(item["loc"][-1]), known_keys(file, item["loc"][:-1])))
+        for item in found
+        if item["type"] == "extra_forbidden" and file is not None
+    }
+    return [item for item in found if item["type"] != "missing" or item["loc"] not in meant]
 
 
 def _line(text: str, item: Any, file: type[Table] | None) -> str:
@@ -87,6 +97,7 @@ def _line(text: str, item: Any, file: type[Table] | None) -> str:
 def _place(item: Any, file: type[Table] | None) -> tuple[Place, str]:
     """Return the place of a mistake in the file, and the form of the table that it is in."""
     parts = [part for part in item["loc"] if part != "[key]"]  # pydantic's own word
+    parts += item.get("ctx", {}).get(WITHIN, [])
     if parts[:1] in (["network"], ["training"]):  # the union's choice is not part of the key
         parts[1:2] = [part for part in parts[1:2] if part not in (*METHODS, *METHODS.values())]
     return without_forms(tuple(parts), file)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,8 +11,12 @@ from typing import Any
 from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import reason_of
 from slide_fmu.core.signals import UNUSABLE
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
+
+DECIMAL_COMMA = re.compile(r"(?<![\w.])(\d+),(\d+)(?![\w.])")
+"""A number as in 0,015; a list of numbers has a blank behind its commas."""
 
 
 def parse_recipe(text: str, source: str | Path) -> Recipe:
@@ -34,7 +39,7 @@ def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise RecipeError(f"{source}: not valid TOML: {error}") from error
+        raise RecipeError(f"{source}: not valid TOML: {error}{_comma(text, error)}") from error
     for place, found in _texts(tables, ()):
         if UNUSABLE.search(found):
             raise RecipeError(
@@ -42,6 +47,16 @@ def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
                 "since the XML files of an FMU can hold none"
             )
     return OpenRecipe.of(tables, str(source), text if isinstance(source, Path) else "")
+
+
+def _comma(text: str, error: tomllib.TOMLDecodeError) -> str:
+    """Return an ending that names a decimal comma, if the line of a mistake has one."""
+    place = re.search(r"\(at line (\d+)", str(error))
+    lines = text.splitlines()[int(place[1]) - 1 :][:1] if place else []
+    found = DECIMAL_COMMA.search(lines[0]) if lines else None
+    if found is None:
+        return ""
+    return f"; numbers have a decimal point: write {found[1]}.{found[2]}, not {found[0]}"
 
 
 def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -88,9 +103,10 @@ def read_recipe_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")  # some editors begin files with a mark
     except OSError as error:
+        others = [str(other) for other in path.parent.glob("*.toml")] if path.name else []
         raise RecipeError(
             f"recipe {str(path)!r} cannot be read ({reason_of(error)}); expected a TOML file "
-            "such as training/duffing.toml"
+            f"such as training/duffing.toml{or_meant(str(path), others)}"
         ) from error
     except UnicodeDecodeError as error:
         raise RecipeError(

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
 
+from slide_fmu.core.mistakes import WITHIN
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.core.units import require_unit
+from slide_fmu.core.units import NO_UNIT, require_unit
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
 from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
@@ -65,8 +67,11 @@ class SystemRecipe(Table):
     @classmethod
     def _units_are_known(cls, value: dict[str, SignalTable]) -> dict[str, SignalTable]:
         for name, table in value.items():
-            if table.unit is not None:
-                require_unit(name, table.unit)
+            try:
+                require_unit(name, NO_UNIT if table.unit is None else table.unit)
+            except ValueError as error:
+                place = {"text": str(error), WITHIN: [name, "unit"]}
+                raise PydanticCustomError("unit", "{text}", place) from error
         return value
 
     @field_validator("chain", mode="before")

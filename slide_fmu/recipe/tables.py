@@ -29,7 +29,8 @@ class WindowRecipe(Table):
         planned: whether inputs with a first-order hold are planned motions, which are known ahead
             and move between samples as the model moves them. ``slide_fmu.simulate``, ``slide-fmu
             motion`` and SSPs then give the FMU the values that they reach by each step's end.
-        remaining_amplitude: fraction to which initial effects must have decayed.
+        remaining_amplitude: fraction to which initial effects must have decayed; recipes of
+            ``init`` have 0.001.
         allow_short: whether a window is accepted that is too short for the system.
     """
 

@@ -96,7 +96,8 @@ def recipe_text(draft: ModelDraft) -> str:
         f"step = {value_text(draft.step)}",
         *comment_lines(
             "The lengths n_in and n_out follow from how long the system remembers: until this "
-            "part of what happened before is left."
+            "part of what happened before is left. Without this key it is 0.01, with a shorter "
+            "window that loses more."
         ),
         "remaining_amplitude = 0.001",
         "",

@@ -9,7 +9,7 @@ from slide_fmu.core.web.charts import Bar
 from slide_fmu.recipe.kind_rules import Words
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.error_tables import accuracy_table, parameter_table, timing_table
+from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
 from slide_fmu.report.frequency_charts import error_maps, frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
@@ -111,9 +111,9 @@ def moving_text(surrogate: Surrogate) -> str:
     if surrogate.hold == "zero_order":
         return ""
     return (
-        " Before each step the FMU gets the values that the inputs reach by its end. An importer "
-        "that sets the values at its start, as a plain simulation does, has the errors of the "
-        f'column "inputs set to what they are now": {meaning_of(surrogate)}.'
+        " Inputs are known to the step's end: before each step the FMU gets the values that they "
+        "reach by then. An importer that sets the values at its start makes the plain call, whose "
+        f'errors stand in the column "{PLAIN}": {meaning_of(surrogate)}.'
     )
 
 

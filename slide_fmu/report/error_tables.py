@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.units import behind
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.box import TITLES
@@ -19,8 +20,10 @@ from slide_fmu.validation.error_figures import (
 )
 
 SIZE = "RMS of the reference about its mean"
-PLAIN = "relative RMSE, inputs set to what they are now"
-"""Columns of tables of errors."""
+RELATIVE = "relative RMSE"
+KNOWN = "relative RMSE, known to the step's end"
+PLAIN = "relative RMSE, plain call"
+"""Columns of tables of errors. Where inputs move, both calls have one."""
 
 WORST = 5
 """Number of the worst values of physical parameters that are shown."""
@@ -38,7 +41,7 @@ def accuracy_table(validations: Mapping[str, ValidationFigures]) -> ReportTable:
         "output",
         SIZE,
         "RMSE",
-        "relative RMSE",
+        KNOWN if all(v.moving for v in validations.values()) else RELATIVE,
         "median of trajectories (10 % .. 90 %)",
         "largest error",
         PLAIN,
@@ -72,7 +75,7 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
 def short_accuracy_table(validation: ValidationFigures) -> ReportTable:
     """Return the errors of every output of one validation, as a console shows them."""
     return accuracy_table({"": validation}).columns(
-        "output", SIZE, "RMSE", "relative RMSE", "largest error", PLAIN
+        "output", SIZE, "RMSE", RELATIVE, KNOWN, "largest error", PLAIN
     )
 
 
@@ -81,7 +84,7 @@ def timing_table(timing: Timing) -> ReportTable:
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
     if timing.speedup is not None:
         rows.append(("reference system, simulated", f"{timing.reference_step_us:.3g} µs"))
-        rows.append(("ratio", f"{timing.speedup:.3g}"))
+        rows.append(("ratio", ratio_text(timing.speedup)))
     return ReportTable.of(
         ("median; of the FMU: set, doStep and get through fmpy", "per step"), rows
     )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.measures import percent, rms
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, colour_of
@@ -190,7 +191,7 @@ def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Cha
         ),
     ]
     return Chart(
-        f"{title}: error {found.ratio:.3g} times its bound",
+        f"{title}: error {ratio_text(found.ratio)} times its bound",
         panels,
         parts=parts_of(~found.trusted[shown], time),
         marks=[surrogate.window.step * found.step],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.units import behind
+from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.report.validity import has_tolerances
@@ -77,9 +77,9 @@ def _worst_sentences(worst: TryFigures) -> list[str]:
     relative = worst.relative_rmse
     return [
         f"The worst was {worst.kind}: {worst.inputs}.",
-        f"There an error was {worst.over_bound:.3g} times its bound.",
+        f"There an error was {ratio_text(worst.over_bound)} times its bound.",
         f"Over the whole record, the largest error of {worst.output} is "
-        f"{worst.largest_error:.3g}{behind(worst.unit)}"
+        f"{quantity(worst.largest_error, worst.unit)}"
         + ("." if relative is None else f", and its relative RMSE {percent(relative)}."),
         f"Of the samples {percent(worst.harmful)} are harmful, and {percent(worst.unnoticed)} "
         "are harmful and not reported.",
@@ -89,7 +89,7 @@ def _worst_sentences(worst: TryFigures) -> list[str]:
 def _noise_sentence(figures: SearchFigures) -> str:
     usual, highest = (f"{100 * value:g} %" for value in figures.confidences)
     every = figures.before, figures.after, figures.after_highest
-    before, after, above = (f"{max(ratios):.3g}" for ratios in every)
+    before, after, above = (ratio_text(max(ratios)) for ratios in every)
     starts = figures.starts
     where = "in the domain" if figures.flag == "in_domain" else "at trusted steps"
     at_first = sum(ratio > BROKEN for ratio in figures.before)
@@ -110,10 +110,8 @@ def covered_sentence(bound: BoundFigures) -> str | None:
         ", ".join(map(percent, covered.coverage))
         for covered in (bound.plain, bound.known_to_step_end)
     )
-    return (
-        f"Covered samples where inputs are set to what they are now: {plain}; where they are set "
-        f"to what they reach by the step's end: {known}."
-    )
+    known_words = "with inputs known to the step's end"
+    return f"Covered samples in the plain call: {plain}; {known_words}: {known}."
 
 
 def bound_sentences(
@@ -152,13 +150,14 @@ def bound_sentences(
         )
     if moving and recipe.window.planned:
         found.append(
-            "Error bounds were calibrated on inputs that are known to the end of each step: the "
-            "error of the FMU where it is given only what they are at its start is not in them."
+            "Error bounds were calibrated with inputs known to the step's end: what the plain "
+            "call does not know of a step is not in them."
         )
     elif moving:
         found.append(
-            "Error bounds were calibrated for an importer that sets inputs to what they are at "
-            "the start of each step: the error of forecasting them to its end is in them."
+            "Error bounds were calibrated in the plain call, which knows inputs at the start of "
+            "each step: the error of forecasting them to its end is in them. "
+            "An input that jumps acts like a ramp over one step, which is not in them."
         )
     bound = None if measured is None else measured.error_bound
     covered = None if bound is None else covered_sentence(bound)

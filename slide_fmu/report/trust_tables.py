@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.units import NO_UNIT, behind
+from slide_fmu.core.readable import quantity, ratio_text
+from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import (
@@ -77,7 +78,7 @@ def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
         percent(found.constant_mean),
         percent(found.constant_p95),
         percent(found.too_small_share),
-        f"{found.too_small_factor:.3g} times the estimate",
+        f"{ratio_text(found.too_small_factor)} times the estimate",
         _correlation(found.rank_correlation),
     )
 
@@ -229,8 +230,8 @@ def search_table(figures: SearchFigures) -> ReportTable:
     rows = (
         (
             text,
-            f"{np.median(ratios):.3g}",
-            f"{max(ratios):.3g}",
+            ratio_text(float(np.median(ratios))),
+            ratio_text(max(ratios)),
             f"{sum(ratio > BROKEN for ratio in ratios)} of {len(ratios)}",
         )
         for ratios, text in parts
@@ -250,9 +251,9 @@ def tries_table(figures: SearchFigures) -> ReportTable:
         (
             one.kind,
             one.inputs,
-            f"{one.over_bound:.3g}",
+            ratio_text(one.over_bound),
             "" if one.relative_rmse is None else percent(one.relative_rmse),
-            f"{one.output}: {one.largest_error:.3g}{behind(one.unit)}",
+            f"{one.output}: {quantity(one.largest_error, one.unit)}",
             *(percent(share) for share in (one.harmful, one.unnoticed, one.flagged)),
         )
         for one in figures.tries[:SHOWN]

@@ -31,6 +31,9 @@ SILENT = "not valid, and the FMU does not always say so"
 TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
 """Names of kinds for which no harmful errors are known."""
 
+KNOWN_CALL, PLAIN_CALL = ", known to the step's end", "in the plain call "
+"""Words for the two calls of an FMU whose inputs move."""
+
 RULE = (
     f"A sample is harmful if its error exceeds {HARMFUL:g} times the usual 95 % level. It is "
     "flagged if {flag} is false, and unnoticed if it is harmful, not flagged, and above its "
@@ -65,12 +68,14 @@ def judgements(
     learnt = rules.described(recipe, signals, step, held_out=False)
     for figures in validations.values():
         if figures.amplitude != (1.0, 1.0):
-            found.append(_beyond(figures, flagged))
+            found.append(_beyond(figures, flagged, _calls(surrogate, figures)))
         elif figures.held_out:
             held_out = rules.described(recipe, signals, step, held_out=True)
-            found += _of_kinds(held_out, figures, (HELD_OUT, flagged))
+            words, calls = (HELD_OUT, flagged), _calls(surrogate, figures)
+            found += _of_kinds(held_out, figures, words, calls)
         else:
-            found += _of_kinds(learnt, figures, (TRAINED, flagged))
+            words, calls = (TRAINED, flagged), _calls(surrogate, figures)
+            found += _of_kinds(learnt, figures, words, calls)
     named = {judgement.inputs for judgement in found}
     rest = [text for text in learnt.values() if text not in named]
     return found + [Judgement(TRAINED, text, "not measured") for text in rest]
@@ -106,30 +111,47 @@ def is_ruled(found: Sequence[Judgement]) -> bool:
 
 
 def _of_kinds(
-    kinds: Mapping[str, str], figures: ValidationFigures, words: tuple[str, str]
+    kinds: Mapping[str, str],
+    figures: ValidationFigures,
+    words: tuple[str, str],
+    calls: tuple[str, str],
 ) -> Iterator[Judgement]:
     """Judge the kinds that were measured; the others have no trajectories.
 
-    The words are those for kinds without known harm, and for valid ones that are flagged.
+    The words are those for kinds without known harm, and for valid ones that are flagged;
+    ``calls`` are those of ``_calls``.
     """
     unknown, flagged = words
     bounds = () if figures.error_bound is None else figures.error_bound.excitations
-    harms = {kind.name: kind.harm for kind in bounds}
+    found = {kind.name: kind for kind in bounds}
     for kind in figures.excitations:
         if kind.name in kinds:
-            harm, error = harms.get(kind.name), max(kind.relative_rmse)
+            bound, error = found.get(kind.name), max(kind.relative_rmse)
+            harm = None if bound is None else bound.harm
             verdict = unknown if harm is None else _verdict(harm, flagged)
-            seen = "" if harm is None or unknown == TRAINED else f"{unknown}, "
-            yield Judgement(verdict, kinds[kind.name], seen + _measured(error, harm))
+            seen = [] if harm is None or unknown == TRAINED else [unknown]
+            if bound is not None:
+                ending = "y" if bound.trajectories == 1 else "ies"
+                seen.append(f"{bound.trajectories} trajector{ending}")
+            shares = () if bound is None else bound.coverage
+            measured = _measured(error, harm, calls, shares)
+            yield Judgement(verdict, kinds[kind.name], ", ".join([*seen, measured]))
 
 
-def _beyond(figures: ValidationFigures, flagged: str) -> Judgement:
+def _beyond(figures: ValidationFigures, flagged: str, calls: tuple[str, str]) -> Judgement:
     """Judge all kinds together, at larger amplitudes."""
     harm = None if figures.error_bound is None else figures.error_bound.harm
     kinds = "kinds that were held out" if figures.held_out else "same kinds"
     text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
     verdict = BEYOND if harm is None else _verdict(harm, flagged)
-    return Judgement(verdict, text, _measured(figures.worst, harm))
+    return Judgement(verdict, text, _measured(figures.worst, harm, calls))
+
+
+def _calls(surrogate: Surrogate, figures: ValidationFigures) -> tuple[str, str]:
+    """Name the calls in which errors, and bounds and harm, were measured; where inputs move."""
+    if not figures.moving:
+        return "", ""
+    return KNOWN_CALL, "" if surrogate.planned else PLAIN_CALL
 
 
 def is_valid(harm: Harm) -> bool:
@@ -143,10 +165,16 @@ def _verdict(harm: Harm, flagged: str) -> str:
     return flagged if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
 
 
-def _measured(error: float, harm: Harm | None) -> str:
-    found = [f"relative RMSE {percent(error)}"]
+def _measured(
+    error: float, harm: Harm | None, calls: tuple[str, str], coverage: Sequence[float] = ()
+) -> str:
+    known, plain = calls
+    found = [f"relative RMSE {percent(error)}{known}"]
+    if coverage:
+        found.append(f"{plain}{percent(min(coverage))} of the samples covered by the bound")
+        plain = ""
     if harm is not None:
-        found.append(f"{percent(harm.harmful)} of the samples harmful")
+        found.append(f"{plain}{percent(harm.harmful)} of the samples harmful")
         if harm.harmful_flagged is not None and harm.harmful:
             found.append(f"{percent(harm.harmful_flagged)} of these flagged")
             found.append(f"{percent(harm.harmful_unnoticed)} of all unnoticed")

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.units import behind
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
@@ -22,6 +23,10 @@ from slide_fmu.validation.error_figures import (
     worst_of,
 )
 from slide_fmu.validation.plain_call import late_words
+
+FAR_ABOVE = 3.0
+"""An output is named if its error is larger than all others by this factor. It follows inputs
+within a step if it is larger in the plain call than with known inputs by this factor."""
 
 MOST_INPUTS = 3
 """Largest number of inputs whose ranges the verdict names; the table of variables has all."""
@@ -65,7 +70,7 @@ def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
     )
     found = [
         _plain(measured.plain_call, in_range, subject),
-        _smooth_or_known(measured.plain_call, subject.planned),
+        _smooth_or_known(measured.plain_call, subject.planned, in_range.error_bound is not None),
         _box(measured.box),
         _bound(in_range, measured),
         _estimate(in_range.error_estimate),
@@ -91,8 +96,24 @@ def _plain(found: PlainCallFigures | None, in_range: ValidationFigures, subject:
         parts[0] += f" ({percent(single)} in the worst motion)"
     if rough is not None:
         parts.append(f"{_up_to(rough, found.outputs)} under inputs as in the training")
+        parts[-1] += f" ({''.join(of)})" if (of := worst_output(found)) else ""
     call = f"fmpy.simulate_fmu with output_interval = {subject.step:g}"
     return f"Relative RMSE of the plain call, {call}: {', '.join(parts)}."
+
+
+def worst_output(found: PlainCallFigures) -> tuple[str, str, str] | None:
+    """Name the output whose error in the plain call is far above the errors of all others.
+
+    The result has its name, the reason if it is known, and words on the others. The errors are
+    those under inputs as in the training. None is returned without such an output.
+    """
+    *others, worst = sorted(found.outputs, key=lambda output: output.rough)
+    if not others or worst.rough < FAR_ABOVE * others[-1].rough:
+        return None
+    known = worst.known_to_step_end
+    follows = known is not None and worst.rough > FAR_ABOVE * known
+    why = ", which follows inputs within a step" if follows else ""
+    return worst.name, why, f"; the others up to {percent(others[-1].rough)}"
 
 
 def _without_plain_call(in_range: ValidationFigures) -> str:
@@ -108,8 +129,8 @@ def _without_plain_call(in_range: ValidationFigures) -> str:
     )
 
 
-def _smooth_or_known(found: PlainCallFigures | None, planned: bool) -> str | None:
-    """Say the error where smooth inputs are held, or where inputs are known ahead."""
+def _smooth_or_known(found: PlainCallFigures | None, planned: bool, bounded: bool) -> str | None:
+    """Say the error where smooth inputs are held, or with inputs known to the step's end."""
     if found is None:
         return None
     held, known = found.worst("smooth_if_held"), found.worst("known_to_step_end")
@@ -118,8 +139,9 @@ def _smooth_or_known(found: PlainCallFigures | None, planned: bool) -> str | Non
         return f"Inputs are held over each step. {late[0].upper()}{late[1:]}."
     if known is not None:
         text = f"With inputs known to the step's end: {_up_to(known, found.outputs)}."
-        jumps = " An input that jumps acts like a ramp over one step, half of one late or early."
-        return text if planned else text + jumps
+        jumps = " An input that jumps acts like a ramp over one step, half of one late or early. "
+        jumps += "The bound does not include that: use" if bounded else "Use"
+        return text if planned else f'{text}{jumps} hold = "zero_order" for inputs that jump.'
     return None
 
 
@@ -141,7 +163,9 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
     plain = "" if found.plain is None else _shares(found.plain.coverage)
     text = f"Its error bound of {100 * found.confidence:g} % covers {covered} of the samples"
     if plain not in ("", covered):
-        text += f" where inputs are known to the step's end, {plain} in the plain call"
+        text += f" with inputs known to the step's end, {plain} in the plain call"
+    elif plain:
+        text += " in the plain call"
     call, box = measured.plain_call, measured.box
     corners = None if box is None else box.corners
     smooth = () if call is None else (output.smooth_covered for output in call.outputs)
@@ -152,9 +176,11 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
     width = worst_of(output.width for output in found.outputs)
     if width is None:
         return f"{text}."
-    text += f", and is {width:.2g} times as wide as the best constant one"
+    most = "up to " if len(found.outputs) > 1 else ""
+    text += f". On average it is {most}{width:.2g} times as large as the constant that covers "
+    text += f"{100 * found.confidence:g} % of the errors"
     worse = [output.name for output in found.outputs if (output.skill or 0.0) < 0]
-    return f"{text}; of {', '.join(worse)} the constant one says more." if worse else f"{text}."
+    return f"{text}; for {', '.join(worse)} a constant bound says more." if worse else f"{text}."
 
 
 def _shares(values: Iterable[float]) -> str:
@@ -169,8 +195,8 @@ def _estimate(found: EstimateFigures | None) -> str | None:
         return None
     own, constant = max((one.mean, one.constant_mean) for one in found.without_floor)
     return (
-        f"Its error estimate is off by {percent(own)} on average, the best constant by "
-        f"{percent(constant)}."
+        f"On average, its error estimate differs from the true error by {percent(own)}; the best "
+        f"constant estimate would differ by {percent(constant)}."
     )
 
 
@@ -181,11 +207,13 @@ def _valid(
     ranges = [f"{name} {low:g} .. {high:g}{behind(unit)}" for name, low, high, unit in
               subject.inputs]  # fmt: skip
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
-    text = f"Valid for inputs like those of its training, within their ranges{shown}."
+    text = f"Valid for inputs like those of its training, within their ranges{shown}"
     kinds = () if in_range.error_bound is None else in_range.error_bound.excitations
     bad = [kind.name for kind in kinds if kind.harm is not None and not is_valid(kind.harm)]
     if bad:
-        text += f" Not for {', '.join(bad)}: more of their errors than usual are large."
+        text += f", except {', '.join(bad)}: more of their errors than usual are large. "
+        text += "More trajectories of these kinds, or a mix of fewer kinds, may mend this"
+    text += "."
     for figures in others:
         if figures.held_out:
             text += f" Other kinds of input that were measured: {percent(figures.worst)}."
@@ -201,4 +229,4 @@ def _time(found: Timing) -> str:
     text = f"A step takes {found.fmu_step_us:.3g} µs"
     if found.speedup is None:
         return f"{text}. "
-    return f"{text}, one of the model {found.speedup:.3g} times as long. "
+    return f"{text}, one of the model {ratio_text(found.speedup)} times as long. "

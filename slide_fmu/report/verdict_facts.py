@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
-from slide_fmu.report.verdict import Subject, verdict
+from slide_fmu.report.verdict import Subject, verdict, worst_output
 from slide_fmu.validation.error_figures import (
     BoundFigures,
     PlainCallFigures,
@@ -61,7 +62,10 @@ def _error(found: ValidationFigures, call: PlainCallFigures | None) -> Fact:
     error = rough if rough is not None else found.worst if plain is None else plain
     smooth = None if call is None else call.worst("smooth")
     of_output = "" if len(found.outputs) == 1 else " of the worst output"
-    text = f"Relative RMSE{of_output} in the plain call, on unseen inputs."
+    named = None if call is None else worst_output(call)
+    others = "" if named is None else named[2]
+    of_output = of_output if named is None else f" of {named[0]}"
+    text = f"Relative RMSE{of_output} in the plain call, on unseen inputs{others}."
     if smooth is not None:
         text += f" Under smooth inputs: {percent(smooth)}."
     return Fact("Error", percent(error), text)
@@ -76,7 +80,7 @@ def _bound(found: BoundFigures | None) -> Fact | None:
     least = min(known, plain)
     text = f"This part of the samples lies below the error bound of {percent(found.confidence)}"
     if least < known:
-        text += f" in the plain call. Where inputs are known ahead: {percent(known)}"
+        text += f" in the plain call. With inputs known to the step's end: {percent(known)}"
     return Fact("Bound", percent(least), f"{text}.", least >= found.confidence - MISSING)
 
 
@@ -94,7 +98,8 @@ def _speed(found: Timing) -> Fact:
     step = f"{found.fmu_step_us:.3g} µs"
     if found.speedup is None:
         return Fact("Speed", step, "A step of the FMU takes this time.")
+    speedup = f"{ratio_text(found.speedup)} times"
     if found.speedup < 1:
-        text = f"A step takes {step}, which is {1 / found.speedup:.3g} times as long as the model."
-        return Fact("Speed", f"{found.speedup:.3g} times", text, good=False)
-    return Fact("Speed", f"{found.speedup:.3g} times", f"Faster than its model: {step} a step.")
+        slower = f"{ratio_text(1 / found.speedup)} times as long as the model"
+        return Fact("Speed", speedup, f"A step takes {step}, which is {slower}.", good=False)
+    return Fact("Speed", speedup, f"Faster than its model: {step} a step.")

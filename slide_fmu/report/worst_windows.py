@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.measures import percent, rms
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Chart
 from slide_fmu.report.html_report import ReportSection
@@ -73,7 +74,11 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
     part = slice(first, step.sample + before // 4 + 1)
     signal = validation.surrogate.outputs[step.output]
     kind = name_of_motion(validation, comparison)
-    size = f"{step.ratio:.3g} times its bound" if bounded else f"{percent(step.ratio)} of the RMS"
+    size = (
+        f"{ratio_text(step.ratio)} times its bound"
+        if bounded
+        else f"{percent(step.ratio)} of the RMS"
+    )
     return Chart(
         f"{signal.name} has an error of {size}",
         [

@@ -41,15 +41,20 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     return SpanEstimate(block, factors)
 
 
-def decode_tolerances(section: Reader, n_outputs: int) -> FloatArray:
-    """Read the content of the section TOLE; ``ErrorBound`` checks it.
+def encode_tolerances(tolerances: FloatArray, floors: FloatArray) -> bytes:
+    """Write the content of the section TOLE."""
+    return b"".join(values.astype("<f8").tobytes() for values in (tolerances, floors))
+
+
+def decode_tolerances(section: Reader, n_outputs: int) -> tuple[FloatArray, FloatArray]:
+    """Read the content of the section TOLE, tolerances and floors; ``ErrorBound`` checks it.
 
     Raises:
-        ValueError: the bytes are not one tolerance for each output.
+        ValueError: the bytes are not one of both for each output.
     """
-    tolerances = section.f64(n_outputs).copy()
+    tolerances, floors = (section.f64(n_outputs).copy() for _ in range(2))
     section.done()
-    return tolerances
+    return tolerances, floors
 
 
 def decode_bound(

@@ -98,6 +98,8 @@ class ErrorBound:
             estimator.
         tolerances: largest 95 % bounds that are trusted, relative to the outputs' scales, shape
             (n_outputs,); None of bounds that were made before there were any.
+        floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,). Bounds
+            with tolerances have floors, and are at least the disagreement everywhere.
     """
 
     companion: StateSpace
@@ -108,6 +110,7 @@ class ErrorBound:
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
     tolerances: FloatArray | None = None
+    floors: FloatArray | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -144,6 +147,23 @@ class ErrorBound:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
         if self.tolerances is not None:
             self._check_numbers("tolerances", self.tolerances, (n_outputs,))
+        self._check_floors()
+
+    def _check_floors(self) -> None:
+        floors = self.floors
+        if (floors is None) != (self.tolerances is None):
+            has, lacks = (
+                ("floors", "tolerances") if floors is not None else ("tolerances", "floors")
+            )
+            raise ValueError(f"error bound with {has} and without {lacks}; expected both or none")
+        shape = (self.companion.n_values,)
+        if floors is not None and (
+            floors.shape != shape or not np.all(np.isfinite(floors) & (floors >= 0))
+        ):
+            raise ValueError(
+                f"floors of an error bound {floors.tolist()}; expected {shape[0]} finite numbers "
+                "that are not negative"
+            )
 
     @staticmethod
     def _check_numbers(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
@@ -252,7 +272,8 @@ class ErrorBound:
     def bounds(self, trust: Trust, confidence: float, in_domain: NDArray[np.bool_]) -> FloatArray:
         """Return bounds, relative to the outputs' scales, (N, n_outputs).
 
-        At samples outside the domain (``in_domain``, (N,)) they are at least the disagreement.
+        They are the scales times the factors. With floors, see ``floored``; without, they are at
+        least the disagreement at samples outside the domain (``in_domain``, (N,)).
 
         Raises:
             ValueError: as for ``factors_at``.
@@ -261,7 +282,20 @@ class ErrorBound:
         outside = ~in_domain[:, None]
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
+        if self.floors is not None:
+            return floored(bounds, self.floors, known)
         return np.where(outside, np.maximum(bounds, known), bounds)
+
+
+def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) -> FloatArray:
+    """Return bounds with floors, (..., n_outputs).
+
+    Bound and floor, (n_outputs,), add up like independent errors. The result is at least the
+    disagreement. Both repair bounds on kinds of input that the head has never seen: there it may
+    expect errors that are far too small.
+    """
+    with np.errstate(over="ignore"):  # a bound may be infinite
+        return np.asarray(np.maximum(np.sqrt(bounds**2 + floors**2), disagreement))
 
 
 def least_trajectories(confidence: float) -> int:

@@ -121,10 +121,10 @@ def values_text(signals: tuple[Signal, ...], values: FloatArray) -> str:
 
 
 def _require_offered(label: str, offered: SignalTables, chosen: SignalTables) -> None:
-    unknown = [name for name in chosen if name not in offered]
+    names, unknown = list(offered), [name for name in chosen if name not in offered]
     if unknown:
-        names = list(offered)
         raise LoadError(
             f"system.{label}s of the recipe name {unknown}; expected some of the model's {names}: "
-            f"correct or remove them{or_meant(unknown, names)}"
+            "correct them, or write the recipe anew (slide-fmu init MODEL --force; the model "
+            f"stays){or_meant(unknown, names)}"
         )

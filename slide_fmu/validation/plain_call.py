@@ -162,7 +162,7 @@ def _sentence(found: PlainCallFigures, refusal: str | None) -> str:
             return f"the plain call has errors of up to {rough} under the kinds of the training"
         return (
             f"the plain call has errors of up to {rough}, since what inputs do within a step is "
-            f"forecast; with inputs that are known to the step's end it is "
+            f"forecast; with inputs known to the step's end it is "
             f"{up_to('known_to_step_end')}"
         )
     low, high = found.smooth_hz

@@ -111,3 +111,15 @@ def test_surrogate_runs_in_the_last_section(chromium: Browser, report: Path) -> 
         for body in ("document.body", f"{inside}.body")
     )
     assert outer == inner
+
+
+def test_report_counts_as_loaded_when_its_charts_are_drawn(
+    chromium: Browser, report: Path
+) -> None:
+    """Plain screenshots and prints are taken then."""
+    count = "window.addEventListener('load', () => (window.drawn = [...document.querySelectorAll("
+    count += "'canvas.chart')].filter((c) => c.width !== 300).length))"
+    chromium.call("Page.addScriptToEvaluateOnNewDocument", source=count)
+    chromium.open(report)
+    chromium.until("window.drawn !== undefined")
+    assert chromium.evaluate("window.drawn") >= 3

@@ -15,6 +15,8 @@ from crepes import ConformalRegressor
 from slide_fmu.bounds import error_bound
 from slide_fmu.bounds import fit as fit_module
 from slide_fmu.bounds.error_bound import (
+    _factors_of,
+    _scales,
     _Seen,
     _thinned,
     _tolerances,
@@ -121,7 +123,8 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     fit: Fit, unseen: Unseen, folder: Path, tmp_path: Path
 ) -> None:
     """Trajectories that end with their first filled sample are one observation each, as crepes
-    takes them: errors in metres, and the head's scales of them."""
+    takes them: what floor and disagreement leave of the errors, in metres, and the head's
+    scales."""
     surrogate = fit.surrogate
     assert isinstance(surrogate.bound, ErrorBound)
     assert RECIPE.bound is not None
@@ -146,21 +149,31 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     assert set(heard) == {None}  # its loss is no relative error
     bounded = replace(surrogate, bound=bound)
 
-    def scales_at_the_end(inputs: FloatArray) -> FloatArray:
-        scales = [bounded.trust(one).scales[-1] for one in inputs]
-        return np.concatenate(scales) * surrogate.output_scaling.scale
+    def at_the_end(inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Scales and disagreements, (n_trajectories,) each."""
+        trusts = [bounded.trust(one) for one in inputs]
+        found = [[one.scales[-1, 0], one.disagreement[-1, 0]] for one in trusts]
+        scales, apart = np.array(found).T * surrogate.output_scaling.scale
+        return scales, apart
 
+    assert bound.floors is not None
+    (floor,) = bound.floors * surrogate.output_scaling.scale
     errors = (surrogate.predict_newest_batch(single.inputs) - single.outputs[:, 1:])[:, -1, 0]
-    oracle = ConformalRegressor().fit(errors, sigmas=scales_at_the_end(single.inputs))
+    np.testing.assert_allclose(floor, 0.1 * np.quantile(abs(errors), 0.95))
+    scales, apart = at_the_end(single.inputs)
+    left = np.where(abs(errors) <= apart, 0.0, np.sqrt(np.maximum(errors**2 - floor**2, 0.0)))
+    assert 0 < (left == 0).mean() < 0.9
+    oracle = ConformalRegressor().fit(left, sigmas=scales)
     others = unseen.inputs[:, : last + 1]
+    scales, apart = at_the_end(others)
     for confidence in CONFIDENCES:
-        intervals = oracle.predict_int(
-            np.zeros(len(others)), sigmas=scales_at_the_end(others), confidence=confidence
-        )
+        zeros = np.zeros(len(others))
+        intervals = oracle.predict_int(zeros, sigmas=scales, confidence=confidence)
+        expected = np.maximum(np.hypot(intervals[:, 1], floor), apart)
         bounds = [bounded.error_bounds(one, confidence)[-1, 0] for one in others]
         inside = np.array([bounded.trust(one).novelty[-1] <= 1 for one in others])
         assert inside.sum() > 0.9 * FRESH
-        np.testing.assert_allclose(np.array(bounds)[inside], intervals[inside, 1], rtol=1e-6)
+        np.testing.assert_allclose(np.array(bounds)[inside], expected[inside], rtol=1e-6)
 
 
 def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) -> None:
@@ -223,6 +236,41 @@ def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
         assert not (trusted & ~inside).any()
 
 
+def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:
+    """They are the least ones that do: a sample below floor or disagreement needs none."""
+    rng, bound = np.random.default_rng(4), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    scales = _scales(bound.head, statistics)
+    errors = scales * np.abs(rng.normal(size=scales.shape)) * rng.uniform(0, 2, scales.shape)
+    disagreement = errors * rng.uniform(0, 1.3, scales.shape)
+    seen = _Seen(statistics, statistics, statistics, disagreement, errors)
+    floors = np.array([0.0, 0.5]) * seen.usual_errors()
+    factors = _factors_of(bound.head, floors, seen)
+    assert (np.diff(factors, axis=0) > 0).all()
+
+    def covered(of: FloatArray) -> FloatArray:
+        found = np.maximum(np.hypot(of * scales, floors), disagreement)
+        return np.asarray((errors <= found).mean(axis=(0, 1)))
+
+    for factor, confidence in zip(factors, CONFIDENCES, strict=True):
+        wanted = confidence * 121 / 120
+        assert (covered(factor * (1 + 1e-9)) >= wanted).all()
+        assert (covered(factor * (1 - 1e-9)) < wanted).all()
+    alone = _factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    assert (factors < alone).all()
+
+
+def test_an_output_that_floors_cover_has_positive_factors_that_rise() -> None:
+    rng, bound = np.random.default_rng(5), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    errors = rng.uniform(0, 1, (120, 50, 2))
+    seen = _Seen(statistics, statistics, statistics, errors, errors)
+    factors = _factors_of(bound.head, np.zeros(2), seen)
+    assert (factors == 2.0**-60).all()
+
+
 def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
     rng, bound = np.random.default_rng(3), bounded_surrogate(SHAPE).bound
     assert bound is not None
@@ -232,14 +280,16 @@ def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_c
         statistics = size * rng.normal(size=(6, 50, n_statistics))
         errors = usual / 0.95 * rng.uniform(0, 1, (6, 50, 2))
         watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
-        return _Seen(statistics, statistics, watched, errors)
+        disagreement = 4 * usual * rng.uniform(0, 1, (6, 50, 2)) ** 5
+        return _Seen(statistics, statistics, watched, disagreement, errors)
 
     plain, known = mix(1.0), mix(3.0)
-    judge = bound.head, bound.factors_at(0.95), bound.limits
+    judge = bound.head, bound.factors_at(0.95), 0.1 * usual, bound.limits
 
     def alarms(of: _Seen, tolerances: FloatArray) -> float:
         flat = of.statistics.reshape(-1, 1, n_statistics)
         bounds = judge[1] * local_scales(bound.head.evaluate(flat).astype(float))
+        bounds = np.maximum(np.hypot(bounds, judge[2]), of.disagreement.reshape(-1, 2))
         outside = (of.watched > bound.limits).any(axis=2).ravel()
         return float(np.mean((bounds > tolerances).any(axis=1) | outside))
 
@@ -296,7 +346,7 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
 )
 def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
     rng = np.random.default_rng(2)
-    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2)))
+    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2, 2)))
     found = _thinned(mix, most)
     for name, values in vars(mix).items():
         np.testing.assert_array_equal(getattr(found, name), values[:, ::every])

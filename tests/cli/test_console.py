@@ -208,8 +208,7 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
         messages,
     )
     assert messages.file.getvalue().splitlines()[-1] == (
-        "Covered samples where inputs are set to what they are now: 95.2 %; where they are set to "
-        "what they reach by the step's end: 99.4 %."
+        "Covered samples in the plain call: 95.2 %; with inputs known to the step's end: 99.4 %."
     )
 
 
@@ -222,7 +221,8 @@ def test_validation_shows_the_plain_call_beside_known_inputs(
         filled(ValidationFigures, **{**FIGURES, "outputs": [moving]}), "in range", messages
     )
     shown = messages.file.getvalue()
-    assert "inputs set to what they are now" in shown
+    assert "relative RMSE, known to the step's end" in shown
+    assert "relative RMSE, plain call" in shown
     assert " 12.5 % " in shown
 
 

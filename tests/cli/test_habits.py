@@ -126,9 +126,13 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
     lines = result.stdout.splitlines()
     assert len(lines) <= 95
     figures = json.loads(CliRunner().invoke(app, ["info", str(path), "--json", "-"]).stdout)
+    trained = read_fmu(path)[0].output_ranges
     for what in ("inputs", "outputs"):
-        for signal in figures[what]:
-            limits = f"{signal['low']:g} .. {signal['high']:g}{behind(signal['unit'])}"
+        for index, signal in enumerate(figures[what]):
+            low, high = signal["low"], signal["high"]
+            if what == "outputs" and trained is not None:
+                low, high = (float(f"{end:.4g}") for end in trained[index])
+            limits = f"{low:g} .. {high:g}{behind(signal['unit'])}"
             (row,) = [line for line in lines if f" {what[:-1]} {signal['name']} " in line]
             assert f" {limits} " in row
             assert signal["description"] in row

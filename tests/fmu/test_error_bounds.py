@@ -14,7 +14,7 @@ from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import local_scales, statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span
+from tests.bounded import bounded_surrogate, with_span, with_tolerances
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
@@ -44,9 +44,12 @@ OF_NETWORKS = {
     "span_forecast": "forecast",
     "span_judged": "judged",
     "span_gated": "gated",
+    "floored": "plain",
+    "floored_forecast": "forecast",
+    "floored_judged": "judged",
 }
 """Shapes of surrogates whose head sees what their error estimator expects, and of others whose
-bound gives the error estimate."""
+bound gives the error estimate, or has floors."""
 
 NAMES = (*SHAPES, *OF_NETWORKS)
 BLOCKS = (2, 5)
@@ -65,6 +68,7 @@ def surrogate_of(name: str, blocks: tuple[int, int] = BLOCKS) -> Surrogate:
         return bounded_surrogate(shape, blocks, sees_estimates=True)
     surrogate = bounded_surrogate(shape, blocks)
     surrogate = judging(surrogate) if name.endswith("judged") else surrogate
+    surrogate = with_tolerances(surrogate) if name.startswith("floored") else surrogate
     return with_span(surrogate) if name.startswith("span") else surrogate
 
 
@@ -131,7 +135,8 @@ def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, patte
     [(3, 7), (1, 1), *(pytest.param(b, marks=pytest.mark.extended) for b in [(1, 4), (4, 5)])],
 )
 @pytest.mark.parametrize(
-    "name", ["plain", "estimated", "gated", "roles", "substeps", "seen", "span", "span_gated"]
+    "name",
+    ["plain", "estimated", "gated", "roles", "substeps", "seen", "span", "span_gated", "floored"],
 )
 def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int]) -> None:
     surrogate = surrogate_of(name, blocks)

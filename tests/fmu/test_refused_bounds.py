@@ -241,10 +241,26 @@ def test_tolerances_that_are_not_positive_are_refused(
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-def test_another_number_of_tolerances_is_refused(load: Load, count: int) -> None:
+@pytest.mark.parametrize("name", ["tolerances", "floors"])
+def test_another_number_of_tolerances_is_refused(load: Load, name: str, count: int) -> None:
     surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    content = unchecked(surrogate, tolerances=np.ones(count))
+    content = unchecked(surrogate, **{name: np.ones(count)})
     assert "surrogate file" in refused(load(surrogate), content)
+
+
+@pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
+def test_floors_that_are_no_size_of_an_error_are_refused(load: Load, value: float) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    message = refused(load(surrogate), edited(surrogate, 8 * 3, "<d", value, b"TOLE"))
+    assert "floor " in message
+
+
+def test_floor_of_zero_is_read(load: Load) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    content = edited(surrogate, 8 * 3, "<d", 0.0, b"TOLE")
+    again = Surrogate.from_bytes(content)
+    assert again.to_bytes() == content
+    assert load(again).instance().component.value
 
 
 @pytest.mark.parametrize("version", [8, 9])

@@ -34,7 +34,7 @@ def tolerant(name: str, ranges: bool = True) -> Surrogate:
     assert bound is not None
     inputs = inputs_of(surrogate)
     widened = bound.limits * np.quantile(surrogate.trust(inputs).novelty, 0.8) ** 2
-    bounds = bound.factors_at(0.95) * surrogate.trust(inputs).scales
+    bounds = surrogate.error_bounds(inputs) / surrogate.output_scaling.scale
     bound = dataclasses.replace(bound, limits=widened, tolerances=np.quantile(bounds, 0.7, axis=0))
     found = dataclasses.replace(surrogate, bound=bound)
     if not ranges:
@@ -79,6 +79,30 @@ def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
     loaded = load(surrogate)
     for native in (loaded.instance().start(), instance_of(loaded).start()):
         assert np.array_equal(flags(native, surrogate, inputs), expected)
+
+
+@pytest.mark.parametrize("name", ["plain", "gated", "seen", "span"])
+def test_bounds_with_floors_are_those_of_numpy_for_every_confidence(load: Load, name: str) -> None:
+    """In the domain, too, the disagreement is at times the larger one."""
+    surrogate = tolerant(name)
+    bound, inputs = surrogate.bound, inputs_of(surrogate)
+    assert bound is not None
+    assert bound.floors is not None
+    factors, floors = 0.2 * bound.factors, 0.1 * bound.floors
+    smaller = dataclasses.replace(bound, factors=factors, floors=floors)
+    surrogate = dataclasses.replace(surrogate, bound=smaller)
+    trust, inside = surrogate.trust(inputs), surrogate.in_domain(inputs)
+    apart = trust.disagreement * surrogate.output_scaling.scale
+    expected = {c: surrogate.error_bounds(inputs, c) for c in (0.9, 0.95, 0.99)}
+    assert 0 < (expected[0.95] == apart)[inside].mean() < 1
+    native = load(surrogate).instance().start()
+    (first, count), confidence = (places(surrogate, k) for k in ("ERROR_BOUND", "CONFIDENCE"))
+    for k, row in enumerate(inputs):
+        native.set(*row)
+        assert native.do_step(k * STEP) == OK
+        for c, bounds in expected.items():
+            native.set(c, first=confidence[0])
+            np.testing.assert_allclose(native.get(first, count), bounds[k], rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["plain", "judged", "span"])

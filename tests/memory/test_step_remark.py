@@ -37,7 +37,7 @@ def test_step_that_is_too_coarse_or_wastes_samples_has_a_remark() -> None:
     )
     remark = step_remark(case_of(coarse))
     assert remark is not None
-    assert remark.startswith("window.step = 0.08 s: between its samples outputs differ by")
+    assert remark.startswith("window.step = 0.08 s: between its samples position differs by")
     slow = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
     fine = of_lag(window={"step": 0.01, "n_in": 90}, data={"excitation": [slow]}).guess
     remark = step_remark(case_of(fine))
@@ -88,7 +88,7 @@ def test_outputs_that_follow_rates_of_inputs_jump_without_a_remark() -> None:
 def test_course_after_a_jump_that_samples_miss_is_a_loss() -> None:
     remark = of_here("HighPass", 0.1, HELD, time_constant=0.02)
     assert remark is not None
-    assert "between its samples outputs differ by" in remark
+    assert "between its samples x differs by" in remark
 
 
 def test_outputs_that_do_not_move_say_nothing_about_the_step() -> None:

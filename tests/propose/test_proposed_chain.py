@@ -19,6 +19,8 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from tests.progress import silent
 from tests.refusals import refused
 
+DRIVEN = {"point_to_point", "axis_moves"}
+"""Kinds of excitation of set points and angles."""
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
 TURNING = '''
 """A crank that follows its set point; its unit is UNIT."""
@@ -63,7 +65,7 @@ def test_robot_beside_its_urdf_gets_chain_drive_and_motions(arm: Path) -> None:
     proposal, recipe = proposed()
     assert recipe.system.chain is not None
     assert recipe.system.chain.urdf == "../two_link_arm.urdf"
-    assert kinds(recipe) == {"point_to_point"}
+    assert kinds(recipe) == DRIVEN
     assert recipe.stability.amplitudes == (1.0, 1.5, 2.0)
     assert any("lies next to the model" in remark for remark in proposal.remarks)
     with pytest.MonkeyPatch.context() as patch:
@@ -104,7 +106,7 @@ def test_urdf_that_does_not_fit_is_refused_where_it_is_named(arm: Path) -> None:
 
 @pytest.mark.parametrize(
     ("unit", "expected"),
-    [("rad", {"point_to_point"}), ("deg", {"point_to_point"}), ("N", None)],
+    [("rad", DRIVEN), ("deg", DRIVEN), ("N", None)],
 )
 def test_angles_without_a_urdf_that_fits_are_set_points_too(
     unit: str, expected: set[str] | None, arm: Path
@@ -125,11 +127,11 @@ def test_several_urdfs_beside_a_model_are_left_to_the_user(arm: Path) -> None:
     shutil.copy(arm / "two_link_arm.urdf", arm / "other.urdf")
     proposal, recipe = proposed()
     assert recipe.system.chain is None
-    assert kinds(recipe) == {"point_to_point"}  # its inputs are angles
+    assert kinds(recipe) == DRIVEN  # its inputs are angles
     assert any("['other.urdf', 'two_link_arm.urdf']" in remark for remark in proposal.remarks)
 
 
 def test_model_with_a_chain_of_its_own_has_set_points(arm: Path) -> None:
     _, recipe = proposed(model="mbs_models.robot_6r:Robot6R")
     assert recipe.system.chain is None
-    assert kinds(recipe) == {"point_to_point"}
+    assert kinds(recipe) == DRIVEN

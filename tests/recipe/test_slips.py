@@ -132,8 +132,14 @@ samples = [1, 5]
         (
             "range = [-1.0, 1.0]",
             'range = [-1.0, 1.0]\nunit = "Nn"',
-            "system.inputs: signal 'force': unit 'Nn'; expected known units, but 'Nn' is none: "
-            "write 'N' or 'nm', or '1' for a number without unit",
+            "system.inputs.force.unit: signal 'force': unit 'Nn'; expected known units, such as "
+            "'m', 'rad', 'kN', 'N.m' or 'm/s2', but 'Nn' is none: write 'N' or 'nm', or '1' for a "
+            "number without unit",
+        ),
+        (
+            "[window]",
+            "[windows]",
+            "windows is not a known key; did you mean window? Correct its spelling, or remove it",
         ),
     ],
 )
@@ -188,6 +194,11 @@ rate = 3
             "line 24: 2nd [[data.excitation]] (sweep), key angular_frequency is missing",
         ),
         ("step = 0.1", "", "line 15: window.step is missing"),
+        (
+            "range = [-1.0, 1.0]",
+            'range = [-1.0, 1.0]\nunit = "kNewton"',
+            "line 14: system.inputs.force.unit: signal 'force': unit 'kNewton'",
+        ),
     ],
 )
 def test_mistake_in_a_file_has_its_line(tmp_path: Path, old: str, new: str, line: str) -> None:
@@ -197,6 +208,28 @@ def test_mistake_in_a_file_has_its_line(tmp_path: Path, old: str, new: str, line
     with pytest.raises(RecipeError) as raised:
         load_open_recipe(place)
     assert any(told.startswith(f"{place}, {line}") for told in str(raised.value).splitlines())
+
+
+def test_decimal_comma_is_named(tmp_path: Path) -> None:
+    place = tmp_path / "spring.toml"
+    place.write_text(PLAIN.replace("step = 0.1", "step = 0,015"), encoding="utf-8")
+    with refused(RecipeError, "decimal point: write 0.015, not 0,015"):
+        load_open_recipe(place)
+
+
+def test_missing_recipe_has_the_nearest_name(tmp_path: Path) -> None:
+    (tmp_path / "crane.toml").write_text(PLAIN, encoding="utf-8")
+    with refused(RecipeError, "did you mean", "crane.toml"):
+        load_open_recipe(tmp_path / "krane.toml")
+
+
+@pytest.mark.parametrize(
+    ("unit", "meant"),
+    [("kNewton", "write 'kN', or"), ("lbs", "write 'lbf' or 'lb', or"), ("bars", "write 'bar',")],
+)
+def test_unit_written_in_full_or_in_the_plural_has_its_symbol(unit: str, meant: str) -> None:
+    with refused(ValueError, meant):
+        require_unit("load", unit)
 
 
 def test_lines_are_found_below_inline_tables_and_tables_of_items() -> None:

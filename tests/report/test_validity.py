@@ -56,7 +56,7 @@ def of_kind(name: str, harm: dict[str, Any] | None = None, **more: Any) -> dict[
     row = {"name": name, "kind": name, "relative_rmse": [0.01, 0.03]}
     found = {**MEASURED, "excitations": [row], **more}
     if harm is not None:
-        kind = {"name": name, "harm": {**HARMLESS, **harm}}
+        kind = {"name": name, "trajectories": 2, "harm": {**HARMLESS, **harm}}
         found["error_bound"] = {"excitations": [kind], "harm": kind["harm"]}
     return found
 
@@ -110,16 +110,27 @@ def test_judgement_of_a_kind_that_was_held_out_has_what_was_measured() -> None:
     }
     sentences = judgement_sentences(judged(a=of_kind("binary", harm, held_out=True)), surrogate())
     assert sentences[0] == (
-        f"Not valid, and the FMU says so: {BINARY} (not trained on, relative RMSE 3 %, 12 % of "
+        f"Not valid, and the FMU says so: {BINARY} (not trained on, 2 trajectories, relative RMSE "
+        "3 %, 12 % of "
         "the samples harmful, 97 % of these flagged, 0.4 % of all unnoticed, 30 % of the harmless "
         "ones flagged)."
     )
     assert sentences[-1] == rule(surrogate())
 
 
+def test_kind_of_moving_inputs_names_the_call_and_what_the_bound_covers() -> None:
+    moving = of_kind("held_random", {})
+    moving["outputs"] = [{"relative_rmse": 0.02, "plain_relative_rmse": 0.3}]
+    moving["error_bound"]["excitations"][0]["coverage"] = [0.96, 0.78]
+    first, *_ = judgement_sentences(judged(a=moving), surrogate())
+    assert "relative RMSE 3 %, known to the step's end, in the plain call 78 % of the" in first
+    assert "78 % of the samples covered by the bound, 0 % of the samples harmful)." in first
+
+
 def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_named() -> None:
     first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})), surrogate())
-    assert first == f"Valid: {RANDOM} (relative RMSE 3 %, 0 % of the samples harmful)."
+    measured = "2 trajectories, relative RMSE 3 %, 0 % of the samples harmful"
+    assert first == f"Valid: {RANDOM} ({measured})."
     assert second == f"Trained on: {SWEEP} (not measured)."
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from slide_fmu.report.verdict import Subject, verdict
+from slide_fmu.report.verdict_facts import verdict_of
 from tests.figures import run_figures
 
 SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 0.02)
@@ -36,7 +37,7 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     )
     assert lines[1] == (
         "With inputs known to the step's end: up to 0.4 %. An input that jumps acts like a ramp "
-        "over one step, half of one late or early."
+        'over one step, half of one late or early. Use hold = "zero_order" for inputs that jump.'
     )
     planned = verdict(run_figures(**measured), replace(SUBJECT, planned=True))
     assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
@@ -82,11 +83,27 @@ def test_bound_says_what_it_covers_where_users_drive() -> None:
         "box": {"corners": {"outputs": [{"relative_rmse": 0.01, "covered": 0.75},
                                         {"relative_rmse": 0.01, "covered": 1.0}]}},
     }  # fmt: skip
-    line = next(line for line in verdict(run_figures(**measured), SUBJECT) if "bound" in line)
+    line = next(line for line in verdict(run_figures(**measured), SUBJECT) if "Its error" in line)
     assert line == (
         "Its error bound of 95 % covers 95 % of the samples, 84 % under smooth inputs, 75 % to "
-        "100 % at the corners, and is 0.5 times as wide as the best constant one."
+        "100 % at the corners. On average it is 0.5 times as large as the constant that covers "
+        "95 % of the errors."
     )
+    jumps = "The bound does not include that: use hold"
+    assert any(jumps in line for line in verdict(run_figures(**measured), SUBJECT))
+
+
+def test_output_whose_error_is_far_above_the_others_is_named() -> None:
+    force = {"name": "force", "rough": 0.3, "smooth": 0.01, "known_to_step_end": 0.003}
+    sway = {"name": "sway", "rough": 0.002, "smooth": 0.01, "known_to_step_end": 0.002}
+    outputs = [{**output, "smooth_if_held": None} for output in (force, sway)]
+    plain = {**PLAIN, "outputs": outputs}
+    measured = {"validation": {"in range": in_range()}, "plain_call": plain}
+    first = verdict(run_figures(**measured), SUBJECT)[0]
+    at_once = "(force, which follows inputs within a step; the others up to 0.2 %)."
+    assert first.endswith(f"up to 30 % under inputs as in the training {at_once}")
+    fact = verdict_of(run_figures(**measured), SUBJECT).facts[0]
+    assert "of force in the plain call, on unseen inputs; the others up to 0.2 %." in fact.text
 
 
 def test_bound_that_says_less_than_a_constant_is_told() -> None:
@@ -95,7 +112,7 @@ def test_bound_that_says_less_than_a_constant_is_told() -> None:
     bound = {"confidence": 0.95, "outputs": outputs}
     lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
     line = next(line for line in lines if "bound" in line)
-    assert line.endswith("best constant one; of current the constant one says more.")
+    assert line.endswith("% of the errors; for current a constant bound says more.")
 
 
 def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
@@ -106,7 +123,8 @@ def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
              "outputs": [{"name": "y", "coverage": 0.95, "width": 0.7}]}  # fmt: skip
     lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
     valid = next(line for line in lines if line.startswith("Valid"))
-    assert "Not for held_random, steps: more of their errors than usual are large." in valid
+    assert ", except held_random, steps: more of their errors than usual are large." in valid
+    assert valid.endswith("or a mix of fewer kinds, may mend this.")
 
 
 def test_error_of_records_is_that_of_both_calls() -> None:
@@ -137,8 +155,8 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     assert len(lines) <= 7
     assert lines[0].startswith("Relative RMSE: up to 0.4 %")
     assert "1 % at the corners of the inputs' ranges" in text
-    assert "of 95 % covers 94.1 % to 95.6 % of the samples, and is 0.61 times as wide" in text
-    assert "off by 40 % on average, the best constant by 60 %" in text
+    assert "of 95 % covers 94.1 % to 95.6 % of the samples. On average it is up to 0.61" in text
+    assert "differs from the true error by 40 %; the best constant estimate would" in text
     assert "240 times as long" in text
     assert "1 to 3 times the amplitude: 0.4 %" in text
     assert "Other kinds of input that were measured: 0.4 %" in text
@@ -151,7 +169,7 @@ def test_bound_that_covers_less_in_the_plain_call_says_so() -> None:
         "plain": {"coverage": [0.65]},
     }
     lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
-    text = "96 % of the samples where inputs are known to the step's end, 65 % in the plain call"
+    text = "96 % of the samples with inputs known to the step's end, 65 % in the plain call"
     assert any(text in line for line in lines)
 
 

@@ -34,7 +34,7 @@ def test_bound_shows_the_smaller_share_of_the_plain_call(name: str) -> None:
     assert plain < 0.95 - MISSING < known
     assert fact.value == f"{100 * plain:.3g} %"
     assert not fact.good
-    assert f"Where inputs are known ahead: {100 * known:.3g} %." in fact.text
+    assert f"With inputs known to the step's end: {100 * known:.3g} %." in fact.text
 
 
 def test_bound_of_held_inputs_shows_its_only_share() -> None:

@@ -106,6 +106,19 @@ def test_bounds_are_factors_times_scales_and_outside_at_least_the_disagreement()
     np.testing.assert_allclose(found, [expected, [9.0, expected[1]]])
 
 
+def test_bounds_with_floors_add_them_and_are_at_least_the_disagreement_everywhere() -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    assert bound.floors is not None
+    apart = np.array([[9.0, 0.0], [0.0, 9.0], [np.inf, 0.0]])
+    trust = Trust(np.full((3, 2), 0.5), apart, np.ones(3))
+    one, other = np.hypot(0.5 * bound.factors[1], bound.floors)
+    for inside in (True, False):
+        found = bound.bounds(trust, 0.95, np.full(3, inside))
+        expected = [[9.0, other], [one, 9.0], [2.0**MOST_EXPONENT, other]]
+        np.testing.assert_allclose(found, expected, rtol=1e-14)
+
+
 @pytest.mark.parametrize(("confidence", "row"), [(0.9, 0), (0.93, 1), (0.95, 1), (0.99, 2)])
 def test_confidence_takes_the_next_calibrated_one(confidence: float, row: int) -> None:
     bound = bounded_surrogate(SHAPE).bound
@@ -259,7 +272,25 @@ def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
     bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     with refused(ValueError, "tolerances of an error bound of shape", "expected (2,), finite"):
-        replace(bound, tolerances=tolerances)
+        replace(bound, tolerances=tolerances, floors=np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    "floors", [np.ones(3), np.ones((2, 1)), np.array([1.0, -1e-9]), np.array([np.inf, 1.0])]
+)
+def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArray) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "floors of an error bound", "expected 2 finite numbers"):
+        replace(bound, floors=floors)
+
+
+def test_tolerances_and_floors_come_together() -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    for name, other in (("floors", "tolerances"), ("tolerances", "floors")):
+        with refused(ValueError, f"with {other} and without {name}; expected both or none"):
+            replace(bound, **{name: None})
 
 
 def test_tolerances_of_a_bound_that_does_not_see_the_estimator_are_refused() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
@@ -182,9 +183,9 @@ def test_section_shows_the_worst(attacks: list[Attack]) -> None:
     (section,) = search_sections(figures, attacks, Tried(), surrogate)
     worst = max(found.after for found in attacks)
     assert section.table is not None
-    assert f"{worst:.3g}" in section.table.rows[1]
+    assert ratio_text(worst) in section.table.rows[1]
     (chart,) = section.charts
-    assert f"{worst:.3g} times its bound" in chart.title
+    assert f"{ratio_text(worst)} times its bound" in chart.title
 
 
 def test_search_without_a_bound_is_refused() -> None:

@@ -74,11 +74,11 @@ def test_report_and_card_say_which_error_is_which(found: Validation) -> None:
     percent = f"{100 * found.figures().outputs[0].plain_relative_rmse:.3g} %"
     section = accuracy_section(found)
     assert section.table is not None
-    assert section.table.heading[-1] == "relative RMSE, inputs set to what they are now"
+    assert section.table.heading[-1] == "relative RMSE, plain call"
     assert section.table.rows[0][-1] == percent
     text = model_card(found.surrogate, RECIPE, figures_of(found), "picture.png")
     table = [line for line in text.split("## Measured error")[1].splitlines() if line[:1] == "|"]
-    assert table[0].endswith("| set now |")
+    assert table[0].endswith("| plain call |")
     assert table[2].endswith(f"| {percent} |")
     said = "answers one step late" if found.surrogate.inputs_at_step_end else "forecasts what"
     assert said in section.text

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain, read_figures
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.case import Case
 from slide_fmu.report.trust_sections import search_sections
@@ -168,7 +169,7 @@ def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: Tried) 
     assert "while trusted is true" in sentence
     assert "On 1 more the reference failed." in sentence
     assert f"The worst was {worst.kind}: {worst.inputs}." in sentence
-    assert f"{worst.over_bound:.3g} times its bound" in sentence
+    assert f"{ratio_text(worst.over_bound)} times its bound" in sentence
     sections = search_sections(figures, [], tried, SURROGATE)
     assert [len(section.charts) for section in sections] == [0, 1]
     table = sections[1].table

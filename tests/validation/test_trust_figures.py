@@ -264,7 +264,7 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
     finer = own.model_copy(update={"system": system})
     window = own.window.model_copy(update={"planned": True})
     planned = own.model_copy(update={"window": window})
-    known, model = "known to the end of each step", "against the finer reference"
+    known, model = "with inputs known to the step's end", "against the finer reference"
     forecast = "the error of forecasting them to its end is in them"
     assert model in " ".join(bound_sentences(finer, HELD, None))
     assert forecast in " ".join(bound_sentences(own, MOVING, None))
@@ -274,7 +274,7 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
 
 
 def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
-    """Known to the step's end the errors are 1 and 1, set to what they are now 3 and 1."""
+    """Known to the step's end the errors are 1 and 1, in the plain call 3 and 1."""
     inside = trust_outputs([[2.0, 2.0]] * 2, STILL[:2])
     known = comparison([[1.0, 1.0]] * 2, trust=inside)
     outputs = known.reference + [[3.0, 1.0]] * 2
@@ -287,7 +287,7 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     assert bound.known_to_step_end == Covered(coverage=(1.0, 1.0))
     estimated = validation(*found.comparisons).figures().error_estimate
     (sentence,) = [s for s in bound_sentences(found.recipe, MOVING, figures) if "Covered" in s]
-    assert "what they are now: 0 %, 100 %; where" in sentence
+    assert "in the plain call: 0 %, 100 %; with" in sentence
     first, second = estimated.without_floor
     assert (first.too_small_share, first.too_small_factor) == (1.0, 3.0)
     assert (second.mean, second.too_small_share) == (0.0, 0.0)

@@ -53,13 +53,21 @@ function beginFolds() {
   openNamed();
 }
 
-async function beginReport() {
-  beginFolds();
+async function showCharts() {
   const { columns, charts } = JSON.parse(await unpackText("charts"));
   const shown = charts.map((description) => new Chart(description, columns));
   document.querySelectorAll("[data-chart]").forEach((place) => {
     place.append(shown[Number(place.dataset.chart)].block);
   });
+  const drawAll = () => shown.forEach((chart) => chart.draw());
+  window.addEventListener("beforeprint", drawAll); // those that were folded until now too
+  drawAll();
+  return shown;
+}
+
+async function beginReport() {
+  beginFolds();
+  const shown = await showCharts();
   const frame = document.getElementById("inside");
   beginTheme(() => {
     shown.forEach((chart) => chart.draw());

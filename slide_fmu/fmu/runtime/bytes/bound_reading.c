@@ -127,6 +127,12 @@ void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
                     "surrogate file: tolerance %g of an error bound; expected it positive",
                     tolerance);
     }
+    payload->bound.floors = slide_take_f64s(file, payload->n_outputs, 1, "floor");
+    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const double least = slide_f64(payload->bound.floors + 8 * i);
+        slide_check(file, least >= 0,
+                    "surrogate file: floor %g of an error bound; expected it not negative", least);
+    }
     slide_close_section(file, "TOLE");
 }
 

@@ -11,7 +11,7 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file);
 /* Take the section SPAN after it, the error estimate of a surrogate without an estimator. */
 void slide_span_read(SlidePayload *payload, SlideCursor *file);
 
-/* Take the section TOLE after them, the tolerances of bounds that are trusted. */
+/* Take the section TOLE after them, the tolerances of bounds that are trusted, and floors. */
 void slide_tolerances_read(SlidePayload *payload, SlideCursor *file);
 
 /* After all: the head gives a local scale of each output and, with SPAN, its expected error too. */

@@ -33,6 +33,7 @@ typedef struct {
     uint32_t span_block;          /* samples in a block of its error estimate; 0 without one */
     const unsigned char *span_factors; /* f64 [n_outputs] */
     const unsigned char *tolerances;   /* f64 [n_outputs], of bounds that are trusted; or NULL */
+    const unsigned char *floors;       /* f64 [n_outputs], of bounds with tolerances; or NULL */
 } SlideBoundView;
 
 /* Samples in the longest window. */

@@ -34,6 +34,7 @@ typedef struct {
     double *span_factors;   /* [n_outputs], of the root of their means */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
     double *tolerances;     /* [n_tolerances], of bounds that are trusted, relative to the scales */
+    double *floors;         /* [n_tolerances], below which no bound is, relative to the scales */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
     SlideNetwork companion; /* state space */
@@ -101,8 +102,9 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 /* The novelty is that of the calibration. */
 bool slide_bound_knows(const SlideBoundState *state);
 
-/* The bound of an output, relative to its scale, for a confidence between these. Outside of the
- * domain, be it for novelty or for a range that was left, it is at least the disagreement. */
+/* The bound of an output, relative to its scale, for a confidence between these. Where there are
+ * tolerances, it has a floor and is at least the disagreement. Otherwise it is at least that outside
+ * of the domain, be it for novelty or for a range that was left. */
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
                       double confidence, bool in_domain);
 

@@ -106,7 +106,10 @@ double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, siz
     const size_t row = confidence <= SLIDE_LEAST_CONFIDENCE   ? 0
                        : confidence <= SLIDE_USUAL_CONFIDENCE ? 1
                                                               : 2;
-    const double value = bound->factors[row * bound->n_outputs + output] * state->scales[output];
+    const bool floored = bound->n_tolerances > 0;
+    const double scaled = bound->factors[row * bound->n_outputs + output] * state->scales[output];
+    const double least = floored ? bound->floors[output] : 0;
+    const double value = floored ? sqrt(scaled * scaled + least * least) : scaled;
     const double apart = state->apart[output];
-    return !in_domain && apart > value ? apart : value;
+    return (floored || !in_domain) && apart > value ? apart : value;
 }

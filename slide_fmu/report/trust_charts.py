@@ -173,7 +173,7 @@ def ratio_chart(validation: Validation) -> Chart:
 
 def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Chart:
     """Draw the inputs before the worst step, the errors, and their bounds."""
-    first = max(0, found.step - BEFORE_WORST)
+    first = max(found.first, found.step - BEFORE_WORST)
     shown = slice(first, found.step + BEFORE_WORST // 4)
     count = len(found.inputs[shown])
     time = surrogate.window.step * np.arange(first, first + count, dtype=np.float64)

@@ -109,9 +109,8 @@ def _tries_sections(
         return []
     text = (
         f"{' '.join(tries_sentences(figures))} Half of the tries were drawn, half lie near the "
-        "worst one. The time t is in s, and begins at rest. The table has the worst tries. Its "
-        "last columns are shares of all samples. Simulate one again to see its error, and train "
-        "on inputs like it."
+        "worst ones. The table has the worst of each kind; its last columns are shares of all "
+        "samples. Times t are in s, from rest on. Train on inputs like the worst."
     )
     charts = [
         trust_charts.search_chart("The worst try", worst.found, surrogate)

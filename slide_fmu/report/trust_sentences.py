@@ -64,7 +64,7 @@ def tries_sentences(figures: SearchFigures) -> list[str]:
     broken = sum(one.over_bound > BROKEN for one in figures.tries)
     failed = figures.failed_tries
     return [
-        f"A search among inputs as users set them (tones, offsets, holds, limits) tried {count}.",
+        f"A search tried {count} inputs as users set them: tones, offsets, holds and limits.",
         f"On {broken} of {count} an error exceeded its bound of 95 % more than "
         f"{BROKEN:g} times while {FLAGS[figures.flag]}.",
         *([f"On {failed} more the reference failed."] if failed else []),

@@ -19,6 +19,7 @@ from slide_fmu.validation.error_figures import (
     KindBound,
     OutputBound,
     SearchFigures,
+    TryFigures,
     ValidationFigures,
 )
 from slide_fmu.validation.trust import BROKEN
@@ -36,9 +37,6 @@ OF_AN_ESTIMATE = (
 """Columns of an error estimate behind its mean deviation."""
 
 NORM = "norm of the outputs"
-
-SHOWN = 5
-"""Number of tries in a table."""
 
 FLAGGED = "samples with trusted = false"
 """Column of FMUs that have the flag."""
@@ -242,21 +240,25 @@ def search_table(figures: SearchFigures) -> ReportTable:
 
 
 def tries_table(figures: SearchFigures) -> ReportTable:
-    """Return the worst tries of inputs as users set them."""
+    """Return the worst try of each kind of input as users set it, the worst kind first."""
     heading = (
-        *("kind", "inputs", "error over its bound", "relative RMSE", "largest error"),
-        *("harmful", "harmful and not reported", "reported"),
+        *("kind", "broken", "inputs", "error over its bound", "relative RMSE", "largest error"),
+        *("harmful", "harmful and not reported"),
     )
+    by_kind: dict[str, list[TryFigures]] = {}
+    for one in figures.tries:
+        by_kind.setdefault(one.kind, []).append(one)
     rows = (
         (
-            one.kind,
-            one.inputs,
-            ratio_text(one.over_bound),
-            "" if one.relative_rmse is None else percent(one.relative_rmse),
-            f"{one.output}: {quantity(one.largest_error, one.unit)}",
-            *(percent(share) for share in (one.harmful, one.unnoticed, one.flagged)),
+            kind,
+            f"{sum(one.over_bound > BROKEN for one in tries)} of {len(tries)}",
+            tries[0].inputs,
+            ratio_text(tries[0].over_bound),
+            "" if tries[0].relative_rmse is None else percent(tries[0].relative_rmse),
+            f"{tries[0].output}: {quantity(tries[0].largest_error, tries[0].unit)}",
+            *(percent(share) for share in (tries[0].harmful, tries[0].unnoticed)),
         )
-        for one in figures.tries[:SHOWN]
+        for kind, tries in by_kind.items()
     )
     return ReportTable.of(heading, rows)
 

@@ -4,7 +4,8 @@ The search of ``adversarial`` begins at random trajectories and adds noise. A st
 offset or a limit that is held lies far from all of them. Here each try is one such input,
 simulated once. Of several that are drawn, the one is tried on which the surrogate's outputs vary
 most while nothing warns: where a machine moves much, an error matters. Near an input, errors
-change slowly, so that the second half of the tries goes on from the worst.
+change slowly, so that the second half of the tries goes on from the worst. While nothing is
+broken there, it also goes on from the worst of other kinds, and farther.
 """
 
 from __future__ import annotations
@@ -24,15 +25,19 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import MeasuredInputs, first_measured, measured_inputs
 from slide_fmu.validation.error_figures import TryFigures
-from slide_fmu.validation.trust import HARMFUL, TINY
+from slide_fmu.validation.trust import BROKEN, HARMFUL, TINY
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_inputs import KINDS, Point, UserInput
 
 DRAWN = 8
 """Number of inputs of which one is tried."""
 
-SIZES = (0.002, 0.05)
-"""Range of the distance of a try from the worst one, for each coordinate of the unit cube."""
+NEAR, FARTHER = (0.002, 0.05), (0.005, 0.3)
+"""Range of the distance of a try from the worst one, for each coordinate of the unit cube; the
+other one while nothing is broken."""
+
+OTHERS = 3
+"""Tries go on from the worst ones of this many kinds while nothing is broken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +179,18 @@ class _Turns:
         return point
 
 
+def _near_worst(tries: Sequence[Try], index: int, rng: np.random.Generator) -> Point:
+    """Draw a point near the worst try, or, while nothing is broken, near one of the worst."""
+    by_kind: dict[str, Try] = {}
+    for one in Tried(tries).worst_first:
+        by_kind.setdefault(one.point.kind, one)
+    worst, sizes = list(by_kind.values()), NEAR
+    if worst[0].severity <= BROKEN:
+        worst, sizes = worst[:OTHERS], FARTHER
+        worst = worst[index % len(worst) :]
+    return worst[0].point.near(math.exp(rng.uniform(*np.log(sizes))), rng)
+
+
 def try_inputs(
     surrogate: Surrogate,
     case: Case,
@@ -204,8 +221,7 @@ def try_inputs(
         if index < (count + 1) // 2 or not tries:
             point = turns.drawn(stage)
         else:
-            size = math.exp(rng.uniform(*np.log(SIZES)))
-            point = max(tries, key=lambda one: one.severity).point.near(size, rng)
+            point = _near_worst(tries, index, rng)
         try:
             tries.append(stage.tried(point))
         except SimulationError:

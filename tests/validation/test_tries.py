@@ -125,10 +125,13 @@ def test_same_seed_tries_the_same(tried: Tried) -> None:
 
 def test_second_half_lies_near_the_worst_before(tried: Tried) -> None:
     for index in range(TRIES // 2, TRIES):
-        before = max(tried.tries[:index], key=lambda one: one.severity).point
         point: Point = tried.tries[index].point
-        assert point.kind == before.kind
-        assert np.median(np.abs(point.place - before.place)) < 0.1
+        before = [
+            one.point
+            for one in Tried(tried.tries[:index]).worst_first
+            if one.point.kind == point.kind
+        ]
+        assert np.median(np.abs(point.place - before[0].place)) < 0.3
 
 
 def test_reference_that_fails_costs_a_try() -> None:
@@ -174,7 +177,7 @@ def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: Tried) 
     assert [len(section.charts) for section in sections] == [0, 1]
     table = sections[1].table
     assert table is not None
-    assert table.rows[0][:2] == (worst.kind, worst.inputs)
+    assert (table.rows[0][0], table.rows[0][2]) == (worst.kind, worst.inputs)
 
 
 def test_figures_of_former_versions_are_read(tried: Tried) -> None:

@@ -40,7 +40,7 @@ from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
-from slide_fmu.validation.tries import Tried, try_inputs
+from slide_fmu.validation.tries import TriedInputs, try_inputs
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -210,11 +210,11 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
 
 def _searched(
     job: Job, surrogate: Surrogate, in_range: Validation, known: SearchFigures | None
-) -> tuple[SearchFigures | None, list[Attack], Tried]:
+) -> tuple[SearchFigures | None, list[Attack], TriedInputs]:
     """Search for unnoticed errors, if the recipe asks for it and no search was done yet."""
     starts = job.recipe.validation.adversarial
     if not starts or known is not None:
-        return known if starts else None, [], Tried()
+        return known if starts else None, [], TriedInputs()
     seed, usual = in_range.task.seed, in_range.usual_error()
     attacks = attack(surrogate, job.case, seed, starts, job.bar("search for unnoticed errors"))
     bar = job.bar("inputs as users set them")

@@ -32,7 +32,7 @@ from slide_fmu.validation.error_figures import (
 from slide_fmu.validation.response import is_affine
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import IN_RANGE
-from slide_fmu.validation.tries import Tried
+from slide_fmu.validation.tries import TriedInputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class RunMeasurement:
     box: BoxFigures | None
     search: SearchFigures | None
     attacks: Sequence[Attack]
-    tried: Tried
+    tried: TriedInputs
     remarks: tuple[str, ...]
 
 

@@ -27,7 +27,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.error_figures import SearchFigures, ValidationFigures
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.tries import Tried
+from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
 
 
@@ -82,7 +82,7 @@ def bound_sections(
 
 
 def search_sections(
-    figures: SearchFigures, attacks: Sequence[Attack], tried: Tried, surrogate: Surrogate
+    figures: SearchFigures, attacks: Sequence[Attack], tried: TriedInputs, surrogate: Surrogate
 ) -> list[ReportSection]:
     """Show the figures of a search and of its tries, and their worst results, if known."""
     text = (
@@ -103,7 +103,7 @@ def search_sections(
 
 
 def _tries_sections(
-    figures: SearchFigures, tried: Tried, surrogate: Surrogate
+    figures: SearchFigures, tried: TriedInputs, surrogate: Surrogate
 ) -> list[ReportSection]:
     if not figures.tries:
         return []

@@ -27,7 +27,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import AttackedRun, MeasuredInputs, Target
 from slide_fmu.validation.error_figures import SearchFigures
-from slide_fmu.validation.tries import Tried
+from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
 
 CHILDREN = 100
@@ -95,7 +95,9 @@ def _target(
     return first_that_runs(recipe, system, stream, index, run)
 
 
-def search_figures(attacks: Sequence[Attack], surrogate: Surrogate, tried: Tried) -> SearchFigures:
+def search_figures(
+    attacks: Sequence[Attack], surrogate: Surrogate, tried: TriedInputs
+) -> SearchFigures:
     """Return the figures of a search, and of the inputs that were tried as users set them."""
     assert surrogate.bound is not None
     return SearchFigures(

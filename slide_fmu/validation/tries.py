@@ -60,8 +60,8 @@ class Try:
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
-    """Tried are all tries of a search, in their order, and how many could not be simulated."""
+class TriedInputs:
+    """TriedInputs are all tries of a search in their order, and how many of them failed."""
 
     tries: Sequence[Try] = ()
     failed: int = 0
@@ -182,7 +182,7 @@ class _Turns:
 def _near_worst(tries: Sequence[Try], index: int, rng: np.random.Generator) -> Point:
     """Draw a point near the worst try, or, while nothing is broken, near one of the worst."""
     by_kind: dict[str, Try] = {}
-    for one in Tried(tries).worst_first:
+    for one in TriedInputs(tries).worst_first:
         by_kind.setdefault(one.point.kind, one)
     worst, sizes = list(by_kind.values()), NEAR
     if worst[0].severity <= BROKEN:
@@ -198,7 +198,7 @@ def try_inputs(
     seed: int,
     count: int,
     progress: Progress,
-) -> Tried:
+) -> TriedInputs:
     """Try ``count`` inputs, each simulated once; of the first half, all kinds take turns.
 
     Args:
@@ -227,4 +227,4 @@ def try_inputs(
         except SimulationError:
             failed += 1
         progress(index + 1, count)
-    return Tried(tries, failed)
+    return TriedInputs(tries, failed)

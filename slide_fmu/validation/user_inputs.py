@@ -53,8 +53,8 @@ COORDINATES = 4 + 3 * MOST_TONES
 """Each channel has this number of coordinates in the unit cube."""
 
 
-class Course(Protocol):
-    """A Course is one channel over time."""
+class Waveform(Protocol):
+    """A Waveform is one channel over time."""
 
     def values(self, time: FloatArray) -> FloatArray:
         """Return the values at times in s, (N,)."""
@@ -134,8 +134,8 @@ class Constant:
 
 
 @dataclass(frozen=True)
-class Moves:
-    """Moves go to and fro, or always on, each by the same way, with rests between. Final.
+class RepeatedMoves:
+    """RepeatedMoves go to and fro, or always on, each by the same way, with rests between. Final.
 
     The speed is a trapezoid in time, or a triangle.
 
@@ -183,27 +183,29 @@ class Moves:
 
 @dataclass(frozen=True)
 class UserInput:
-    """A UserInput is one course for each channel; the kind is named in words."""
+    """A UserInput is one waveform for each channel; the kind is named in words."""
 
     kind: str
     channels: tuple[Channel, ...]
-    courses: tuple[Course, ...]
+    waveforms: tuple[Waveform, ...]
 
     def inputs(self, time: FloatArray) -> FloatArray:
         """Return the inputs at times in s, (N,), in their units, shape (N, n_inputs)."""
-        pairs = zip(self.channels, self.courses, strict=True)
-        return np.concatenate([one.columns(course.values(time)) for one, course in pairs], axis=1)
+        pairs = zip(self.channels, self.waveforms, strict=True)
+        return np.concatenate(
+            [one.columns(waveform.values(time)) for one, waveform in pairs], axis=1
+        )
 
     @property
     def bends(self) -> bool:
         """Whether it is curved between samples; jumps and the ramps of moves are not."""
-        return any(isinstance(course, Tones) for course in self.courses)
+        return any(isinstance(waveform, Tones) for waveform in self.waveforms)
 
     @property
     def words(self) -> str:
         """A text by which the inputs can be repeated."""
-        pairs = zip(self.channels, self.courses, strict=True)
-        return "; ".join(f"{one.name} {course.words(one.unit)}" for one, course in pairs)
+        pairs = zip(self.channels, self.waveforms, strict=True)
+        return "; ".join(f"{one.name} {waveform.words(one.unit)}" for one, waveform in pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,32 +240,32 @@ class Point:
         """Return the input of this point."""
         alone, which = self.place[-1, :2]
         driven = int(which * len(channels)) if alone < 0.5 else None
-        courses = []
+        waveforms = []
         for index, channel in enumerate(channels):
             coordinates = iter(self.place[index].tolist())
             kept = driven is not None and index != driven
-            courses.append((_kept if kept else KINDS[self.kind][0])(channel, coordinates))
+            waveforms.append((_kept if kept else KINDS[self.kind][0])(channel, coordinates))
         _, still, moving = KINDS[self.kind]
         names = moving if any(channel.speed is not None for channel in channels) else still
-        return UserInput(names, channels, tuple(courses))
+        return UserInput(names, channels, tuple(waveforms))
 
 
-def _kept(channel: Channel, u: Iterator[float]) -> Course:
+def _kept(channel: Channel, u: Iterator[float]) -> Waveform:
     return Constant(_position(channel, u))
 
 
-def _tone(channel: Channel, u: Iterator[float]) -> Course:
+def _tone(channel: Channel, u: Iterator[float]) -> Waveform:
     level = _middle(channel) if channel.speed is None else _position(channel, u)
     return _about(channel, level, 0.0, 1, u)
 
 
-def _tones(channel: Channel, u: Iterator[float]) -> Course:
+def _tones(channel: Channel, u: Iterator[float]) -> Waveform:
     count = 2 + int((MOST_TONES - 1) * next(u))
     level = _middle(channel) if channel.speed is None else _position(channel, u)
     return _about(channel, level, 0.0, count, u)
 
 
-def _offset(channel: Channel, u: Iterator[float]) -> Course:
+def _offset(channel: Channel, u: Iterator[float]) -> Waveform:
     """Return tones about an offset; for an angle the offset is a speed."""
     count, place = 1 + int((MOST_TONES - 1) * next(u)), MOST_OFFSET * (2 * next(u) - 1)
     if channel.turns and channel.speed is not None:
@@ -274,7 +276,7 @@ def _offset(channel: Channel, u: Iterator[float]) -> Course:
     return _about(channel, level, 0.0, count, u)
 
 
-def _holds(channel: Channel, u: Iterator[float]) -> Course:
+def _holds(channel: Channel, u: Iterator[float]) -> Waveform:
     if channel.speed is not None:
         return _moves(channel, LEAST_EFFORT, u)
     part = LEAST_HOLD + (1.0 - LEAST_HOLD) * next(u)
@@ -285,7 +287,7 @@ def _holds(channel: Channel, u: Iterator[float]) -> Course:
     )
 
 
-def _limits(channel: Channel, u: Iterator[float]) -> Course:
+def _limits(channel: Channel, u: Iterator[float]) -> Waveform:
     if channel.speed is not None:
         return _moves(channel, 1.0, u)
     ends = (channel.high, channel.low) if next(u) < 0.5 else (channel.low, channel.high)
@@ -293,7 +295,7 @@ def _limits(channel: Channel, u: Iterator[float]) -> Course:
     return Levels(ends, (first, first if equal else other))
 
 
-KINDS: dict[str, tuple[Callable[[Channel, Iterator[float]], Course], str, str]] = {
+KINDS: dict[str, tuple[Callable[[Channel, Iterator[float]], Waveform], str, str]] = {
     "tone": (_tone, "a steady tone", "a steady tone"),
     "tones": (_tones, "a sum of few tones", "a sum of few tones"),
     "offset": (_offset, "an offset with tones", "an offset with tones"),
@@ -325,7 +327,7 @@ def _about(channel: Channel, level: float, rate: float, count: int, u: Iterator[
     )
 
 
-def _moves(channel: Channel, effort: float, u: Iterator[float]) -> Moves:
+def _moves(channel: Channel, effort: float, u: Iterator[float]) -> RepeatedMoves:
     """Return moves which use at least a part of the limits; those that use all never rest."""
     assert channel.speed is not None
     assert channel.acceleration is not None
@@ -343,7 +345,7 @@ def _moves(channel: Channel, effort: float, u: Iterator[float]) -> Moves:
         for limit in (channel.speed, channel.acceleration)
     )
     rest = 0.0 if effort == 1.0 else _time(channel, u)
-    return Moves(start, way, speed, acceleration, rest, onward)
+    return RepeatedMoves(start, way, speed, acceleration, rest, onward)
 
 
 def _position(channel: Channel, u: Iterator[float]) -> float:

@@ -21,7 +21,7 @@ from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
 from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, search, search_figures
 from slide_fmu.validation.attacked import Target
-from slide_fmu.validation.tries import Tried
+from slide_fmu.validation.tries import TriedInputs
 from tests.bounded import bounded_surrogate, with_tolerances
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
@@ -160,8 +160,8 @@ def test_errors_that_are_not_trusted_do_not_count(attacks: list[Attack]) -> None
     surrogate = with_tolerances(surrogate_of(RECIPE, 1e9), 1e-9)
     found = attack(surrogate, case_of(RECIPE), 3, 1, silent)
     assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
-    assert search_figures(found, surrogate, Tried()).flag == "trusted"
-    assert search_figures(attacks, surrogate_of(RECIPE, 1e9), Tried()).flag == "in_domain"
+    assert search_figures(found, surrogate, TriedInputs()).flag == "trusted"
+    assert search_figures(attacks, surrogate_of(RECIPE, 1e9), TriedInputs()).flag == "in_domain"
 
 
 def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
@@ -172,15 +172,15 @@ def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
         for value in (1.5, 2.5, 3.0)
     ]
     found = [replace(one, after_highest=1.0) for one in found]
-    figures = search_figures(found, surrogate_of(RECIPE, 1e9), Tried())
+    figures = search_figures(found, surrogate_of(RECIPE, 1e9), TriedInputs())
     assert (figures.starts, figures.changes_tried) == (3, CHILDREN)
     assert (figures.broken, figures.broken_at_highest) == (2, 0)
 
 
 def test_section_shows_the_worst(attacks: list[Attack]) -> None:
     surrogate = surrogate_of(RECIPE, 1e9)
-    figures = search_figures(attacks, surrogate, Tried())
-    (section,) = search_sections(figures, attacks, Tried(), surrogate)
+    figures = search_figures(attacks, surrogate, TriedInputs())
+    (section,) = search_sections(figures, attacks, TriedInputs(), surrogate)
     worst = max(found.after for found in attacks)
     assert section.table is not None
     assert ratio_text(worst) in section.table.rows[1]

@@ -19,7 +19,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.adversarial import search_figures
 from slide_fmu.validation.error_figures import SearchFigures
-from slide_fmu.validation.tries import Tried, try_inputs
+from slide_fmu.validation.tries import TriedInputs, try_inputs
 from slide_fmu.validation.user_inputs import Point
 from tests.bounded import with_tolerances
 from tests.progress import silent
@@ -81,16 +81,16 @@ def usual_of(surrogate: Surrogate) -> FloatArray:
     return np.full(len(surrogate.outputs), 1e-3)
 
 
-def tried_with(system: System, seed: int = 1, count: int = TRIES) -> Tried:
+def tried_with(system: System, seed: int = 1, count: int = TRIES) -> TriedInputs:
     return try_inputs(SURROGATE, case_with(system), usual_of(SURROGATE), seed, count, silent)
 
 
 @pytest.fixture(scope="module")
-def tried() -> Tried:
+def tried() -> TriedInputs:
     return tried_with(Wrong(SURROGATE))
 
 
-def test_frequency_at_which_a_surrogate_is_wrong_is_found(tried: Tried) -> None:
+def test_frequency_at_which_a_surrogate_is_wrong_is_found(tried: TriedInputs) -> None:
     worst = tried.worst_first[0].figures
     tones = [float(w) for w in re.findall(r"sin\(([\d.]+) t", worst.inputs)]
     wrong = WRONG_AT / RECIPE.window.step
@@ -101,7 +101,7 @@ def test_frequency_at_which_a_surrogate_is_wrong_is_found(tried: Tried) -> None:
     assert np.max(errors / SURROGATE.error_bounds(noise)) < worst.over_bound / 1.5
 
 
-def test_worst_is_repeated_by_its_words(tried: Tried) -> None:
+def test_worst_is_repeated_by_its_words(tried: TriedInputs) -> None:
     worst = tried.worst_first[0]
     name, words = worst.figures.inputs.split(" ", 1)
     (signal,) = SURROGATE.inputs
@@ -115,7 +115,7 @@ def test_worst_is_repeated_by_its_words(tried: Tried) -> None:
     assert errors[worst.found.first :].max() == pytest.approx(worst.figures.largest_error)
 
 
-def test_same_seed_tries_the_same(tried: Tried) -> None:
+def test_same_seed_tries_the_same(tried: TriedInputs) -> None:
     one, other = (tried_with(Wrong(SURROGATE), seed, 6) for seed in (1, 2))
     again = tried_with(Wrong(SURROGATE), 1, 6)
     assert plain(again.tries[-1].figures) == plain(one.tries[-1].figures)
@@ -123,12 +123,12 @@ def test_same_seed_tries_the_same(tried: Tried) -> None:
     assert len(tried.tries) == TRIES
 
 
-def test_second_half_lies_near_the_worst_before(tried: Tried) -> None:
+def test_second_half_lies_near_the_worst_before(tried: TriedInputs) -> None:
     for index in range(TRIES // 2, TRIES):
         point: Point = tried.tries[index].point
         before = [
             one.point
-            for one in Tried(tried.tries[:index]).worst_first
+            for one in TriedInputs(tried.tries[:index]).worst_first
             if one.point.kind == point.kind
         ]
         assert np.median(np.abs(point.place - before[0].place)) < 0.3
@@ -147,7 +147,7 @@ def test_errors_that_are_flagged_do_not_count() -> None:
     assert [one.figures.unnoticed for one in found.tries] == [0] * 3
 
 
-def figures_of(tried: Tried) -> SearchFigures:
+def figures_of(tried: TriedInputs) -> SearchFigures:
     return SearchFigures(
         starts=1,
         changes_tried=100,
@@ -163,7 +163,7 @@ def figures_of(tried: Tried) -> SearchFigures:
     )
 
 
-def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: Tried) -> None:
+def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: TriedInputs) -> None:
     figures = figures_of(tried)
     broken = sum(one.figures.over_bound > 2 for one in tried.tries)
     sentence = search_sentence(figures)
@@ -180,7 +180,7 @@ def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: Tried) 
     assert (table.rows[0][0], table.rows[0][2]) == (worst.kind, worst.inputs)
 
 
-def test_figures_of_former_versions_are_read(tried: Tried) -> None:
+def test_figures_of_former_versions_are_read(tried: TriedInputs) -> None:
     figures = figures_of(tried)
     assert read_figures(SearchFigures, plain(figures)) == figures
     former = plain(replace(figures, flag="in_domain", tries=(), failed_tries=0))

@@ -102,9 +102,9 @@ def test_inputs_keep_their_limits_and_are_repeated_by_their_words(
     rng = np.random.default_rng(3)
     for _ in range(20):
         made = Point.random(kind, 1, rng).user_input((channel,))
-        (course,) = made.courses
-        values = course.values(TIME)
-        words = course.words(channel.unit)
+        (waveform,) = made.waveforms
+        values = waveform.values(TIME)
+        words = waveform.words(channel.unit)
         assert made.words == f"{channel.name} {words}"
         np.testing.assert_allclose(repeated(words, channel.unit, TIME), values, atol=2e-6)
         assert channel.low - 1e-9 <= values.min() < values.max() <= channel.high + 1e-9
@@ -116,8 +116,10 @@ def test_inputs_keep_their_limits_and_are_repeated_by_their_words(
 def test_switches_reach_both_limits() -> None:
     made = Point.random("limits", 1, np.random.default_rng(0)).user_input((FORCE,))
     assert set(made.inputs(TIME).ravel()) == {-300.0, 1000.0}
-    (course,) = Point.random("limits", 1, np.random.default_rng(0)).user_input((ANGLE,)).courses
-    assert (course.speed, course.acceleration) == (8.0, 20.0)  # type: ignore[attr-defined]
+    (waveform,) = (
+        Point.random("limits", 1, np.random.default_rng(0)).user_input((ANGLE,)).waveforms
+    )
+    assert (waveform.speed, waveform.acceleration) == (8.0, 20.0)  # type: ignore[attr-defined]
 
 
 def test_angles_are_given_by_cosine_and_sine_of_their_length() -> None:

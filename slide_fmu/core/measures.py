@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 
 
@@ -35,4 +36,4 @@ def best_constant(errors: FloatArray) -> float:
 
 def percent(value: float) -> str:
     """Return a fraction in per cent with three digits."""
-    return f"{100 * value:.3g} %"
+    return f"{ratio_text(100 * value)} %"

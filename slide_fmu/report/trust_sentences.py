@@ -103,13 +103,14 @@ def bound_sentences(
         )
     if moving and recipe.window.planned:
         found.append(
-            "Error bounds were calibrated on inputs that are known to the end of each step: the "
-            "error of the FMU where it is given only what they are at its start is not in them."
+            "Error bounds were calibrated with inputs known to the step's end: what the plain "
+            "call does not know of a step is not in them."
         )
     elif moving:
         found.append(
-            "Error bounds were calibrated for an importer that sets inputs to what they are at "
-            "the start of each step: the error of forecasting them to its end is in them."
+            "Error bounds were calibrated in the plain call, which knows inputs at the start of "
+            "each step: the error of forecasting them to its end is in them. "
+            "An input that jumps acts like a ramp over one step, which is not in them."
         )
     bound = None if measured is None else measured.error_bound
     covered = None if bound is None else covered_sentence(bound)

@@ -25,8 +25,8 @@ from slide_fmu.validation.error_figures import (
 from slide_fmu.validation.plain_call import late_words
 
 FAR_ABOVE = 3.0
-"""An output is named if its error is larger than all others by this factor, or follows inputs at
-once if it is larger in the plain call than with known inputs by this factor."""
+"""An output is named if its error is larger than all others by this factor. It follows inputs
+within a step if it is larger in the plain call than with known inputs by this factor."""
 
 MOST_INPUTS = 3
 """Largest number of inputs whose ranges the verdict names; the table of variables has all."""
@@ -96,23 +96,24 @@ def _plain(found: PlainCallFigures | None, in_range: ValidationFigures, subject:
         parts[0] += f" ({percent(single)} in the worst motion)"
     if rough is not None:
         parts.append(f"{_up_to(rough, found.outputs)} under inputs as in the training")
-        parts[-1] += f" ({of})" if (of := worst_output(found)) else ""
+        parts[-1] += f" ({''.join(of)})" if (of := worst_output(found)) else ""
     call = f"fmpy.simulate_fmu with output_interval = {subject.step:g}"
     return f"Relative RMSE of the plain call, {call}: {', '.join(parts)}."
 
 
-def worst_output(found: PlainCallFigures) -> str | None:
+def worst_output(found: PlainCallFigures) -> tuple[str, str, str] | None:
     """Name the output whose error in the plain call is far above the errors of all others.
 
-    The errors are those under inputs as in the training. None is returned without such an output.
+    The result has its name, the reason if it is known, and words on the others. The errors are
+    those under inputs as in the training. None is returned without such an output.
     """
     *others, worst = sorted(found.outputs, key=lambda output: output.rough)
     if not others or worst.rough < FAR_ABOVE * others[-1].rough:
         return None
     known = worst.known_to_step_end
-    at_once = known is not None and worst.rough > FAR_ABOVE * known
-    why = ", which follows inputs at once" if at_once else ""
-    return f"{worst.name}{why}; the others up to {percent(others[-1].rough)}"
+    follows = known is not None and worst.rough > FAR_ABOVE * known
+    why = ", which follows inputs within a step" if follows else ""
+    return worst.name, why, f"; the others up to {percent(others[-1].rough)}"
 
 
 def _without_plain_call(in_range: ValidationFigures) -> str:

@@ -63,8 +63,9 @@ def _error(found: ValidationFigures, call: PlainCallFigures | None) -> Fact:
     smooth = None if call is None else call.worst("smooth")
     of_output = "" if len(found.outputs) == 1 else " of the worst output"
     named = None if call is None else worst_output(call)
-    of_output = of_output if named is None else f" of {named},"
-    text = f"Relative RMSE{of_output} in the plain call, on unseen inputs."
+    others = "" if named is None else named[2]
+    of_output = of_output if named is None else f" of {named[0]}"
+    text = f"Relative RMSE{of_output} in the plain call, on unseen inputs{others}."
     if smooth is not None:
         text += f" Under smooth inputs: {percent(smooth)}."
     return Fact("Error", percent(error), text)

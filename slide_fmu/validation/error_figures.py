@@ -246,7 +246,7 @@ class PlainOutput:
         smooth_worst: largest error of one such motion, relative to its own truth.
         smooth_covered: part of the samples under smooth inputs that the error bound covers.
         rough: under the recipe's kinds of excitation.
-        known_to_step_end: with moving inputs that are known ahead.
+        known_to_step_end: with moving inputs that are known to the step's end.
         smooth_if_held: where inputs are held, the error if the user's inputs are smooth: the
             effect of the delay of half a step, and the FMU's own error.
     """

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from slide_fmu.core.readable import duration, number, quantity
+from slide_fmu.core.readable import duration, number, quantity, ratio_text
 
 
 @pytest.mark.parametrize(
@@ -31,3 +33,11 @@ def test_quantity_has_the_prefix_that_its_unit_may_have(
     value: float, unit: str, text: str
 ) -> None:
     assert quantity(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.61, "0.61"), (999.7, "1000"), (1870.3, "1870"), (37_600.0, "37 600"), (math.inf, "inf")],
+)
+def test_ratio_has_three_digits_and_no_exponent(value: float, text: str) -> None:
+    assert ratio_text(value) == text

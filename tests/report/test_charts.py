@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
 from slide_fmu.fitting.history import CurvePoint, History
 from slide_fmu.memory.decay import Decay
@@ -172,7 +173,7 @@ def test_bars_of_excitations_of_one_kind_lie_beside_each_other(finer: Validation
     (section,) = [one for one in sections if one.title == "By kind of excitation"]
     assert [bar.name for bar in section.bars] == ["held_random 1", "held_random 3"]
     assert [bar.text.split(", ")[1] for bar in section.bars] == ["1 trajectory", "2 trajectories"]
-    assert section.bars[1].text == f"{100 * section.bars[1].size:.3g} %, 2 trajectories"
+    assert section.bars[1].text == f"{percent(section.bars[1].size)}, 2 trajectories"
 
 
 def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour() -> None:

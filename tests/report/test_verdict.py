@@ -100,10 +100,10 @@ def test_output_whose_error_is_far_above_the_others_is_named() -> None:
     plain = {**PLAIN, "outputs": outputs}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
     first = verdict(run_figures(**measured), SUBJECT)[0]
-    at_once = "(force, which follows inputs at once; the others up to 0.2 %)."
+    at_once = "(force, which follows inputs within a step; the others up to 0.2 %)."
     assert first.endswith(f"up to 30 % under inputs as in the training {at_once}")
     fact = verdict_of(run_figures(**measured), SUBJECT).facts[0]
-    assert "of force, which follows inputs at once; the others up to 0.2 %, in the" in fact.text
+    assert "of force in the plain call, on unseen inputs; the others up to 0.2 %." in fact.text
 
 
 def test_bound_that_says_less_than_a_constant_is_told() -> None:

@@ -264,7 +264,7 @@ def test_card_says_which_errors_bounds_do_not_hold() -> None:
     finer = own.model_copy(update={"system": system})
     window = own.window.model_copy(update={"planned": True})
     planned = own.model_copy(update={"window": window})
-    known, model = "known to the end of each step", "against the finer reference"
+    known, model = "with inputs known to the step's end", "against the finer reference"
     forecast = "the error of forecasting them to its end is in them"
     assert model in " ".join(bound_sentences(finer, HELD, None))
     assert forecast in " ".join(bound_sentences(own, MOVING, None))

@@ -85,10 +85,11 @@ FURTHER_SHARE = 0.05
 With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
-FLOOR = 0.1
-"""The floor of an output's bounds, relative to the 95 % quantile of the errors in the median
-trajectory. It covers small errors on kinds of input that the head has never seen. The quantile of
-all errors would not do: where few kinds have far larger errors, all bounds became wide."""
+FLOOR, FLOOR_OF_MEDIAN = 0.1, 0.2
+"""The floor of an output's bounds is this part of its usual error, and at most that part of the
+usual error in the median trajectory. It covers small errors on kinds of input that the head has
+never seen. Where few kinds have far larger errors than the others, the first alone would make all
+other bounds wide."""
 
 QUIETEST = 0.001
 """Quantile of the logarithms in the head's training; it sees no smaller ones, since networks
@@ -175,7 +176,7 @@ def fit_bound(
     quietest = np.quantile(flat, QUIETEST, axis=0)
     mixes, calibrations = ([mix.heard(quietest) for mix in of] for of in (mixes, calibrations))
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
-    floors = FLOOR * np.median(np.quantile(calibration.errors, USUAL_CONFIDENCE, axis=1), axis=0)
+    floors = _floors(calibration)
     factors = np.maximum.reduce([_factors_of(head, floors, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = _limits(learnt.watched, calibration.watched, recipe.domain_alarms)
@@ -194,6 +195,13 @@ def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
     """Return the head's local scales, and RMS errors if any, (n_trajectories, N, n_values)."""
     exponents = head.evaluate(_samples(statistics)).astype(np.float64)
     return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
+
+
+def _floors(calibration: _Seen) -> FloatArray:
+    """Return what no bound is smaller than, relative to the outputs' scales, (n_outputs,)."""
+    of_trajectories = np.quantile(calibration.errors, USUAL_CONFIDENCE, axis=1)
+    median = np.median(of_trajectories, axis=0)
+    return np.asarray(np.minimum(FLOOR * calibration.usual_errors(), FLOOR_OF_MEDIAN * median))
 
 
 def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> FloatArray:

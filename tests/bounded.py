@@ -73,14 +73,15 @@ def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
 def with_tolerances(surrogate: Surrogate, share: float = 1.0) -> Surrogate:
     """The surrogate with tolerances and floors of its bound; random inputs exceed them at times.
 
-    They are a share of the bounds where the local scale is one.
+    They are a share of the bounds where the local scale is one. Some logarithms of random inputs
+    are smaller than the quietest of the head.
     """
     bound = surrogate.bound
     assert bound is not None
     tolerances = share * bound.factors_at(0.95) * np.linspace(0.8, 1.2, bound.companion.n_values)
-    return replace(
-        surrogate, bound=replace(bound, tolerances=tolerances, floors=0.3 * tolerances[::-1])
-    )
+    floors, quietest = 0.3 * tolerances[::-1], np.linspace(-6.0, 0.0, bound.n_logarithms)
+    tolerant = replace(bound, tolerances=tolerances, floors=floors, quietest=quietest)
+    return replace(surrogate, bound=tolerant)
 
 
 def bounded_surrogate(

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -56,6 +56,7 @@ from slide_fmu.surrogate.error_bound import (
     floored,
     least_trajectories,
     local_scales,
+    not_quieter,
     statistics_of,
     values_count,
 )
@@ -84,9 +85,15 @@ FURTHER_SHARE = 0.05
 With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
-FLOOR = 0.1
-"""The floor of an output's bounds over its usual error. It covers small errors on kinds of input
-that the head has never seen; in range, bounds are hardly wider."""
+FLOOR, FLOOR_OF_MEDIAN = 0.1, 0.2
+"""The floor of an output's bounds is this part of its usual error, and at most that part of the
+usual error in the median trajectory. It covers small errors on kinds of input that the head has
+never seen. Where few kinds have far larger errors than the others, the first alone would make all
+other bounds wide."""
+
+QUIETEST = 0.001
+"""Quantile of the logarithms in the head's training; it sees no smaller ones, since networks
+extrapolate badly. An input at rest may have the logarithm of nothing at all."""
 
 USUAL = 0.999
 """Quantile of the watched means that gives the shape of the domain, a box."""
@@ -110,6 +117,13 @@ class _Seen:
     watched: FloatArray
     disagreement: FloatArray
     errors: FloatArray
+
+    def heard(self, quietest: FloatArray) -> _Seen:
+        """Return the same with the statistics that the head gets."""
+        statistics, afterwards = (
+            not_quieter(part, quietest) for part in (self.statistics, self.afterwards)
+        )
+        return replace(self, statistics=statistics, afterwards=afterwards)
 
     def usual_errors(self) -> FloatArray:
         """Return the 95 % quantile of every output's errors, (n_outputs,), which is positive."""
@@ -157,8 +171,12 @@ def fit_bound(
         for mix, mixes_of in zip(known, (mixes, calibrations), strict=True):
             mixes_of.append(mix)
     mixes += [_thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
+    n_seen = len(companion.cell.a) + len(companion.roles.drive)
+    flat = np.concatenate([_samples(mix.statistics)[:, 0, n_seen:] for mix in mixes])
+    quietest = np.quantile(flat, QUIETEST, axis=0)
+    mixes, calibrations = ([mix.heard(quietest) for mix in of] for of in (mixes, calibrations))
     head, history = _fit_head(mixes, recipe, checkpoint, device, progress)
-    floors = FLOOR * calibration.usual_errors()
+    floors = _floors(calibration)
     factors = np.maximum.reduce([_factors_of(head, floors, mix) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = _limits(learnt.watched, calibration.watched, recipe.domain_alarms)
@@ -170,13 +188,20 @@ def fit_bound(
         rms = _scales(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, _span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits, surrogate.estimator, estimate
-    return ErrorBound(*parts, tolerances, floors), history
+    return ErrorBound(*parts, tolerances, floors, quietest), history
 
 
 def _scales(head: FeedForward, statistics: FloatArray) -> FloatArray:
     """Return the head's local scales, and RMS errors if any, (n_trajectories, N, n_values)."""
     exponents = head.evaluate(_samples(statistics)).astype(np.float64)
     return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
+
+
+def _floors(calibration: _Seen) -> FloatArray:
+    """Return what no bound is smaller than, relative to the outputs' scales, (n_outputs,)."""
+    of_trajectories = np.quantile(calibration.errors, USUAL_CONFIDENCE, axis=1)
+    median = np.median(of_trajectories, axis=0)
+    return np.asarray(np.minimum(FLOOR * calibration.usual_errors(), FLOOR_OF_MEDIAN * median))
 
 
 def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> FloatArray:

@@ -5,10 +5,10 @@ The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``.
 
 from __future__ import annotations
 
+import dataclasses
 import struct
 
 from slide_fmu.core.byte_reader import Reader
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -41,20 +41,24 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     return SpanEstimate(block, factors)
 
 
-def encode_tolerances(tolerances: FloatArray, floors: FloatArray) -> bytes:
-    """Write the content of the section TOLE."""
-    return b"".join(values.astype("<f8").tobytes() for values in (tolerances, floors))
+def encode_tolerances(bound: ErrorBound) -> bytes:
+    """Write the content of the section TOLE, of a bound that has tolerances."""
+    parts = bound.tolerances, bound.floors, bound.quietest
+    return b"".join(part.astype("<f8").tobytes() for part in parts if part is not None)
 
 
-def decode_tolerances(section: Reader, n_outputs: int) -> tuple[FloatArray, FloatArray]:
-    """Read the content of the section TOLE, tolerances and floors; ``ErrorBound`` checks it.
+def decode_tolerances(section: Reader, bound: ErrorBound) -> ErrorBound:
+    """Read the content of the section TOLE: return the bound with it.
 
     Raises:
-        ValueError: the bytes are not one of both for each output.
+        ValueError: the bytes are not one tolerance and one floor for each output, and the least
+            logarithms that the head gets.
     """
+    n_outputs = bound.companion.n_values
     tolerances, floors = (section.f64(n_outputs).copy() for _ in range(2))
+    quietest = section.f64(bound.n_logarithms).copy()
     section.done()
-    return tolerances, floors
+    return dataclasses.replace(bound, tolerances=tolerances, floors=floors, quietest=quietest)
 
 
 def decode_bound(

@@ -100,6 +100,8 @@ class ErrorBound:
             (n_outputs,); None of bounds that were made before there were any.
         floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,). Bounds
             with tolerances have floors, and are at least the disagreement everywhere.
+        quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
+            as these. Bounds with tolerances have them.
     """
 
     companion: StateSpace
@@ -111,6 +113,7 @@ class ErrorBound:
     span: SpanEstimate | None = None
     tolerances: FloatArray | None = None
     floors: FloatArray | None = None
+    quietest: FloatArray | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -147,15 +150,17 @@ class ErrorBound:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
         if self.tolerances is not None:
             self._check_numbers("tolerances", self.tolerances, (n_outputs,))
-        self._check_floors()
+        self._check_parts_of_tolerances()
 
-    def _check_floors(self) -> None:
-        floors = self.floors
-        if (floors is None) != (self.tolerances is None):
-            has, lacks = (
-                ("floors", "tolerances") if floors is not None else ("tolerances", "floors")
+    def _check_parts_of_tolerances(self) -> None:
+        floors, quietest = self.floors, self.quietest
+        parts = {"tolerances": self.tolerances, "floors": floors, "quietest": quietest}
+        missing = [name for name, values in parts.items() if values is None]
+        if 0 < len(missing) < len(parts):
+            raise ValueError(
+                f"error bound without {' and '.join(missing)}; expected all or none of "
+                f"{', '.join(parts)}"
             )
-            raise ValueError(f"error bound with {has} and without {lacks}; expected both or none")
         shape = (self.companion.n_values,)
         if floors is not None and (
             floors.shape != shape or not np.all(np.isfinite(floors) & (floors >= 0))
@@ -163,6 +168,14 @@ class ErrorBound:
             raise ValueError(
                 f"floors of an error bound {floors.tolist()}; expected {shape[0]} finite numbers "
                 "that are not negative"
+            )
+        shape = (self.n_logarithms,)
+        if quietest is not None and not (
+            quietest.shape == shape and np.all(np.isfinite(quietest))
+        ):
+            raise ValueError(
+                f"quietest logarithms of an error bound of shape {quietest.shape}; expected "
+                f"{shape}, all of them finite"
             )
 
     @staticmethod
@@ -183,6 +196,11 @@ class ErrorBound:
     def _n_seen(self) -> int:
         """The number of states and features."""
         return len(self.companion.cell.a) + len(self.companion.roles.drive)
+
+    @property
+    def n_logarithms(self) -> int:
+        """The number of statistics that are logarithms."""
+        return self.head.n_channels - self._n_seen
 
     @property
     def memory_length(self) -> int:
@@ -224,6 +242,8 @@ class ErrorBound:
         """
         with np.errstate(all="ignore"):  # values that are not finite remain visible in the result
             statistics, watched, disagreement = self.statistics(scaled, predicted)
+            if self.quietest is not None:
+                statistics = not_quieter(statistics, self.quietest)
             samples = statistics.reshape(-1, 1, statistics.shape[-1])
             exponents = self.head.evaluate(samples).astype(np.float64)
             found = local_scales(exponents).reshape(*predicted.shape[:-1], -1)
@@ -296,6 +316,17 @@ def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) ->
     """
     with np.errstate(over="ignore"):  # a bound may be infinite
         return np.asarray(np.maximum(np.sqrt(bounds**2 + floors**2), disagreement))
+
+
+def not_quieter(statistics: FloatArray, quietest: FloatArray) -> FloatArray:
+    """Return statistics (..., n_statistics), of which the last ones are at least ``quietest``.
+
+    These are the logarithms. An input that rests at the middle of its range has none at all, and
+    the head would extrapolate far.
+    """
+    signed = statistics.shape[-1] - len(quietest)
+    limits = np.concatenate([np.full(signed, -np.inf), quietest])
+    return np.asarray(np.maximum(statistics, limits))
 
 
 def least_trajectories(confidence: float) -> int:

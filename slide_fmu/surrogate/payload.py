@@ -22,6 +22,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
     TOLE     := f64 tolerance[n_outputs]                         of bounds that are trusted
                 f64 floor[n_outputs]                             of bounds
+                f64 quietest[n_logarithms]                       what the head gets at least
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     RANG     := f64[n_outputs][2]                                of the outputs in the training
@@ -43,7 +44,7 @@ BOUN has the samples in a short and in a long block, the factors for the confide
 0.99, the limits, the companion and the head (``error_bound.py``). It is never in a file with PARA.
 SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head gives twice
 the number of values. TOLE is only in files with BOUN; then bounds follow another formula
-(``floored``). Its floors are not negative.
+(``floored``, ``not_quieter``). Its floors are not negative.
 
 Files with TOLE have version 10; others with SPAN, or with BOUN and ESTI, have version 9; others
 with BOUN have version 8, files with PARA version 7, and all others version 6. In files of version
@@ -155,8 +156,8 @@ def encode(surrogate: Surrogate) -> bytes:
         body += _section(b"BOUN", encode_bound(bound))
     if bound is not None and bound.span is not None:
         body += _section(b"SPAN", encode_span(bound.span))
-    if bound is not None and bound.tolerances is not None and bound.floors is not None:
-        body += _section(b"TOLE", encode_tolerances(bound.tolerances, bound.floors))
+    if bound is not None and bound.tolerances is not None:
+        body += _section(b"TOLE", encode_tolerances(bound))
     if surrogate.forecast is not None:
         body += _section(b"MOVE", _encode_forecast(surrogate.forecast))
     if surrogate.output_ranges is not None:
@@ -310,13 +311,13 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
         fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
         seen = estimator if version >= WITH_ESTIMATES else None
-        section, span, tolerances, floors = reader.section(b"BOUN"), None, None, None
+        section, span = reader.section(b"BOUN"), None
         if version >= WITH_ESTIMATES and _is_next(reader, b"SPAN"):
             span = decode_span(reader.section(b"SPAN"), n_outputs)
-        if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
-            tolerances, floors = decode_tolerances(reader.section(b"TOLE"), n_outputs)
         bound = decode_bound(section, n_inputs, n_outputs, seen, span)
-        fields["bound"] = dataclasses.replace(bound, tolerances=tolerances, floors=floors)
+        if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
+            bound = decode_tolerances(reader.section(b"TOLE"), bound)
+        fields["bound"] = bound
     if _is_next(reader, b"MOVE"):
         fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):

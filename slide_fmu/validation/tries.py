@@ -33,11 +33,11 @@ DRAWN = 8
 """Number of inputs of which one is tried."""
 
 NEAR, FARTHER = (0.002, 0.05), (0.005, 0.3)
-"""Range of the distance of a try from the worst one, for each coordinate of the unit cube; the
-other one while nothing is broken."""
+"""Ranges of the distance of a try from the worst one, and from the worst of several kinds, for
+each coordinate of the unit cube."""
 
 OTHERS = 3
-"""Tries go on from the worst ones of this many kinds while nothing is broken."""
+"""While nothing is broken, every second try goes on from the worst of this many kinds in turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,15 +180,15 @@ class _Turns:
 
 
 def _near_worst(tries: Sequence[Try], index: int, rng: np.random.Generator) -> Point:
-    """Draw a point near the worst try, or, while nothing is broken, near one of the worst."""
+    """Draw a point near the worst try; while nothing is broken, also near other kinds' worst."""
     by_kind: dict[str, Try] = {}
     for one in TriedInputs(tries).worst_first:
         by_kind.setdefault(one.point.kind, one)
-    worst, sizes = list(by_kind.values()), NEAR
-    if worst[0].severity <= BROKEN:
-        worst, sizes = worst[:OTHERS], FARTHER
-        worst = worst[index % len(worst) :]
-    return worst[0].point.near(math.exp(rng.uniform(*np.log(sizes))), rng)
+    parent, sizes = next(iter(by_kind.values())), NEAR
+    if parent.severity <= BROKEN and index % 2:
+        others = list(by_kind.values())[:OTHERS]
+        parent, sizes = others[index // 2 % len(others)], FARTHER
+    return parent.point.near(math.exp(rng.uniform(*np.log(sizes))), rng)
 
 
 def try_inputs(

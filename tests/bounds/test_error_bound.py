@@ -16,6 +16,7 @@ from slide_fmu.bounds import error_bound
 from slide_fmu.bounds import fit as fit_module
 from slide_fmu.bounds.error_bound import (
     _factors_of,
+    _floors,
     _scales,
     _Seen,
     _thinned,
@@ -159,7 +160,8 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     assert bound.floors is not None
     (floor,) = bound.floors * surrogate.output_scaling.scale
     errors = (surrogate.predict_newest_batch(single.inputs) - single.outputs[:, 1:])[:, -1, 0]
-    np.testing.assert_allclose(floor, 0.1 * np.quantile(abs(errors), 0.95))
+    usual = 0.1 * np.quantile(abs(errors), 0.95), 0.2 * np.median(abs(errors))
+    np.testing.assert_allclose(floor, min(usual))
     scales, apart = at_the_end(single.inputs)
     left = np.where(abs(errors) <= apart, 0.0, np.sqrt(np.maximum(errors**2 - floor**2, 0.0)))
     assert 0 < (left == 0).mean() < 0.9
@@ -236,6 +238,17 @@ def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
         assert not (trusted & ~inside).any()
 
 
+def test_few_trajectories_with_large_errors_do_not_raise_the_floors() -> None:
+    rng = np.random.default_rng(6)
+    errors = rng.uniform(0, 1, (50, 40, 2))
+    other = np.zeros((50, 40, 1))
+    alike = _floors(_Seen(other, other, other, errors, errors))
+    np.testing.assert_allclose(alike, 0.095, rtol=0.02)
+    errors[:10, :, 1] *= 1000
+    few = _floors(_Seen(other, other, other, errors, errors))
+    np.testing.assert_allclose(few, [alike[0], 0.19], rtol=0.02)
+
+
 def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:
     """They are the least ones that do: a sample below floor or disagreement needs none."""
     rng, bound = np.random.default_rng(4), bounded_surrogate(SHAPE).bound
@@ -259,6 +272,23 @@ def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -
         assert (covered(factor * (1 - 1e-9)) < wanted).all()
     alone = _factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
     assert (factors < alone).all()
+
+
+def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -> None:
+    """An input that rests at the middle of its range is as known as one that hardly moves."""
+    surrogate = fit.surrogate
+    bound = surrogate.bound
+    assert bound is not None
+    assert bound.quietest is not None
+    assert (bound.quietest > -60).all()
+    still = np.full((256, 1), surrogate.input_scaling.offset[0])
+    statistics = bound.statistics(
+        surrogate.input_scaling.apply(still)[None],
+        surrogate.output_scaling.apply(surrogate.predict_newest(still))[None],
+    )[0]
+    assert statistics.min() < -60
+    usual = np.quantile(surrogate.error_bounds(still)[100:], 0.5, axis=0)
+    assert (usual < surrogate.error_tolerances).all()
 
 
 def test_an_output_that_floors_cover_has_positive_factors_that_rise() -> None:

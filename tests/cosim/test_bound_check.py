@@ -41,7 +41,7 @@ def inputs() -> FloatArray:
 @pytest.fixture
 def bounded(inputs: FloatArray) -> Surrogate:
     """Half of the samples are in its domain."""
-    surrogate = with_tolerances(bounded_surrogate(SHAPE), 2.0)
+    surrogate = with_tolerances(bounded_surrogate(SHAPE), 1.65)
     assert surrogate.bound is not None
     middle = np.median(surrogate.trust(inputs).novelty) ** 2
     bound = dataclasses.replace(surrogate.bound, limits=middle * surrogate.bound.limits)

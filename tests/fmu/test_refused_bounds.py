@@ -241,7 +241,7 @@ def test_tolerances_that_are_not_positive_are_refused(
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-@pytest.mark.parametrize("name", ["tolerances", "floors"])
+@pytest.mark.parametrize("name", ["tolerances", "floors", "quietest"])
 def test_another_number_of_tolerances_is_refused(load: Load, name: str, count: int) -> None:
     surrogate = with_tolerances(bounded_surrogate(SHAPE))
     content = unchecked(surrogate, **{name: np.ones(count)})
@@ -253,6 +253,17 @@ def test_floors_that_are_no_size_of_an_error_are_refused(load: Load, value: floa
     surrogate = with_tolerances(bounded_surrogate(SHAPE))
     message = refused(load(surrogate), edited(surrogate, 8 * 3, "<d", value, b"TOLE"))
     assert "floor " in message
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+@pytest.mark.parametrize("place", [4, -1])
+def test_quietest_logarithms_that_are_not_finite_are_refused(
+    load: Load, place: int, value: float
+) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    place = place if place > 0 else 3 + bound_of(surrogate).n_logarithms
+    message = refused(load(surrogate), edited(surrogate, 8 * place, "<d", value, b"TOLE"))
+    assert "quietest" in message
 
 
 def test_floor_of_zero_is_read(load: Load) -> None:

@@ -16,6 +16,7 @@ from slide_fmu.surrogate.error_bound import (
     MOST_EXPONENT,
     ErrorBound,
     Trust,
+    local_scales,
     logarithms,
 )
 from slide_fmu.surrogate.payload import PayloadError
@@ -269,10 +270,10 @@ def test_file_keeps_the_bound(kind: str, version: int, tolerant: bool) -> None:
 def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
     tolerances: FloatArray,
 ) -> None:
-    bound = bounded_surrogate(SHAPE).bound
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
     assert bound is not None
     with refused(ValueError, "tolerances of an error bound of shape", "expected (2,), finite"):
-        replace(bound, tolerances=tolerances, floors=np.zeros(2))
+        replace(bound, tolerances=tolerances)
 
 
 @pytest.mark.parametrize(
@@ -285,12 +286,40 @@ def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArra
         replace(bound, floors=floors)
 
 
-def test_tolerances_and_floors_come_together() -> None:
+def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:
     bound = with_tolerances(bounded_surrogate(SHAPE)).bound
     assert bound is not None
-    for name, other in (("floors", "tolerances"), ("tolerances", "floors")):
-        with refused(ValueError, f"with {other} and without {name}; expected both or none"):
+    count = bound.n_logarithms
+    for quietest in (np.zeros(count + 1), np.full(count, -np.inf), np.full(count, np.nan)):
+        with refused(ValueError, "quietest logarithms", f"expected ({count},), all of them"):
+            replace(bound, quietest=quietest)
+
+
+def test_tolerances_floors_and_quietest_logarithms_come_together() -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    for name in ("tolerances", "floors", "quietest"):
+        with refused(ValueError, f"error bound without {name}; expected all or none"):
             replace(bound, **{name: None})
+
+
+def test_head_gets_no_logarithm_below_the_quietest() -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    bound, inputs = surrogate.bound, record(surrogate)
+    assert bound is not None
+    assert bound.quietest is not None
+    scaled = surrogate.input_scaling.apply(inputs)[None]
+    predicted = surrogate.output_scaling.apply(surrogate.predict_newest(inputs))[None]
+    (statistics,) = bound.statistics(scaled, predicted)[0]
+    signed = statistics.shape[1] - bound.n_logarithms
+    assert 0 < (statistics[:, signed:] < bound.quietest).mean() < 1
+    limited = statistics.copy()
+    for row in limited:
+        for i, least in enumerate(bound.quietest):
+            row[signed + i] = max(row[signed + i], least)
+    exponents = bound.head.evaluate(limited[:, None])
+    expected = local_scales(exponents.astype(float))
+    np.testing.assert_allclose(surrogate.trust(inputs).scales, expected, rtol=1e-6)
 
 
 def test_tolerances_of_a_bound_that_does_not_see_the_estimator_are_refused() -> None:

@@ -133,6 +133,9 @@ void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
         slide_check(file, least >= 0,
                     "surrogate file: floor %g of an error bound; expected it not negative", least);
     }
+    const SlideBoundView *view = &payload->bound;
+    payload->bound.quietest = slide_take_f64s(
+        file, file->good ? view->head.features.n_signals - view->n_seen : 0, 1, "quietest");
     slide_close_section(file, "TOLE");
 }
 

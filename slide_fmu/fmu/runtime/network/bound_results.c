@@ -43,6 +43,13 @@ static void form_means(const SlideBound *bound, const SlideBoundState *state) {
     slide_blocks_means(&bound->of_seen, &state->of_seen, bound->means + 2 * n_outputs);
 }
 
+/* Far below what its training had, the head would extrapolate. What is no number stays. */
+static void limit_logarithms(double *logarithms, const double *quietest, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        logarithms[i] = logarithms[i] < quietest[i] ? quietest[i] : logarithms[i];
+    }
+}
+
 void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
                        SlideBoundState *state) {
     const SlideNetwork *head = &bound->head;
@@ -62,6 +69,9 @@ void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
     }
     for (size_t i = 0; i < bound->n_expected; ++i) {
         of_expected[i] = logarithm(bound->expected[i]);
+    }
+    if (bound->n_tolerances > 0) {
+        limit_logarithms(logarithms, bound->quietest, n_outputs + n_means + bound->n_expected);
     }
     *state->novelty = novelty_of(bound);
     const bool finite = slide_features_write(&head->seen, bound->statistics,

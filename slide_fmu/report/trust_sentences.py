@@ -65,8 +65,8 @@ def tries_sentences(figures: SearchFigures) -> list[str]:
     failed = figures.failed_tries
     return [
         f"A search tried {count} inputs as users set them: tones, offsets, holds and limits.",
-        f"On {broken} of {count} an error exceeded its bound of 95 % more than "
-        f"{BROKEN:g} times while {FLAGS[figures.flag]}.",
+        f"On {broken} of {count} an error was more than {BROKEN:g} times its bound of 95 % while "
+        f"{FLAGS[figures.flag]}.",
         *([f"On {failed} more the reference failed."] if failed else []),
         *_worst_sentences(worst),
     ]

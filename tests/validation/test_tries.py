@@ -168,7 +168,7 @@ def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: TriedIn
     broken = sum(one.figures.over_bound > 2 for one in tried.tries)
     sentence = search_sentence(figures)
     worst = figures.tries[0]
-    assert f"On {broken} of {TRIES} an error exceeded its bound of 95 %" in sentence
+    assert f"On {broken} of {TRIES} an error was more than 2 times its bound of 95 %" in sentence
     assert "while trusted is true" in sentence
     assert "On 1 more the reference failed." in sentence
     assert f"The worst was {worst.kind}: {worst.inputs}." in sentence

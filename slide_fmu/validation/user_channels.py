@@ -28,6 +28,10 @@ HIGHEST, OCTAVES = 0.8, 7
 can show, and begin where the memory of the surrogate ends, but this many octaves lower at most."""
 
 
+SLOWEST = 4
+"""The slowest tones of a motion have a period of this many memories of the surrogate: only slow
+ones go far within the limits of a motion."""
+
 LEAST = 1e-3
 """Where an axis rests in all motions of a recipe, its limits are this part of its range, or of
 1 rad, per s and per s^2."""
@@ -108,7 +112,10 @@ def channels_of(recipe: Recipe, system: System, memory: float) -> tuple[Channel,
         low, high, rest = axis[0].low, axis[0].high, axis[0].start_value
         if len(axis) == 2:
             low, high, rest = -math.inf, math.inf, 0.0
-        found.append(Channel(axis, low, high, rest, frequencies, times, *limits))
+        slow, fast = frequencies
+        if limits[0] is not None:
+            slow = min(slow, 2 * math.pi / (SLOWEST * memory))
+        found.append(Channel(axis, low, high, rest, (slow, fast), times, *limits))
     return tuple(found)
 
 

@@ -179,7 +179,7 @@ def test_limits_that_no_kind_declares_are_measured() -> None:
     recipe = recipe_of({"kind": "harmonic", "angular_frequency": [2.0, 5.0]})
     system = Driven((COSINE, SINE))
     (angle,) = channels_of(recipe, system, 1.0)
-    assert angle.frequencies == (2.0, 5.0)
+    assert angle.frequencies == (0.5 * math.pi, 5.0)
     assert angle.speed is not None
     assert angle.acceleration is not None
     assert 2.0 < angle.speed <= 5.0 * math.pi

@@ -85,7 +85,7 @@ FURTHER_SHARE = 0.05
 With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
-FLOOR, FLOOR_OF_MEDIAN = 0.1, 0.2
+FLOOR, FLOOR_OF_MEDIAN = 0.15, 0.45
 """The floor of an output's bounds is this part of its usual error, and at most that part of the
 usual error in the median trajectory. It covers small errors on kinds of input that the head has
 never seen. Where few kinds have far larger errors than the others, the first alone would make all

@@ -160,7 +160,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     assert bound.floors is not None
     (floor,) = bound.floors * surrogate.output_scaling.scale
     errors = (surrogate.predict_newest_batch(single.inputs) - single.outputs[:, 1:])[:, -1, 0]
-    usual = 0.1 * np.quantile(abs(errors), 0.95), 0.2 * np.median(abs(errors))
+    usual = 0.15 * np.quantile(abs(errors), 0.95), 0.45 * np.median(abs(errors))
     np.testing.assert_allclose(floor, min(usual))
     scales, apart = at_the_end(single.inputs)
     left = np.where(abs(errors) <= apart, 0.0, np.sqrt(np.maximum(errors**2 - floor**2, 0.0)))
@@ -243,10 +243,10 @@ def test_few_trajectories_with_large_errors_do_not_raise_the_floors() -> None:
     errors = rng.uniform(0, 1, (50, 40, 2))
     other = np.zeros((50, 40, 1))
     alike = _floors(_Seen(other, other, other, errors, errors))
-    np.testing.assert_allclose(alike, 0.095, rtol=0.02)
+    np.testing.assert_allclose(alike, 0.15 * 0.95, rtol=0.02)
     errors[:10, :, 1] *= 1000
     few = _floors(_Seen(other, other, other, errors, errors))
-    np.testing.assert_allclose(few, [alike[0], 0.19], rtol=0.02)
+    np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
 
 
 def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:

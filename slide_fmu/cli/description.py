@@ -19,6 +19,7 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.console import print_table, print_validation
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.table import ReportTable
+from slide_fmu.report.trust_sentences import search_sentence
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -139,6 +140,8 @@ def _show_error(measured: RunFigures, out: Console) -> None:
         if index:  # figures of bounds and estimates in range are enough here
             validation = replace(validation, error_bound=None, error_estimate=None)
         print_validation(validation, f"error {name}", out)
+    if measured.adversarial is not None:
+        out.print(search_sentence(measured.adversarial))
 
 
 def _show_origin(origin: Origin | None, out: Console) -> None:

@@ -40,6 +40,7 @@ from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
+from slide_fmu.validation.tries import TriedInputs, try_inputs
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"
@@ -164,7 +165,7 @@ def measure_trained(
     in_range = validations[IN_RANGE]
     call = plain_call_figures(fmu, in_range, job.case)
     box = box_figures(fmu, in_range, job.case, job.bar("constant inputs"))
-    search, attacks = _searched(job, surrogate, wanted[IN_RANGE].seed, search)
+    search, attacks, tried = _searched(job, surrogate, in_range, search)
     measurement = RunMeasurement(
         surrogate,
         trained.histories,
@@ -176,6 +177,7 @@ def measure_trained(
         box=box,
         search=search,
         attacks=attacks,
+        tried=tried,
         remarks=tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
     )
     figures, response = run_figures(job.case, measurement, job.command, trained.versions)
@@ -207,15 +209,17 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
 
 
 def _searched(
-    job: Job, surrogate: Surrogate, seed: int, known: SearchFigures | None
-) -> tuple[SearchFigures | None, list[Attack]]:
+    job: Job, surrogate: Surrogate, in_range: Validation, known: SearchFigures | None
+) -> tuple[SearchFigures | None, list[Attack], TriedInputs]:
     """Search for unnoticed errors, if the recipe asks for it and no search was done yet."""
     starts = job.recipe.validation.adversarial
     if not starts or known is not None:
-        return known if starts else None, []
+        return known if starts else None, [], TriedInputs()
+    seed, usual = in_range.task.seed, in_range.usual_error()
     attacks = attack(surrogate, job.case, seed, starts, job.bar("search for unnoticed errors"))
-    assert surrogate.bound is not None
-    return search_figures(attacks, surrogate.bound.confidences[-1]), attacks
+    bar = job.bar("inputs as users set them")
+    tried = try_inputs(surrogate, job.case, usual, seed, starts, bar)
+    return search_figures(attacks, surrogate, tried), attacks, tried
 
 
 def draw_mechanism(job: Job) -> str | None:

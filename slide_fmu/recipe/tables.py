@@ -131,7 +131,8 @@ class ValidationRecipe(Table):
             run`` fails where the error is larger. 0.05 stands for 5 %. If not given, no error is
             refused.
         adversarial: number of unseen trajectories from which a search begins for inputs whose
-            error is large relative to its bound; each takes about a minute.
+            error is large relative to its bound, and of tones, offsets, holds and moves that are
+            tried likewise; each takes about a minute.
     """
 
     trajectories: PositiveInt = 50

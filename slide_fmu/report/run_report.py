@@ -16,7 +16,7 @@ from slide_fmu.report.html_report import Report, ReportSection, folded, remark_s
 from slide_fmu.report.importer_sections import box_sections, plain_call_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.trust_sections import search_section
+from slide_fmu.report.trust_sections import search_sections
 from slide_fmu.report.verdict import Subject
 from slide_fmu.report.verdict_facts import verdict_of
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -32,6 +32,7 @@ from slide_fmu.validation.error_figures import (
 from slide_fmu.validation.response import is_affine
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import IN_RANGE
+from slide_fmu.validation.tries import TriedInputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,7 @@ class RunMeasurement:
         curve: the learning curve by which the number of trajectories was found.
         plain_call, box, search: further measurements in range.
         attacks: results of the search; empty where its figures were known before.
+        tried: inputs as users set them, likewise.
         remarks: on trajectories beyond the range.
     """
 
@@ -60,6 +62,7 @@ class RunMeasurement:
     box: BoxFigures | None
     search: SearchFigures | None
     attacks: Sequence[Attack]
+    tried: TriedInputs
     remarks: tuple[str, ...]
 
 
@@ -183,7 +186,7 @@ def _sections(
     if curve is not None:
         details.append(learning_sections.curve_section(curve))
     if figures.adversarial is not None:
-        details.append(search_section(figures.adversarial, found.attacks, surrogate))
+        details += search_sections(figures.adversarial, found.attacks, found.tried, surrogate)
     return [
         *accuracy_sections.validation_sections(found.validations),
         *remark_sections(figures.record_remarks or ()),

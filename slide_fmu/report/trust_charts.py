@@ -16,7 +16,7 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.report.trajectory_charts import parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.adversarial import Attack
+from slide_fmu.validation.attacked import MeasuredInputs
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
@@ -171,9 +171,9 @@ def ratio_chart(validation: Validation) -> Chart:
     return Chart(title, [panel], Axis("|error| over its bound", log=True), marks=[1.0])
 
 
-def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
+def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Chart:
     """Draw the inputs before the worst step, the errors, and their bounds."""
-    first = max(0, found.step - BEFORE_WORST)
+    first = max(found.first, found.step - BEFORE_WORST)
     shown = slice(first, found.step + BEFORE_WORST // 4)
     count = len(found.inputs[shown])
     time = surrogate.window.step * np.arange(first, first + count, dtype=np.float64)
@@ -191,9 +191,9 @@ def attack_chart(found: Attack, surrogate: Surrogate) -> Chart:
         ),
     ]
     return Chart(
-        f"The worst start: error {ratio_text(found.after)} times its bound",
+        f"{title}: error {ratio_text(found.ratio)} times its bound",
         panels,
-        parts=parts_of(~found.in_domain[shown], time),
+        parts=parts_of(~found.trusted[shown], time),
         marks=[surrogate.window.step * found.step],
     )
 

@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from slide_fmu.report import trust_charts
 from slide_fmu.report.html_report import ReportSection
-from slide_fmu.report.trust_sentences import COLUMNS, HARM, TOLERANCES, bound_sentences
+from slide_fmu.report.trust_sentences import (
+    COLUMNS,
+    FLAGS,
+    HARM,
+    TOLERANCES,
+    bound_sentences,
+    tries_sentences,
+)
 from slide_fmu.report.trust_tables import (
     bound_table,
     estimate_table,
@@ -14,11 +21,13 @@ from slide_fmu.report.trust_tables import (
     kind_table,
     search_table,
     tolerance_table,
+    tries_table,
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.error_figures import SearchFigures, ValidationFigures
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
 
 
@@ -72,18 +81,39 @@ def bound_sections(
     ]
 
 
-def search_section(
-    figures: SearchFigures, attacks: Sequence[Attack], surrogate: Surrogate
-) -> ReportSection:
-    """Show the figures of a search, and its worst result, if that is known."""
+def search_sections(
+    figures: SearchFigures, attacks: Sequence[Attack], tried: TriedInputs, surrogate: Surrogate
+) -> list[ReportSection]:
+    """Show the figures of a search and of its tries, and their worst results, if known."""
     text = (
         f"A search changes the inputs of {figures.starts} unseen trajectories within their "
         f"ranges ({figures.changes_tried} changes are tried of each) so that an error becomes "
-        "large relative to its bound "
-        "while the FMU counts the inputs as part of its domain. With a bound of 95 % one step "
+        f"large relative to its bound while {FLAGS[figures.flag]}. With a bound of 95 % one step "
         "in twenty has a larger error anyway; a bound counts as broken where the error is more "
         f"than {BROKEN:g} times as large."
     )
     worst = max(attacks, key=lambda found: found.after, default=None)
-    charts = [] if worst is None else [trust_charts.attack_chart(worst, surrogate)]
-    return ReportSection("Search for unnoticed errors", text, search_table(figures), charts=charts)
+    charts = []
+    if worst is not None:
+        charts = [trust_charts.search_chart("The worst start", worst.found, surrogate)]
+    return [
+        ReportSection("Search for unnoticed errors", text, search_table(figures), charts=charts),
+        *_tries_sections(figures, tried, surrogate),
+    ]
+
+
+def _tries_sections(
+    figures: SearchFigures, tried: TriedInputs, surrogate: Surrogate
+) -> list[ReportSection]:
+    if not figures.tries:
+        return []
+    text = (
+        f"{' '.join(tries_sentences(figures))} Half of the tries were drawn, half lie near the "
+        "worst ones. The table has the worst of each kind; its last columns are shares of all "
+        "samples. Times t are in s, from rest on. Train on inputs like the worst."
+    )
+    charts = [
+        trust_charts.search_chart("The worst try", worst.found, surrogate)
+        for worst in tried.worst_first[:1]
+    ]
+    return [ReportSection("Inputs as users set them", text, tries_table(figures), charts=charts)]

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import ratio_text
+from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.report.validity import has_tolerances
 from slide_fmu.surrogate.error_bound import calibrated
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.error_figures import BoundFigures, SearchFigures, ValidationFigures
+from slide_fmu.validation.error_figures import (
+    BoundFigures,
+    SearchFigures,
+    TryFigures,
+    ValidationFigures,
+)
 from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
 
 COLUMNS = (
@@ -39,16 +44,58 @@ TOLERANCES = (
 """Explanation of ``slide_fmu.report.trust_tables.tolerance_table``."""
 
 
+FLAGS = {
+    "trusted": "trusted is true",
+    "in_domain": "the FMU counts the inputs as part of its domain",
+}
+"""The condition under which errors of a search count, by ``SearchFigures.flag``."""
+
+
 def search_sentence(figures: SearchFigures) -> str:
     """Give the result of the search for unnoticed errors (``validation.adversarial``)."""
+    return " ".join([_noise_sentence(figures), *tries_sentences(figures)])
+
+
+def tries_sentences(figures: SearchFigures) -> list[str]:
+    """Give the results on inputs as users set them; none where none was tried."""
+    if not figures.tries:
+        return []
+    count, worst = len(figures.tries), figures.tries[0]
+    broken = sum(one.over_bound > BROKEN for one in figures.tries)
+    failed = figures.failed_tries
+    return [
+        f"A search tried {count} inputs as users set them: tones, offsets, holds and limits.",
+        f"On {broken} of {count} an error was more than {BROKEN:g} times its bound of 95 % while "
+        f"{FLAGS[figures.flag]}.",
+        *([f"On {failed} more the reference failed."] if failed else []),
+        *_worst_sentences(worst),
+    ]
+
+
+def _worst_sentences(worst: TryFigures) -> list[str]:
+    """Describe the worst try, so that it can be repeated."""
+    relative = worst.relative_rmse
+    return [
+        f"The worst was {worst.kind}: {worst.inputs}.",
+        f"There an error was {ratio_text(worst.over_bound)} times its bound.",
+        f"Over the whole record, the largest error of {worst.output} is "
+        f"{quantity(worst.largest_error, worst.unit)}"
+        + ("." if relative is None else f", and its relative RMSE {percent(relative)}."),
+        f"Of the samples {percent(worst.harmful)} are harmful, and {percent(worst.unnoticed)} "
+        "are harmful and not reported.",
+    ]
+
+
+def _noise_sentence(figures: SearchFigures) -> str:
     usual, highest = (f"{100 * value:g} %" for value in figures.confidences)
     every = figures.before, figures.after, figures.after_highest
     before, after, above = (ratio_text(max(ratios)) for ratios in every)
     starts = figures.starts
+    where = "in the domain" if figures.flag == "in_domain" else "at trusted steps"
     at_first = sum(ratio > BROKEN for ratio in figures.before)
     return (
         f"A search within the ranges of the inputs, from {starts} unseen trajectories, "
-        f"found an error in the domain of {after} times its bound of {usual} (before the search: "
+        f"found an error {where} of {after} times its bound of {usual} (before the search: "
         f"{before}), and of {above} times its bound of {highest}. Errors of more than {BROKEN:g} "
         f"times the bound of {usual} were found from {figures.broken} of {starts} starts "
         f"(before the search: {at_first}), of {highest} from {figures.broken_at_highest}."

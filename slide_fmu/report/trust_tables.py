@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import ratio_text
+from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
@@ -19,6 +19,7 @@ from slide_fmu.validation.error_figures import (
     KindBound,
     OutputBound,
     SearchFigures,
+    TryFigures,
     ValidationFigures,
 )
 from slide_fmu.validation.trust import BROKEN
@@ -233,7 +234,32 @@ def search_table(figures: SearchFigures) -> ReportTable:
         )
         for ratios, text in parts
     )
-    heading = "error over its bound, largest in the domain", "median", "worst", "broken"
+    where = "in the domain" if figures.flag == "in_domain" else "where trusted"
+    heading = f"error over its bound, largest {where}", "median", "worst", "broken"
+    return ReportTable.of(heading, rows)
+
+
+def tries_table(figures: SearchFigures) -> ReportTable:
+    """Return the worst try of each kind of input as users set it, the worst kind first."""
+    heading = (
+        *("kind", "broken", "inputs", "error over its bound", "relative RMSE", "largest error"),
+        *("harmful", "harmful and not reported"),
+    )
+    by_kind: dict[str, list[TryFigures]] = {}
+    for one in figures.tries:
+        by_kind.setdefault(one.kind, []).append(one)
+    rows = (
+        (
+            kind,
+            f"{sum(one.over_bound > BROKEN for one in tries)} of {len(tries)}",
+            tries[0].inputs,
+            ratio_text(tries[0].over_bound),
+            "" if tries[0].relative_rmse is None else percent(tries[0].relative_rmse),
+            f"{tries[0].output}: {quantity(tries[0].largest_error, tries[0].unit)}",
+            *(percent(share) for share in (tries[0].harmful, tries[0].unnoticed)),
+        )
+        for kind, tries in by_kind.items()
+    )
     return ReportTable.of(heading, rows)
 
 

@@ -458,14 +458,32 @@ class Surrogate:
                 f"tolerances {allowed.tolist()}; expected {len(known)} finite numbers that are "
                 "not negative, one for each output in its unit"
             )
-        bound = self._required_bound()
+        return self._bounds_and_flag(inputs, allowed)[1]
+
+    def error_bounds_and_flag(self, inputs: NDArray[Any]) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return 95 % bounds, (N, n_outputs), and where nothing says that outputs may be wrong.
+
+        The flag is ``trusted``; ``in_domain`` of a surrogate without tolerances.
+
+        Raises:
+            ValueError: as for ``trust``.
+        """
+        known = self._required_bound().tolerances is not None
+        return self._bounds_and_flag(inputs, self.error_tolerances if known else None)
+
+    def _bounds_and_flag(
+        self, inputs: NDArray[Any], allowed: FloatArray | None
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return 95 % bounds, and ``trusted`` with tolerances, or ``in_domain`` without them."""
         scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs)[None])
         predicted = self.network.stream(scaled).astype(np.float64)
-        (trust,) = bound.along(scaled, predicted)
+        (trust,) = self._required_bound().along(scaled, predicted)
         bounds, inside = self._bounds(trust, inputs, USUAL_CONFIDENCE)
+        if allowed is None:
+            return bounds, inside
         if self.output_ranges is not None:
             inside = inside & self.outputs_in_range(self.output_scaling.invert(predicted[0]))
-        return np.asarray(inside & np.all(bounds <= allowed, axis=1))
+        return bounds, np.asarray(inside & np.all(bounds <= allowed, axis=1))
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Return at which samples the inputs of the outputs lie in range: (N, n_inputs) to (N,).

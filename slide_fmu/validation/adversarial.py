@@ -5,17 +5,16 @@ looks for others, and profits from errors that the bound does not cover. This se
 From an unseen trajectory it changes the inputs of one window before the step with the largest
 ratio of error to bound, keeps the changes that make it worse, and goes on. It is an evolution
 strategy with one parent, one child and the one-fifth success rule (Rechenberg, 1973): the
-reference system needs no gradients. Samples outside of the domain do not count, since the FMU says
-so there.
+reference system needs no gradients. Samples that are not trusted do not count, since the FMU says
+so there; without tolerances, those outside of the domain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, on_circles
@@ -26,8 +25,9 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.attacked import AttackedRun, Target
+from slide_fmu.validation.attacked import AttackedRun, MeasuredInputs, Target
 from slide_fmu.validation.error_figures import SearchFigures
+from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
 
 CHILDREN = 100
@@ -45,24 +45,20 @@ class Attack:
     """An Attack is the result of the search from one start.
 
     Attributes:
-        before, after: largest error over its bound in the domain, of the start and at the end, at
-            the usual confidence.
+        before: largest error over its bound where it is trusted, at the start and at the usual
+            confidence.
         after_highest: the same at the end, over the bound of the highest confidence.
-        inputs: the inputs at the end, in their units of measure, shape (N, n_inputs).
-        errors, bounds: absolute errors on them, and their bounds at the usual confidence, in the
-            outputs' units, shape (N, n_outputs).
-        in_domain: whether each sample lies in the domain, shape (N,).
-        step: sample with the largest ratio of error to bound.
+        found: the inputs at the end, measured.
     """
 
     before: float
-    after: float
     after_highest: float
-    inputs: FloatArray
-    errors: FloatArray
-    bounds: FloatArray
-    in_domain: NDArray[np.bool_]
-    step: int
+    found: MeasuredInputs
+
+    @property
+    def after(self) -> float:
+        """Largest error over its bound where it is trusted, at the end."""
+        return self.found.ratio
 
 
 def attack(
@@ -99,17 +95,23 @@ def _target(
     return first_that_runs(recipe, system, stream, index, run)
 
 
-def search_figures(attacks: Sequence[Attack], highest: float) -> SearchFigures:
-    """Return the figures of a search, with the highest confidence of bounds."""
+def search_figures(
+    attacks: Sequence[Attack], surrogate: Surrogate, tried: TriedInputs
+) -> SearchFigures:
+    """Return the figures of a search, and of the inputs that were tried as users set them."""
+    assert surrogate.bound is not None
     return SearchFigures(
         starts=len(attacks),
         changes_tried=CHILDREN,
-        confidences=(USUAL_CONFIDENCE, highest),
+        confidences=(USUAL_CONFIDENCE, surrogate.bound.confidences[-1]),
         before=tuple(found.before for found in attacks),
         after=tuple(found.after for found in attacks),
         after_highest=tuple(found.after_highest for found in attacks),
         broken=sum(found.after > BROKEN for found in attacks),
         broken_at_highest=sum(found.after_highest > BROKEN for found in attacks),
+        flag="in_domain" if surrogate.bound.tolerances is None else "trusted",
+        tries=tuple(one.figures for one in tried.worst_first),
+        failed_tries=tried.failed,
     )
 
 
@@ -150,11 +152,10 @@ def _tried(
 
 def _attack(target: Target, inputs: FloatArray, before: float) -> Attack:
     """Measure errors and bounds on the inputs that a search has found."""
-    whole, surrogate = target.run(inputs), target.surrogate
-    after, step = target.worst(whole)
-    highest, _ = target.worst(whole, target.highest)
-    bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
-    return Attack(before, after, highest, inputs, target.errors(whole), bounds, inside, step)
+    found, surrogate = target.measured(target.run(inputs)), target.surrogate
+    assert surrogate.bound is not None
+    highest = surrogate.error_bounds(inputs, surrogate.bound.confidences[-1])
+    return Attack(before, replace(found, bounds=highest).ratio, found)
 
 
 def _changed(

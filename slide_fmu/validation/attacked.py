@@ -13,13 +13,68 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw
-from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Restorable, State, System
 from slide_fmu.systems.simulation import simulate
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredInputs:
+    """MeasuredInputs are N samples of inputs, with errors and bounds of a surrogate on them.
+
+    Attributes:
+        inputs: in their units, shape (N, n_inputs).
+        reference: true outputs after each input, in their units, shape (N, n_outputs).
+        errors: absolute errors, in the outputs' units, shape (N, n_outputs).
+        bounds: their bounds at the usual confidence, likewise.
+        trusted: where nothing says that outputs may be wrong: ``trusted``, or ``in_domain`` of a
+            surrogate without tolerances, (N,).
+        first: the first sample that counts.
+    """
+
+    inputs: FloatArray
+    reference: FloatArray
+    errors: FloatArray
+    bounds: FloatArray
+    trusted: NDArray[np.bool_]
+    first: int
+
+    @property
+    def ratios(self) -> FloatArray:
+        """Errors over their bounds, (N, n_outputs); 0 where they do not count or are flagged."""
+        found = self.errors / self.bounds
+        found[~self.trusted] = 0.0
+        found[: self.first] = 0.0
+        return found
+
+    @property
+    def step(self) -> int:
+        """The sample with the largest of these ratios."""
+        return int(np.argmax(self.ratios.max(axis=1)))
+
+    @property
+    def ratio(self) -> float:
+        """The largest of these ratios."""
+        return float(self.ratios.max())
+
+
+def measured_inputs(
+    surrogate: Surrogate, inputs: FloatArray, reference: FloatArray, first: int
+) -> MeasuredInputs:
+    """Measure a surrogate with a bound on inputs, (N, n_inputs), and true outputs after each."""
+    errors = np.abs(surrogate.predict_newest(inputs) - reference)
+    bounds, trusted = surrogate.error_bounds_and_flag(inputs)
+    return MeasuredInputs(inputs, reference, errors, bounds, trusted, first)
+
+
+def first_measured(surrogate: Surrogate, burn_in: int) -> int:
+    """Return the first sample that counts, behind the burn-in, where the bound is filled."""
+    assert surrogate.bound is not None
+    return max(burn_in, surrogate.bound.filling_length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,32 +138,20 @@ class Target:
             (*parent.states[:first], *states),
         )
 
-    def errors(self, run: AttackedRun) -> FloatArray:
-        """Return absolute errors where the reference was run, shape (M, n_outputs)."""
+    def worst(self, run: AttackedRun) -> tuple[float, int]:
+        """Return the largest error over its bound where it is trusted, and its sample."""
+        found = self.measured(run)
+        return found.ratio, found.step
+
+    def measured(self, run: AttackedRun) -> MeasuredInputs:
+        """Measure the surrogate as far as the reference was run."""
         truth = run.outputs[1:]
-        return np.abs(self.surrogate.predict_newest(run.inputs[: len(truth)]) - truth)
-
-    def worst(self, run: AttackedRun, confidence: float = USUAL_CONFIDENCE) -> tuple[float, int]:
-        """Return the largest error over its bound in the domain, and its sample."""
-        errors = self.errors(run)
-        inputs = run.inputs[: len(errors)]
-        ratios = (errors / self.surrogate.error_bounds(inputs, confidence)).max(axis=1)
-        ratios[~self.surrogate.in_domain(inputs)] = 0.0
-        ratios[: self.first] = 0.0
-        step = int(np.argmax(ratios))
-        return float(ratios[step]), step
-
-    @property
-    def highest(self) -> float:
-        """The highest confidence of the bounds."""
-        assert self.surrogate.bound is not None
-        return self.surrogate.bound.confidences[-1]
+        return measured_inputs(self.surrogate, run.inputs[: len(truth)], truth, self.first)
 
     @property
     def first(self) -> int:
         """The first sample that counts."""
-        assert self.surrogate.bound is not None
-        return max(self.drawn.burn_in, self.surrogate.bound.filling_length)
+        return first_measured(self.surrogate, self.drawn.burn_in)
 
     @property
     def forgotten_after(self) -> int:

@@ -330,6 +330,33 @@ class BoxFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TryFigures:
+    """These are the errors on one input as users set it, over its whole record.
+
+    Attributes:
+        kind: its kind in words.
+        inputs: a text by which it can be repeated.
+        over_bound: largest error over its bound of 95 % where the FMU says nothing.
+        output, unit: the output with this error.
+        relative_rmse: of this output; None where its reference rests.
+        largest_error: of this output, in its unit.
+        flagged: share of samples that the FMU reports.
+        harmful, unnoticed: shares of samples, as in ``Harm``.
+    """
+
+    kind: str
+    inputs: str
+    over_bound: float
+    output: str
+    unit: str
+    relative_rmse: float | None
+    largest_error: float
+    flagged: float
+    harmful: float
+    unnoticed: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class SearchFigures:
     """These are the results of a search for unnoticed errors, from each start.
 
@@ -340,6 +367,9 @@ class SearchFigures:
         before, after: largest error over its bound in the domain, at the usual confidence.
         after_highest: the same after the search, at the highest confidence.
         broken, broken_at_highest: number of starts after which a bound is broken.
+        flag: the variable that must be true where errors count.
+        tries: errors on inputs as users set them, the worst first; empty if none was tried.
+        failed_tries: number of inputs that the reference could not be simulated on.
     """
 
     starts: int
@@ -350,6 +380,9 @@ class SearchFigures:
     after_highest: tuple[float, ...]
     broken: int
     broken_at_highest: int
+    flag: Literal["trusted", "in_domain"] = optional("in_domain")
+    tries: tuple[TryFigures, ...] = optional(())
+    failed_tries: int = optional(0)
 
 
 @dataclass(frozen=True, kw_only=True)

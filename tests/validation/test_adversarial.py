@@ -7,20 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.trust_sections import search_section
+from slide_fmu.report.trust_sections import search_sections
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
 from slide_fmu.validation.adversarial import CHILDREN, Attack, attack, search, search_figures
 from slide_fmu.validation.attacked import Target
-from tests.bounded import bounded_surrogate
+from slide_fmu.validation.tries import TriedInputs
+from tests.bounded import bounded_surrogate, with_tolerances
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe
@@ -59,16 +61,17 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
     attacks: list[Attack],
 ) -> None:
     (signal,) = case_of(RECIPE).system.inputs
-    for found in attacks:
+    for one in attacks:
+        found = one.found
         assert signal.low <= found.inputs.min() < found.inputs.max() <= signal.high
         ratio = found.errors / found.bounds
-        assert ratio[found.step].max() == pytest.approx(found.after)
-        assert found.in_domain[found.step]
+        assert ratio[found.step].max() == pytest.approx(one.after)
+        assert found.trusted[found.step]
 
 
 def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
     (again, _) = attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
-    assert np.array_equal(again.inputs, attacks[0].inputs)
+    assert np.array_equal(again.found.inputs, attacks[0].found.inputs)
 
 
 LONGER = RECIPE.model_copy(update={"data": RECIPE.data.model_copy(update={"duration": 8.0})})
@@ -98,11 +101,11 @@ def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
     found = searched(True, system)
     fewer, _ = len(steps), steps.clear()
     whole = searched(False, system)
-    assert len(steps) == (20 + 2) * len(whole.inputs)
+    assert len(steps) == (20 + 2) * len(whole.found.inputs)
     assert fewer < 0.4 * len(steps)
-    assert np.array_equal(found.inputs, whole.inputs)
+    assert np.array_equal(found.found.inputs, whole.found.inputs)
     assert found.after == whole.after > whole.before
-    assert (found.step, found.after_highest) == (whole.step, whole.after_highest)
+    assert (found.found.step, found.after_highest) == (whole.found.step, whole.after_highest)
 
 
 def test_changes_on_which_the_reference_fails_are_not_kept(
@@ -153,20 +156,36 @@ def test_errors_outside_of_the_domain_do_not_count() -> None:
     assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
 
 
+def test_errors_that_are_not_trusted_do_not_count(attacks: list[Attack]) -> None:
+    surrogate = with_tolerances(surrogate_of(RECIPE, 1e9), 1e-9)
+    found = attack(surrogate, case_of(RECIPE), 3, 1, silent)
+    assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
+    assert search_figures(found, surrogate, TriedInputs()).flag == "trusted"
+    assert search_figures(attacks, surrogate_of(RECIPE, 1e9), TriedInputs()).flag == "in_domain"
+
+
 def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:
-    found = [replace(attacks[0], after=value, after_highest=1.0) for value in (1.5, 2.5, 3.0)]
-    figures = search_figures(found, 0.99)
+    first = attacks[0].found
+    ratio = first.ratio
+    found = [
+        replace(attacks[0], found=replace(first, bounds=first.bounds * ratio / value))
+        for value in (1.5, 2.5, 3.0)
+    ]
+    found = [replace(one, after_highest=1.0) for one in found]
+    figures = search_figures(found, surrogate_of(RECIPE, 1e9), TriedInputs())
     assert (figures.starts, figures.changes_tried) == (3, CHILDREN)
     assert (figures.broken, figures.broken_at_highest) == (2, 0)
 
 
 def test_section_shows_the_worst(attacks: list[Attack]) -> None:
-    section = search_section(search_figures(attacks, 0.99), attacks, surrogate_of(RECIPE, 1e9))
+    surrogate = surrogate_of(RECIPE, 1e9)
+    figures = search_figures(attacks, surrogate, TriedInputs())
+    (section,) = search_sections(figures, attacks, TriedInputs(), surrogate)
     worst = max(found.after for found in attacks)
     assert section.table is not None
-    assert f"{worst:.3g}" in section.table.rows[1]
+    assert ratio_text(worst) in section.table.rows[1]
     (chart,) = section.charts
-    assert f"{worst:.3g} times its bound" in chart.title
+    assert f"{ratio_text(worst)} times its bound" in chart.title
 
 
 def test_search_without_a_bound_is_refused() -> None:

@@ -91,6 +91,10 @@ usual error in the median trajectory. It covers small errors on kinds of input t
 never seen. Where few kinds have far larger errors than the others, the first alone would make all
 other bounds wide."""
 
+LEAST_FACTOR = 0.5
+"""Least factor over the factor without floors and disagreement. Where both cover enough samples of
+the calibration, the head must still count: other kinds of input have larger errors."""
+
 QUIETEST = 0.001
 """Quantile of the logarithms in the head's training; it sees no smaller ones, since networks
 extrapolate badly. An input at rest may have the logarithm of nothing at all."""
@@ -208,7 +212,8 @@ def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> Fl
     """Return the factors for all confidences, (3, n_outputs).
 
     The floors have the shape (n_outputs,). Each sample is covered from some factor on
-    (``floored``), and these factors are the ratios for ``conformal_factors``.
+    (``floored``), and these factors are the ratios for ``conformal_factors``. See
+    ``LEAST_FACTOR`` too.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """
@@ -217,13 +222,16 @@ def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> Fl
     errors = calibration.errors
     left = np.sqrt(np.maximum(errors**2 - floors**2, 0.0))
     ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
-    ratios = np.maximum(ratios, 2.0**-MOST_EXPONENT)  # factors must be positive
+    without = np.maximum(errors / found, 2.0**-MOST_EXPONENT)  # factors must be positive
     enough = calibrated(len(ratios))
     return np.stack(
         [
             np.full(n_outputs, NO_BOUND)
             if confidence > USUAL_CONFIDENCE and confidence not in enough
-            else conformal_factors(ratios, confidence)
+            else np.maximum(
+                conformal_factors(ratios, confidence),
+                LEAST_FACTOR * conformal_factors(without, confidence),
+            )
             for confidence in CONFIDENCES
         ]
     )

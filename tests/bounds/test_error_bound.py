@@ -291,14 +291,16 @@ def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -
     assert (usual < surrogate.error_tolerances).all()
 
 
-def test_an_output_that_floors_cover_has_positive_factors_that_rise() -> None:
+def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None:
     rng, bound = np.random.default_rng(5), bounded_surrogate(SHAPE).bound
     assert bound is not None
     statistics = rng.normal(size=(120, 50, bound.head.n_channels))
     errors = rng.uniform(0, 1, (120, 50, 2))
     seen = _Seen(statistics, statistics, statistics, errors, errors)
     factors = _factors_of(bound.head, np.zeros(2), seen)
-    assert (factors == 2.0**-60).all()
+    alone = _factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    np.testing.assert_allclose(factors, 0.5 * alone)
+    assert (np.diff(factors, axis=0) > 0).all()
 
 
 def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:

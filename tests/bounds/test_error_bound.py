@@ -369,7 +369,7 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
         )
         for one in (fit.surrogate, taught)
     ]
-    assert covered[1] > 0.93
+    assert covered[1] > 0.91
     assert covered[0] < covered[1] - 0.05
 
 

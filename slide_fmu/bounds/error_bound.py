@@ -85,11 +85,15 @@ FURTHER_SHARE = 0.05
 With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
 little is lost by leaving some out."""
 
-FLOOR, FLOOR_OF_MEDIAN = 0.1, 0.2
+FLOOR, FLOOR_OF_MEDIAN = 0.15, 0.45
 """The floor of an output's bounds is this part of its usual error, and at most that part of the
 usual error in the median trajectory. It covers small errors on kinds of input that the head has
 never seen. Where few kinds have far larger errors than the others, the first alone would make all
 other bounds wide."""
+
+LEAST_FACTOR = 0.5
+"""Least factor over the factor without floors and disagreement. Where both cover enough samples of
+the calibration, the head must still count: other kinds of input have larger errors."""
 
 QUIETEST = 0.001
 """Quantile of the logarithms in the head's training; it sees no smaller ones, since networks
@@ -208,7 +212,8 @@ def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> Fl
     """Return the factors for all confidences, (3, n_outputs).
 
     The floors have the shape (n_outputs,). Each sample is covered from some factor on
-    (``floored``), and these factors are the ratios for ``conformal_factors``.
+    (``floored``), and these factors are the ratios for ``conformal_factors``. See
+    ``LEAST_FACTOR`` too.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """
@@ -217,13 +222,16 @@ def _factors_of(head: FeedForward, floors: FloatArray, calibration: _Seen) -> Fl
     errors = calibration.errors
     left = np.sqrt(np.maximum(errors**2 - floors**2, 0.0))
     ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
-    ratios = np.maximum(ratios, 2.0**-MOST_EXPONENT)  # factors must be positive
+    without = np.maximum(errors / found, 2.0**-MOST_EXPONENT)  # factors must be positive
     enough = calibrated(len(ratios))
     return np.stack(
         [
             np.full(n_outputs, NO_BOUND)
             if confidence > USUAL_CONFIDENCE and confidence not in enough
-            else conformal_factors(ratios, confidence)
+            else np.maximum(
+                conformal_factors(ratios, confidence),
+                LEAST_FACTOR * conformal_factors(without, confidence),
+            )
             for confidence in CONFIDENCES
         ]
     )

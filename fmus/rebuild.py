@@ -38,8 +38,8 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.task import IN_RANGE
+from slide_fmu.validation.trust_figures import SearchFigures
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
@@ -109,7 +109,9 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     kept = {key: value for key, value in (found or {}).items() if key not in MADE_ANEW}
     origin = {**kept, "recipe": _recipe_now(found or {}, surrogate)}
     with tempfile.TemporaryDirectory() as runs:
-        job = checked(open_job(TRAINING / f"{surrogate.name}.toml", Path(runs), bar))
+        recipe = Path(runs, f"{surrogate.name}.toml")
+        recipe.write_text(origin["recipe"], encoding="utf-8")
+        job = checked(open_job(recipe, Path(runs), bar))
         job.folder.path.mkdir()
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():

@@ -214,6 +214,15 @@ def cosines_of(signals: tuple[Signal, ...]) -> tuple[int, ...]:
     return tuple(index for index, signal in enumerate(signals) if signal.angle == "cosine")
 
 
+def by_axis(signals: Sequence[Signal]) -> list[tuple[Signal, ...]]:
+    """Return the inputs of each axis: one of its own, or cosine and sine of an angle."""
+    return [
+        (signal, signals[index + 1]) if signal.angle == "cosine" else (signal,)
+        for index, signal in enumerate(signals)
+        if signal.angle != "sine"
+    ]
+
+
 def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
     """Return inputs, (N, n_inputs), whose cosines and sines are scaled to lie on their circle.
 

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.core.units import ratio
 from slide_fmu.excitation.base import Kind, Limits
 from slide_fmu.excitation.words import with_unit
@@ -127,7 +127,7 @@ class AxisMoves(Kind):
         Raises:
             ValueError: the number of limits is not the number of axes.
         """
-        names = [" and ".join(signal.name for signal in axis) for axis in _by_axis(signals)]
+        names = [" and ".join(signal.name for signal in axis) for axis in by_axis(signals)]
         for name, limits in (("speed", self.speed), ("acceleration", self.acceleration)):
             if len(limits) != len(names):
                 raise ValueError(
@@ -137,7 +137,7 @@ class AxisMoves(Kind):
                 )
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
-        units = ["rad" if axis[0].angle else axis[0].unit for axis in _by_axis(signals)]
+        units = ["rad" if axis[0].angle else axis[0].unit for axis in by_axis(signals)]
         limits = [
             ", ".join(
                 with_unit(f"{value:g}", ratio(unit, per))
@@ -162,7 +162,7 @@ class AxisMoves(Kind):
         smoothing = _between(SMOOTHING, rng)
         columns: list[FloatArray] = []
         for axis, speed, acceleration in zip(
-            _by_axis(signals), self.speed, self.acceleration, strict=True
+            by_axis(signals), self.speed, self.acceleration, strict=True
         ):
             limits = _axis_of(axis, factor * speed, factor * acceleration)
             over = smoothing * speed / acceleration
@@ -270,15 +270,6 @@ def least_time(
 def _between(pair: tuple[float, float], rng: np.random.Generator) -> float:
     """Draw a value whose logarithm is uniform between those of both ends."""
     return math.exp(rng.uniform(math.log(pair[0]), math.log(pair[1])))
-
-
-def _by_axis(signals: tuple[Signal, ...]) -> list[tuple[Signal, ...]]:
-    """Return the inputs of each axis: one position, or cosine and sine of an angle."""
-    return [
-        (signal, signals[index + 1]) if signal.angle == "cosine" else (signal,)
-        for index, signal in enumerate(signals)
-        if signal.angle != "sine"
-    ]
 
 
 def _axis_of(signals: tuple[Signal, ...], speed: float, acceleration: float) -> _Axis:

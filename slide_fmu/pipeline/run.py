@@ -36,11 +36,11 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.adversarial import Attack, attack, search_figures
 from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
 from slide_fmu.validation.tries import TriedInputs, try_inputs
+from slide_fmu.validation.trust_figures import SearchFigures
 
 PICTURE = "side_by_side.png"
 MECHANISM_PICTURE = "mechanism.png"

@@ -23,13 +23,13 @@ from slide_fmu.report.trust_tables import (
     tolerance_table,
 )
 from slide_fmu.validation.error_figures import (
-    BoundFigures,
     BoxFigures,
     OutputFigures,
     PlainCallFigures,
     ValidationFigures,
 )
 from slide_fmu.validation.trust import HARMFUL
+from slide_fmu.validation.trust_figures import BoundFigures
 
 
 class Rows:

@@ -17,9 +17,9 @@ from slide_fmu.validation.error_figures import (
     BoxFigures,
     PlainCallFigures,
     ResponseFigures,
-    SearchFigures,
     ValidationFigures,
 )
+from slide_fmu.validation.trust_figures import SearchFigures
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,16 +23,12 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.error_figures import (
-    BoxFigures,
-    PlainCallFigures,
-    ResponseFigures,
-    SearchFigures,
-)
+from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, ResponseFigures
 from slide_fmu.validation.response import is_affine
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import IN_RANGE
 from slide_fmu.validation.tries import TriedInputs
+from slide_fmu.validation.trust_figures import SearchFigures
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,10 +25,11 @@ from slide_fmu.report.trust_tables import (
 )
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.error_figures import SearchFigures, ValidationFigures
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
+from slide_fmu.validation.trust_figures import SearchFigures
 
 
 def estimate_section(

@@ -9,13 +9,9 @@ from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.report.validity import has_tolerances
 from slide_fmu.surrogate.error_bound import calibrated
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.error_figures import (
-    BoundFigures,
-    SearchFigures,
-    TryFigures,
-    ValidationFigures,
-)
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.trust import BROKEN, HARMFUL, OFTEN
+from slide_fmu.validation.trust_figures import BoundFigures, SearchFigures, TryFigures
 
 COLUMNS = (
     "A sample is covered if its error stays below the bound. The width is the mean bound over the "

@@ -11,18 +11,16 @@ from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.error_tables import percent_or_nothing
 from slide_fmu.report.table import ReportTable
-from slide_fmu.validation.error_figures import (
+from slide_fmu.validation.error_figures import Deviation, EstimateFigures, ValidationFigures
+from slide_fmu.validation.trust import BROKEN
+from slide_fmu.validation.trust_figures import (
     BoundFigures,
-    Deviation,
-    EstimateFigures,
     Harm,
     KindBound,
     OutputBound,
     SearchFigures,
     TryFigures,
-    ValidationFigures,
 )
-from slide_fmu.validation.trust import BROKEN
 
 Validations = Mapping[str, ValidationFigures]
 

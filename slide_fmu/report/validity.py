@@ -11,8 +11,9 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.error_figures import Harm, ValidationFigures
+from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.trust import HARMFUL
+from slide_fmu.validation.trust_figures import Harm
 
 MOST_HARMFUL = 0.02
 """Largest share of harmful samples of a valid kind of inputs."""

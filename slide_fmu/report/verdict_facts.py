@@ -9,12 +9,12 @@ from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
 from slide_fmu.report.verdict import Subject, verdict, worst_output
 from slide_fmu.validation.error_figures import (
-    BoundFigures,
     PlainCallFigures,
     Timing,
     ValidationFigures,
     worst_of,
 )
+from slide_fmu.validation.trust_figures import BoundFigures
 
 MISSING = 0.02
 """A bound that covers less than its confidence by more than this is no longer what it promises."""

@@ -12,7 +12,8 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound, statistics_count
+from slide_fmu.surrogate.bound_statistics import statistics_count
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 

@@ -26,9 +26,9 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import AttackedRun, MeasuredInputs, Target
-from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.tries import TriedInputs
 from slide_fmu.validation.trust import BROKEN
+from slide_fmu.validation.trust_figures import SearchFigures
 
 CHILDREN = 100
 """Number of changes that are tried from each start."""

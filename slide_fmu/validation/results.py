@@ -16,18 +16,13 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import (
-    BoundFigures,
-    Covered,
     EstimateFigures,
-    Harm,
-    KindBound,
     KindFigures,
     OutputFigures,
     ParameterFigures,
     ParameterPoint,
     Quantiles,
     Timing,
-    ToleranceRow,
     ValidationFigures,
 )
 from slide_fmu.validation.task import Task
@@ -38,6 +33,7 @@ from slide_fmu.validation.trust import (
     output_bound,
     tolerance_rows,
 )
+from slide_fmu.validation.trust_figures import BoundFigures, Covered, Harm, KindBound, ToleranceRow
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,8 +24,8 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import MeasuredInputs, first_measured, measured_inputs
-from slide_fmu.validation.error_figures import TryFigures
 from slide_fmu.validation.trust import BROKEN, HARMFUL, TINY
+from slide_fmu.validation.trust_figures import TryFigures
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_inputs import KINDS, Point, UserInput
 

@@ -16,13 +16,8 @@ from numpy.typing import NDArray
 from slide_fmu.core.measures import best_constant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
-from slide_fmu.validation.error_figures import (
-    Deviation,
-    DomainFigures,
-    Harm,
-    OutputBound,
-    ToleranceRow,
-)
+from slide_fmu.validation.error_figures import Deviation
+from slide_fmu.validation.trust_figures import DomainFigures, Harm, OutputBound, ToleranceRow
 
 WORST = 0.05
 """Share of the worst trajectories whose best one is given, in addition to the mean of all."""

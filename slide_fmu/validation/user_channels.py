@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.data.draws import TEST, Stream, draw_inputs
 from slide_fmu.excitation.axis_moves import AxisMoves
 from slide_fmu.excitation.point_to_point import PointToPoint
@@ -26,7 +26,6 @@ MEASURED = 8
 HIGHEST, OCTAVES = 0.8, 7
 """Without frequencies in the recipe, tones reach this part of the highest frequency that samples
 can show, and begin where the memory of the surrogate ends, but this many octaves lower at most."""
-
 
 SLOWEST = 4
 """The slowest tones of a motion have a period of this many memories of the surrogate: only slow
@@ -141,11 +140,7 @@ def _axes(signals: Sequence[Signal], ramps: bool) -> list[Axis]:
     """Return each input, or both of an angle; ``speed_ramps`` drives its two as an angle."""
     if ramps:
         return [tuple(signals)]
-    return [
-        (signal, signals[index + 1]) if signal.angle == "cosine" else (signal,)
-        for index, signal in enumerate(signals)
-        if signal.angle != "sine"
-    ]
+    return by_axis(signals)
 
 
 def _declared(recipe: Recipe, name: str, count: int) -> tuple[float, ...]:

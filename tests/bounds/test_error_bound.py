@@ -12,17 +12,9 @@ import pytest
 import torch
 from crepes import ConformalRegressor
 
-from slide_fmu.bounds import error_bound
 from slide_fmu.bounds import fit as fit_module
-from slide_fmu.bounds.error_bound import (
-    _factors_of,
-    _floors,
-    _scales,
-    _Seen,
-    _thinned,
-    _tolerances,
-    fit_bound,
-)
+from slide_fmu.bounds import head
+from slide_fmu.bounds.error_bound import fit_bound
 from slide_fmu.bounds.fit import BOUND, COMPANION, fit_surrogate
 from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.core.signals import FloatArray
@@ -36,9 +28,8 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound, local_scales
+from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
@@ -238,42 +229,6 @@ def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
         assert not (trusted & ~inside).any()
 
 
-def test_few_trajectories_with_large_errors_do_not_raise_the_floors() -> None:
-    rng = np.random.default_rng(6)
-    errors = rng.uniform(0, 1, (50, 40, 2))
-    other = np.zeros((50, 40, 1))
-    alike = _floors(_Seen(other, other, other, errors, errors))
-    np.testing.assert_allclose(alike, 0.15 * 0.95, rtol=0.02)
-    errors[:10, :, 1] *= 1000
-    few = _floors(_Seen(other, other, other, errors, errors))
-    np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
-
-
-def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:
-    """They are the least ones that do: a sample below floor or disagreement needs none."""
-    rng, bound = np.random.default_rng(4), bounded_surrogate(SHAPE).bound
-    assert bound is not None
-    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
-    scales = _scales(bound.head, statistics)
-    errors = scales * np.abs(rng.normal(size=scales.shape)) * rng.uniform(0, 2, scales.shape)
-    disagreement = errors * rng.uniform(0, 1.3, scales.shape)
-    seen = _Seen(statistics, statistics, statistics, disagreement, errors)
-    floors = np.array([0.0, 0.5]) * seen.usual_errors()
-    factors = _factors_of(bound.head, floors, seen)
-    assert (np.diff(factors, axis=0) > 0).all()
-
-    def covered(of: FloatArray) -> FloatArray:
-        found = np.maximum(np.hypot(of * scales, floors), disagreement)
-        return np.asarray((errors <= found).mean(axis=(0, 1)))
-
-    for factor, confidence in zip(factors, CONFIDENCES, strict=True):
-        wanted = confidence * 121 / 120
-        assert (covered(factor * (1 + 1e-9)) >= wanted).all()
-        assert (covered(factor * (1 - 1e-9)) < wanted).all()
-    alone = _factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
-    assert (factors < alone).all()
-
-
 def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -> None:
     """An input that rests at the middle of its range is as known as one that hardly moves."""
     surrogate = fit.surrogate
@@ -289,50 +244,6 @@ def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -
     assert statistics.min() < -60
     usual = np.quantile(surrogate.error_bounds(still)[100:], 0.5, axis=0)
     assert (usual < surrogate.error_tolerances).all()
-
-
-def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None:
-    rng, bound = np.random.default_rng(5), bounded_surrogate(SHAPE).bound
-    assert bound is not None
-    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
-    errors = rng.uniform(0, 1, (120, 50, 2))
-    seen = _Seen(statistics, statistics, statistics, errors, errors)
-    factors = _factors_of(bound.head, np.zeros(2), seen)
-    alone = _factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
-    np.testing.assert_allclose(factors, 0.5 * alone)
-    assert (np.diff(factors, axis=0) > 0).all()
-
-
-def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
-    rng, bound = np.random.default_rng(3), bounded_surrogate(SHAPE).bound
-    assert bound is not None
-    n_statistics, usual = bound.head.n_channels, np.array([0.5, 2.0])
-
-    def mix(size: float) -> _Seen:
-        statistics = size * rng.normal(size=(6, 50, n_statistics))
-        errors = usual / 0.95 * rng.uniform(0, 1, (6, 50, 2))
-        watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
-        disagreement = 4 * usual * rng.uniform(0, 1, (6, 50, 2)) ** 5
-        return _Seen(statistics, statistics, watched, disagreement, errors)
-
-    plain, known = mix(1.0), mix(3.0)
-    judge = bound.head, bound.factors_at(0.95), 0.1 * usual, bound.limits
-
-    def alarms(of: _Seen, tolerances: FloatArray) -> float:
-        flat = of.statistics.reshape(-1, 1, n_statistics)
-        bounds = judge[1] * local_scales(bound.head.evaluate(flat).astype(float))
-        bounds = np.maximum(np.hypot(bounds, judge[2]), of.disagreement.reshape(-1, 2))
-        outside = (of.watched > bound.limits).any(axis=2).ravel()
-        return float(np.mean((bounds > tolerances).any(axis=1) | outside))
-
-    alone = _tolerances([plain], judge, 0.2)
-    assert 0.19 < alarms(plain, alone) <= 0.2
-    both = _tolerances([plain, known], judge, 0.2)
-    assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
-    assert both.tolist() >= alone.tolist()
-    quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
-    for tolerances in (alone, both):
-        np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
 
 
 @pytest.mark.extended
@@ -371,18 +282,6 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     ]
     assert covered[1] > 0.91
     assert covered[0] < covered[1] - 0.05
-
-
-@pytest.mark.parametrize(
-    ("most", "every"), [(1e9, 1), (240.0, 1), (239.0, 2), (25.0, 10), (0.1, 50)]
-)
-def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
-    rng = np.random.default_rng(2)
-    mix = _Seen(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2, 2)))
-    found = _thinned(mix, most)
-    for name, values in vars(mix).items():
-        np.testing.assert_array_equal(getattr(found, name), values[:, ::every])
-    assert found.errors.shape[1] >= 1
 
 
 def test_companion_has_learnt_from_other_trajectories(fit: Fit, unseen: Unseen) -> None:
@@ -470,7 +369,7 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
 ) -> None:
     """Its head does not learn RMS errors here; the bound is the same without what they were."""
     recipe = RECIPE.model_copy(update={"bound": bound_of(estimate_span=0.4, steps=60)})
-    monkeypatch.setattr(error_bound, "WEIGHT_OF_RMS", 0.0)
+    monkeypatch.setattr(head, "WEIGHT_OF_RMS", 0.0)
     other = fitted(recipe, folder)
     assert not other.surrogate.estimates_errors
     remark = other.histories[BOUND].remark

@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.bounds.error_bound import (
-    _objective,
-    _span_factors,
-    scaling_of_statistics,
-)
+from slide_fmu.bounds.calibration import span_factors
+from slide_fmu.bounds.head import _objective, scaling_of_statistics
 
 
 def test_factor_of_an_estimate_does_not_depend_on_trajectories_without_an_error() -> None:
     rng = np.random.default_rng(0)
     scales = np.exp(rng.normal(0, 1, (200, 1, 1))) * np.ones((1, 60, 1))
     errors = 0.5 * scales * np.exp(rng.normal(0, 0.1, (200, 1, 1)))
-    (factor,) = _span_factors(errors, scales, 3)
+    (factor,) = span_factors(errors, scales, 3)
     assert factor == pytest.approx(0.5, rel=0.05)
     errors[:20] = 0.0
-    (other,) = _span_factors(errors, scales, 3)
+    (other,) = span_factors(errors, scales, 3)
     assert other == pytest.approx(factor, rel=0.05)
 
 

@@ -12,7 +12,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.error_bound import local_scales, statistics_of
+from slide_fmu.surrogate.bound_statistics import statistics_of
+from slide_fmu.surrogate.error_bound import local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span, with_tolerances
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native

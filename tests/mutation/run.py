@@ -78,8 +78,10 @@ MODULES = {
         ("tests/surrogate/test_error_estimator.py", "tests/surrogate/test_surrogate.py"),
     ),
     "bound": Module(
-        ("slide_fmu/bounds/error_bound.py", "slide_fmu/surrogate/error_bound.py"),
-        ("tests/surrogate/test_error_bound.py", "tests/bounds/test_conformal.py",
+        ("slide_fmu/bounds/error_bound.py", "slide_fmu/bounds/calibration.py",
+         "slide_fmu/bounds/head.py", "slide_fmu/surrogate/error_bound.py",
+         "slide_fmu/surrogate/bound_statistics.py"),
+        ("tests/surrogate/test_error_bound.py", "tests/bounds/test_calibration.py",
          "tests/bounds/test_head_loss.py", "tests/bounds/test_error_bound.py"),
         essential=True,
     ),

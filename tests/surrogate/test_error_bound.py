@@ -11,13 +11,13 @@ import pytest
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, block_means
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.bound_statistics import logarithms
 from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
     MOST_EXPONENT,
     ErrorBound,
     Trust,
     local_scales,
-    logarithms,
 )
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.span_estimate import SpanEstimate

@@ -18,8 +18,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.adversarial import search_figures
-from slide_fmu.validation.error_figures import SearchFigures
 from slide_fmu.validation.tries import TriedInputs, try_inputs
+from slide_fmu.validation.trust_figures import SearchFigures
 from slide_fmu.validation.user_inputs import Point
 from tests.bounded import with_tolerances
 from tests.progress import silent

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.measures import best_constant
-from slide_fmu.validation.error_figures import DomainFigures, Harm
 from slide_fmu.validation.trust import (
     deviation_of,
     domain_figures,
@@ -15,6 +14,7 @@ from slide_fmu.validation.trust import (
     pinball_loss,
     rank_correlation,
 )
+from slide_fmu.validation.trust_figures import DomainFigures, Harm
 from tests.validation.handmade import trust_outputs
 
 LEVELS = np.linspace(0.01, 8, 4000)

@@ -22,8 +22,8 @@ from slide_fmu.report.trust_tables import (
 )
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.validation.comparison import Comparison, FmuAnswer
-from slide_fmu.validation.error_figures import Covered, Harm, SearchFigures
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.trust_figures import Covered, Harm, SearchFigures
 from tests.bounded import with_tolerances
 from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from slide_fmu.apps.credentials.metadata import Entry, Row, table
 from slide_fmu.report.trust_tables import Validations, deviations_of, harms_of
-from slide_fmu.validation.error_figures import DomainFigures
+from slide_fmu.validation.trust_figures import DomainFigures
 
 
 def trust_entries(validations: Validations) -> list[Entry]:

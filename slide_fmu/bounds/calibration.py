@@ -1,0 +1,165 @@
+"""Bounds are calibrated by observed errors that nothing was trained on.
+
+Conformal prediction turns a scale of the error into a bound by a factor. Samples of one trajectory
+resemble each other, so a trajectory counts as one observation. A factor is the smallest one for
+which the share of covered samples per trajectory, averaged over N trajectories, is at least
+c (N + 1) / N. (A sample whose error is at most its floor, or at most the disagreement, is covered
+by any factor.) For a new trajectory that is exchangeable with these, the
+expected share is then at least c (pooled-CDF split conformal prediction: Dunn, Wasserman, Ramdas,
+2023, "Distribution-free prediction sets for two-layer hierarchical models").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from slide_fmu.bounds.observations import Observations, samples_of
+from slide_fmu.core.block_means import N_BLOCKS, block_means
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.network.feed_forward.network import FeedForward
+from slide_fmu.surrogate.bound_statistics import SMALLEST
+from slide_fmu.surrogate.error_bound import (
+    CONFIDENCES,
+    MOST_EXPONENT,
+    NO_BOUND,
+    USUAL_CONFIDENCE,
+    calibrated,
+    floored,
+    least_trajectories,
+    local_scales,
+)
+
+FLOOR, FLOOR_OF_MEDIAN = 0.15, 0.45
+"""The floor of an output's bounds is this part of its usual error, and at most that part of the
+usual error in the median trajectory. It covers small errors on kinds of input that the head has
+never seen. Where few kinds have far larger errors than the others, the first alone would make all
+other bounds wide."""
+
+LEAST_FACTOR = 0.5
+"""Least factor over the factor without floors and disagreement. Where both cover enough samples of
+the calibration, the head must still count: other kinds of input have larger errors."""
+
+USUAL = 0.999
+"""Quantile of the watched means that gives the shape of the domain, a box."""
+
+
+def scales_of(head: FeedForward, statistics: FloatArray) -> FloatArray:
+    """Return the head's local scales, and RMS errors if any, (n_trajectories, N, n_values)."""
+    exponents = head.evaluate(samples_of(statistics)).astype(np.float64)
+    return local_scales(exponents).reshape(*statistics.shape[:2], head.n_values)
+
+
+def floors_of(calibration: Observations) -> FloatArray:
+    """Return what no bound is smaller than, relative to the outputs' scales, (n_outputs,)."""
+    of_trajectories = np.quantile(calibration.errors, USUAL_CONFIDENCE, axis=1)
+    median = np.median(of_trajectories, axis=0)
+    return np.asarray(np.minimum(FLOOR * calibration.usual_errors(), FLOOR_OF_MEDIAN * median))
+
+
+def factors_of(head: FeedForward, floors: FloatArray, calibration: Observations) -> FloatArray:
+    """Return the factors for all confidences, (3, n_outputs).
+
+    The floors have the shape (n_outputs,). Each sample is covered from some factor on
+    (``floored``), and these factors are the ratios for ``conformal_factors``. See
+    ``LEAST_FACTOR`` too.
+
+    If there are too few trajectories for a confidence above the usual one, its bound is infinite.
+    """
+    n_outputs = calibration.errors.shape[2]
+    found = scales_of(head, calibration.statistics)[..., :n_outputs]
+    errors = calibration.errors
+    left = np.sqrt(np.maximum(errors**2 - floors**2, 0.0))
+    ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
+    without = np.maximum(errors / found, 2.0**-MOST_EXPONENT)  # factors must be positive
+    enough = calibrated(len(ratios))
+    return np.stack(
+        [
+            np.full(n_outputs, NO_BOUND)
+            if confidence > USUAL_CONFIDENCE and confidence not in enough
+            else np.maximum(
+                conformal_factors(ratios, confidence),
+                LEAST_FACTOR * conformal_factors(without, confidence),
+            )
+            for confidence in CONFIDENCES
+        ]
+    )
+
+
+def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:
+    """Return the factor of every output, (n_outputs,).
+
+    Args:
+        ratios: absolute errors over the scale of the error, shape (n_trajectories, N, n_outputs).
+        confidence: expected share of covered samples in a new trajectory.
+
+    Raises:
+        ValueError: there are too few trajectories for the confidence.
+    """
+    count, least = len(ratios), least_trajectories(confidence)
+    if count < least:
+        raise ValueError(
+            f"calibration for a confidence of {confidence:g} with {count} trajectories; expected "
+            f"at least {least}: raise data.calibration"
+        )
+    share = confidence * (count + 1) / count
+    pooled = np.sort(ratios.reshape(-1, ratios.shape[-1]), axis=0)
+    place = math.ceil(share * len(pooled)) - 1
+    return np.asarray(pooled[place])
+
+
+def span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray:
+    """Return the factors from expected errors of samples to errors over a span, (n_outputs,).
+
+    Both arrays have the shape (n_trajectories, N, n_outputs). On the calibration, estimates are
+    too large as often as too small.
+    """
+    known = slice((N_BLOCKS + 1) * block, None)
+    true, found = (block_means(values**2, block)[:, known] for values in (errors, rms))
+    ratios = np.log(np.maximum(true, SMALLEST) / found)
+    return np.asarray(np.exp(0.5 * np.median(ratios.reshape(-1, ratios.shape[2]), axis=0)))
+
+
+def domain_limits(learnt: FloatArray, calibration: FloatArray, false_alarms: float) -> FloatArray:
+    """Return the watched means at the edge of the domain, (n_watched,).
+
+    The box of the usual means, (n_trajectories, N, n_watched), is enlarged in all directions until
+    the share of calibration samples outside equals the share of false alarms.
+    """
+    usual = np.quantile(learnt.reshape(-1, learnt.shape[2]), USUAL, axis=0)
+    usual = np.maximum(usual, SMALLEST)
+    outermost = (calibration / usual).max(axis=2)
+    return np.asarray(usual * np.quantile(outermost, 1 - false_alarms))
+
+
+def tolerances_of(
+    calibrations: Sequence[Observations],
+    judge: tuple[FeedForward, FloatArray, FloatArray, FloatArray],
+    false_alarms: float,
+) -> FloatArray:
+    """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
+
+    They are the same multiple of the usual error of every output, which is the 95 % quantile in
+    the first calibration. In each calibration, at most the share of false alarms of the samples
+    has a larger bound or lies outside of the domain.
+
+    Args:
+        calibrations: the plain call first, then possibly inputs known to the end of the step.
+        judge: the head, its factors of the usual confidence (n_outputs,), the floors
+            (n_outputs,), the domain's limits.
+        false_alarms: the share.
+    """
+    head, factors, floors, limits = judge
+    n_outputs = len(factors)
+    usual = calibrations[0].usual_errors()
+    multiples = []
+    for mix in calibrations:
+        scaled = factors * scales_of(head, mix.statistics)[..., :n_outputs]
+        bounds = floored(scaled, floors, mix.disagreement)
+        ratios = (bounds / usual).max(axis=2)
+        outside = (mix.watched / limits).max(axis=2) > 1
+        ratios[outside] = ratios.max()  # they are alarms anyway
+        multiples.append(np.quantile(ratios, 1 - false_alarms, method="higher"))
+    return np.asarray(usual * max(multiples))

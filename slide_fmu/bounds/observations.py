@@ -1,0 +1,110 @@
+"""Observations are what bounds are made of: errors, and the statistics that go with them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.stored_split import Split
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_of
+from slide_fmu.surrogate.error_bound import MOST_EXPONENT, USUAL_CONFIDENCE, filling_length
+from slide_fmu.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """Observations are results of surrogate and companion along a split, with full windows.
+
+    Attributes:
+        statistics: computed while a sample is the newest, shape (n_trajectories, N, n_statistics).
+        afterwards: computed when its inputs are known, for an error estimate over a span.
+        watched: shape (n_trajectories, N, n_watched).
+        disagreement: of ``Trust``, shape (n_trajectories, N, n_outputs).
+        errors: absolute errors, relative to the outputs' scales,
+            (n_trajectories, N, n_outputs).
+    """
+
+    statistics: FloatArray
+    afterwards: FloatArray
+    watched: FloatArray
+    disagreement: FloatArray
+    errors: FloatArray
+
+    def heard(self, quietest: FloatArray) -> Observations:
+        """Return the same with the statistics that the head gets."""
+        statistics, afterwards = (
+            not_quieter(part, quietest) for part in (self.statistics, self.afterwards)
+        )
+        return replace(self, statistics=statistics, afterwards=afterwards)
+
+    def usual_errors(self) -> FloatArray:
+        """Return the 95 % quantile of every output's errors, (n_outputs,), which is positive."""
+        usual = np.quantile(samples_of(self.errors)[:, 0], USUAL_CONFIDENCE, axis=0)
+        # an output without any error, but in a few samples, must have a tolerance too
+        return np.asarray(np.maximum(usual, 2.0**-MOST_EXPONENT))
+
+
+def observed(
+    surrogate: Surrogate,
+    companion: StateSpace,
+    blocks: tuple[int, int],
+    split: Split,
+    plain: FloatArray | None,
+) -> Observations:
+    """Run both networks along trajectories; values that are not finite are refused later.
+
+    Errors are those of ``given``, outputs in a plain call, (n_trajectories, N, n_outputs), if it
+    is not None; otherwise of the outputs with all inputs known up to the end of the step.
+    """
+    scaled = surrogate.input_scaling.apply(split.inputs)
+    networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
+    if plain is None:
+        plain = surrogate.predict_newest_batch(split.inputs)
+    elif forecast is not None and forecast.judged:
+        found = forecast.along(split.inputs, surrogate.inputs, surrogate.input_scaling)
+        ahead = surrogate.input_scaling.apply(found)
+    predicted = surrogate.output_scaling.apply(plain)
+    with np.errstate(all="ignore"):
+        errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
+        seen = statistics_of(networks, blocks, scaled, predicted, ahead)
+        statistics, watched, disagreement = seen
+        afterwards = statistics
+        if ahead is not None:
+            afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
+    filling = filling_length(companion, blocks[1], surrogate.estimator)
+    filled = slice(max(surrogate.window.n_in, filling), None)
+    parts = statistics, afterwards, watched, disagreement, errors
+    return Observations(*(part[:, filled] for part in parts))
+
+
+def require_finite(name: str, mix: Observations) -> None:
+    """Refuse observations that are not finite.
+
+    Raises:
+        ValueError: the message has the key of the split in recipes, ``name``, and the remedy.
+    """
+    both = np.concatenate([mix.statistics, mix.errors], axis=2)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=(1, 2)))
+    if not known.all():
+        raise ValueError(
+            "the outputs of the surrogate, or of its companion, are not finite on "
+            f"{np.sum(~known)} of {len(known)} trajectories of {name}; expected networks that "
+            "stay bounded there: excite it less (bound.excitation), or let both learn from "
+            "trajectories beyond the range (data.beyond)"
+        )
+
+
+def thinned(mix: Observations, most: float) -> Observations:
+    """Take every n-th sample of each trajectory, so that at most ``most`` errors remain."""
+    every = max(1, math.ceil(mix.errors.size / most))
+    return Observations(*(values[:, ::every] for values in vars(mix).values()))
+
+
+def samples_of(values: FloatArray) -> FloatArray:
+    """Split trajectories into samples, (n_trajectories, N, n) to (n_trajectories * N, 1, n)."""
+    return values.reshape(-1, 1, values.shape[2])

@@ -1,0 +1,163 @@
+"""Bounds are calibrated by trajectory, with floors, disagreement and tolerances."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from crepes import ConformalRegressor
+
+from slide_fmu.bounds.calibration import (
+    conformal_factors,
+    factors_of,
+    floors_of,
+    scales_of,
+    tolerances_of,
+)
+from slide_fmu.bounds.observations import Observations, thinned
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.surrogate.error_bound import CONFIDENCES, local_scales
+from tests.bounded import bounded_surrogate
+from tests.fmu.samples import CellShape, Shape
+
+SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
+
+
+def test_factor_covers_the_share_with_its_correction() -> None:
+    ratios = np.random.default_rng(0).exponential(size=(40, 50, 2)) * [1, 3]
+    factors = conformal_factors(ratios, 0.9)
+    shares = (ratios <= factors).mean(axis=(0, 1))
+    assert np.all(shares >= 0.9 * 41 / 40)
+    assert np.all((ratios < factors).mean(axis=(0, 1)) < 0.9 * 41 / 40)
+
+
+def test_further_trajectories_are_covered_on_average() -> None:
+    """Trajectories differ in their level, so samples of one are far from independent."""
+    rng = np.random.default_rng(1)
+    shares = []
+    for _ in range(300):
+        levels = rng.lognormal(sigma=0.5, size=(61, 1, 1))
+        ratios = levels * np.abs(rng.normal(size=(61, 30, 1)))
+        factor = conformal_factors(ratios[:60], 0.9)
+        shares.append((ratios[60] <= factor).mean())
+    assert 0.9 - 0.01 < np.mean(shares) < 0.95
+
+
+@pytest.mark.parametrize(("confidence", "least"), [(0.9, 10), (0.95, 20), (0.99, 100)])
+def test_too_few_trajectories_are_refused(confidence: float, least: int) -> None:
+    ratios = np.ones((least - 1, 5, 1))
+    with pytest.raises(ValueError, match=f"expected at least {least}: raise data.calibration"):
+        conformal_factors(ratios, confidence)
+    assert conformal_factors(np.ones((least, 5, 1)), confidence) == 1
+
+
+@pytest.mark.parametrize("confidence", [0.9, 0.95, 0.99])
+@pytest.mark.parametrize("count", [104, 153, 250])
+def test_factor_of_trajectories_of_one_sample_is_that_of_split_conformal_prediction(
+    count: int, confidence: float
+) -> None:
+    """Then a sample is an observation, and crepes is an oracle of the normalised method.
+
+    For none of these counts n is (1 - confidence) (n + 1) a whole number: rounding errors make
+    crepes take the next larger score there.
+    """
+    rng = np.random.default_rng(count)
+    errors, scales = rng.normal(size=(count, 2)), rng.lognormal(size=(count, 2))
+    factors = conformal_factors(np.abs(errors / scales)[:, None], confidence)
+    for output in range(2):
+        oracle = ConformalRegressor().fit(errors[:, output], sigmas=scales[:, output])
+        (interval,) = oracle.predict_int(np.zeros(1), sigmas=np.ones(1), confidence=confidence)
+        np.testing.assert_allclose(interval, [-factors[output], factors[output]], rtol=1e-12)
+
+
+def test_few_trajectories_with_large_errors_do_not_raise_thefloors_of() -> None:
+    rng = np.random.default_rng(6)
+    errors = rng.uniform(0, 1, (50, 40, 2))
+    other = np.zeros((50, 40, 1))
+    alike = floors_of(Observations(other, other, other, errors, errors))
+    np.testing.assert_allclose(alike, 0.15 * 0.95, rtol=0.02)
+    errors[:10, :, 1] *= 1000
+    few = floors_of(Observations(other, other, other, errors, errors))
+    np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
+
+
+def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:
+    """They are the least ones that do: a sample below floor or disagreement needs none."""
+    rng, bound = np.random.default_rng(4), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    scales = scales_of(bound.head, statistics)
+    errors = scales * np.abs(rng.normal(size=scales.shape)) * rng.uniform(0, 2, scales.shape)
+    disagreement = errors * rng.uniform(0, 1.3, scales.shape)
+    seen = Observations(statistics, statistics, statistics, disagreement, errors)
+    floors = np.array([0.0, 0.5]) * seen.usual_errors()
+    factors = factors_of(bound.head, floors, seen)
+    assert (np.diff(factors, axis=0) > 0).all()
+
+    def covered(of: FloatArray) -> FloatArray:
+        found = np.maximum(np.hypot(of * scales, floors), disagreement)
+        return np.asarray((errors <= found).mean(axis=(0, 1)))
+
+    for factor, confidence in zip(factors, CONFIDENCES, strict=True):
+        wanted = confidence * 121 / 120
+        assert (covered(factor * (1 + 1e-9)) >= wanted).all()
+        assert (covered(factor * (1 - 1e-9)) < wanted).all()
+    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    assert (factors < alone).all()
+
+
+def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None:
+    rng, bound = np.random.default_rng(5), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    errors = rng.uniform(0, 1, (120, 50, 2))
+    seen = Observations(statistics, statistics, statistics, errors, errors)
+    factors = factors_of(bound.head, np.zeros(2), seen)
+    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    np.testing.assert_allclose(factors, 0.5 * alone)
+    assert (np.diff(factors, axis=0) > 0).all()
+
+
+def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
+    rng, bound = np.random.default_rng(3), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    n_statistics, usual = bound.head.n_channels, np.array([0.5, 2.0])
+
+    def mix(size: float) -> Observations:
+        statistics = size * rng.normal(size=(6, 50, n_statistics))
+        errors = usual / 0.95 * rng.uniform(0, 1, (6, 50, 2))
+        watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
+        disagreement = 4 * usual * rng.uniform(0, 1, (6, 50, 2)) ** 5
+        return Observations(statistics, statistics, watched, disagreement, errors)
+
+    plain, known = mix(1.0), mix(3.0)
+    judge = bound.head, bound.factors_at(0.95), 0.1 * usual, bound.limits
+
+    def alarms(of: Observations, tolerances: FloatArray) -> float:
+        flat = of.statistics.reshape(-1, 1, n_statistics)
+        bounds = judge[1] * local_scales(bound.head.evaluate(flat).astype(float))
+        bounds = np.maximum(np.hypot(bounds, judge[2]), of.disagreement.reshape(-1, 2))
+        outside = (of.watched > bound.limits).any(axis=2).ravel()
+        return float(np.mean((bounds > tolerances).any(axis=1) | outside))
+
+    alone = tolerances_of([plain], judge, 0.2)
+    assert 0.19 < alarms(plain, alone) <= 0.2
+    both = tolerances_of([plain, known], judge, 0.2)
+    assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
+    assert both.tolist() >= alone.tolist()
+    quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
+    for tolerances in (alone, both):
+        np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
+
+
+@pytest.mark.parametrize(
+    ("most", "every"), [(1e9, 1), (240.0, 1), (239.0, 2), (25.0, 10), (0.1, 50)]
+)
+def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
+    rng = np.random.default_rng(2)
+    mix = Observations(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2, 2)))
+    found = thinned(mix, most)
+    for name, values in vars(mix).items():
+        np.testing.assert_array_equal(getattr(found, name), values[:, ::every])
+    assert found.errors.shape[1] >= 1

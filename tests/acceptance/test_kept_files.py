@@ -21,6 +21,10 @@ from tests.acceptance.kept_files import FMUS, KEPT, SPECIMENS, answers_of, folde
 ROUNDING = 1e-5
 """Answers are computed in single precision, and not promised to the last bit."""
 
+OF_THE_HEAD = 0.05
+"""The same of what the head of a bound gives: it sees logarithms of small differences between two
+networks, which rounding changes. How BLAS divides its sums is enough for 1 %."""
+
 FOLDERS = sorted(path for path in KEPT.iterdir() if path.is_dir())
 
 
@@ -41,7 +45,8 @@ def _require_same(surrogate: Surrogate, before: dict[str, Any]) -> None:
     for name, values in now.items():
         expected = np.array(before[name], dtype=float)
         size = max(float(np.abs(expected).max()), 1e-30)
-        np.testing.assert_allclose(values, expected, rtol=0, atol=ROUNDING * size, err_msg=name)
+        part = OF_THE_HEAD if surrogate.bound and name in ("bounds", "estimates") else ROUNDING
+        np.testing.assert_allclose(values, expected, rtol=0, atol=part * size, err_msg=name)
 
 
 @pytest.mark.parametrize("path", kept("*.slide"))

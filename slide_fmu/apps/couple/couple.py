@@ -58,7 +58,7 @@ def couple(
         extrapolation: how inputs that are not known yet continue in explicit steps: ``"linear"``
             (the default) or ``"zero"``, as the last value.
         tolerance: implicit steps end when linked inputs agree with their sources within this part
-            of their size; 1e-5 by default.
+            of their size; 1e-4 by default.
         iterations: largest number of iterations of a step; 20 by default.
         control: ``"predictor"`` halves steps whose linked inputs differ from their extrapolation
             by more than ``error``; ``"halving"`` those that differ from two half steps. None keeps

@@ -1,9 +1,9 @@
 """Counts the words of the site and the lengths of its sentences.
 
-``python docs/words.py`` prints, for each Markdown page, its sentences: their number, the median of
-their lengths and the longest one. ``python docs/words.py build/site`` prints the words of each
-built page, with generated ones, and their sum. Blocks of code are not counted; tables have words,
-and no sentences.
+``python docs/words.py`` prints, for each Markdown page, its words and its sentences: their number,
+the median of their lengths and the longest one. ``python docs/words.py build/site`` prints the
+words of each built page, with generated ones, and their sum. Blocks of code are not counted;
+tables have words, and no sentences.
 """
 
 from __future__ import annotations
@@ -96,16 +96,21 @@ def length(sentence: str) -> int:
     return sum(1 for word in sentence.split() if WORD.search(word))
 
 
+def words(text: str) -> int:
+    """Return the number of words of a page in Markdown; blocks of code are not counted."""
+    return sum(length(found) for _, found in _blocks(text, code=True))
+
+
 def words_of_site(site: Path) -> dict[str, int]:
     """Return the words of each page of a built site, code left out."""
     return dict(sorted(_words(site)))
 
 
-def _blocks(text: str) -> list[tuple[list[str], str]]:
+def _blocks(text: str, code: bool = False) -> list[tuple[list[str], str]]:
     text = re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL)
     text = re.sub(r"^:::.*$", "", text, flags=re.MULTILINE)  # the site puts documentation there
     html = markdown.markdown(text, extensions=EXTENSIONS, extension_configs=OPTIONS)
-    return Blocks(html, code=False).found
+    return Blocks(html, code).found
 
 
 def _words(site: Path) -> Iterator[tuple[str, int]]:
@@ -125,10 +130,11 @@ def main() -> None:
         print(f"{sum(found.values()):6d}  words on {len(found)} pages")
         return
     for page in sorted(DOCS.glob("*.md")):
-        lengths = [length(sentence) for sentence in sentences(page.read_text("utf-8"))] or [0]
+        text = page.read_text("utf-8")
+        lengths = [length(sentence) for sentence in sentences(text)] or [0]
         middle = statistics.median(lengths)
-        print(f"{page.name:24s} {len(lengths):4d} sentences, median {middle:4.1f}, ", end="")
-        print(f"longest {max(lengths)}")
+        print(f"{page.name:24s} {words(text):4d} words, {len(lengths):4d} sentences, ", end="")
+        print(f"median {middle:4.1f}, longest {max(lengths)}")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Annotated, Any
 
 import typer
@@ -12,7 +14,13 @@ from typer.core import TyperGroup
 
 from slide_fmu import __version__
 from slide_fmu.cli.completion import quick_completion
-from slide_fmu.cli.console import errors, interruptible, replace_unprintable
+from slide_fmu.cli.console import (
+    INTERRUPTED,
+    KILLED,
+    errors,
+    interruptible,
+    replace_unprintable,
+)
 from slide_fmu.cli.fmu_commands import check, export, info, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
 from slide_fmu.pipeline.apps import subcommands_of_apps
@@ -88,13 +96,31 @@ def _options(
 def main() -> None:
     """Run the console script; its help is wrapped only on a terminal."""
     replace_unprintable()
-    # kill ends the program as Ctrl-C does, so that temporary files are removed
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    quick_completion()
-    for reason in LEFT_OUT:
-        typer.echo(f"remark: {reason}. Until then it is left out.", err=True)
+    with _killed_as_interrupted():
+        quick_completion()
+        for reason in LEFT_OUT:
+            typer.echo(f"remark: {reason}. Until then it is left out.", err=True)
+        try:
+            app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
+        except ModuleNotFoundError:  # of what a subcommand imports first
+            with errors():
+                raise
+
+
+@contextmanager
+def _killed_as_interrupted() -> Iterator[None]:
+    """Let kill end the program as Ctrl-C does, which removes temporary files; the code differs."""
+    killed = False
+
+    def end(number: int, frame: FrameType | None) -> None:
+        nonlocal killed
+        killed = True
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, end)
     try:
-        app(prog_name=NAME, terminal_width=None if sys.stdout.isatty() else ENDLESS)
-    except ModuleNotFoundError:  # of what a subcommand imports first
-        with errors():
-            raise
+        yield
+    except SystemExit as ended:
+        if killed and ended.code == INTERRUPTED:
+            raise SystemExit(KILLED) from None
+        raise

@@ -23,8 +23,8 @@ TRACEBACK = "SLIDE_FMU_TRACEBACK"
 STOPPED = "stopped"
 GOES_ON = "stopped; the same command goes on from here"
 """Messages for an interrupt by the user: of any program, and of one that keeps its work."""
-INTERRUPTED = 130
-"""Exit code of a program that the user interrupts, as in shells."""
+INTERRUPTED, KILLED = 130, 143
+"""Exit codes after Ctrl-C and after kill, as in shells: 128 and the number of the signal."""
 
 console = messages()
 

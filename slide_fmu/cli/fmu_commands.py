@@ -150,13 +150,14 @@ def check(
         show_table(run_again.table)
     for problem in checked.problems:
         console.print(problem, style="red")
+    if not checked.problems:
+        console.print(f"{fmu}: no problems. Checked:")
+        for part in checked.parts:
+            console.print(f"  {part}")
+    for part in checked.left_out:
+        console.print(f"Not checked: {part}")
     if checked.problems:
         raise typer.Exit(1)
-    console.print(f"{fmu}: no problems. Checked:")
-    for part in checked.parts:
-        console.print(f"  {part}")
-    if not run:
-        console.print("Not checked: whether its outputs can be repeated (--run)")
 
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:

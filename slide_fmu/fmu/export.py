@@ -47,7 +47,8 @@ PARSED = {".csv", ".exp", ".json", ".srmd", ".ssv", ".xml"}
 
 Provenance = Mapping[str, Any]
 """The origin of an FMU, as its JSON holds it: ``recipe``, the text; the ``resolved`` values;
-``seeds`` and ``versions``; the ``measured`` figures; and values of records and apps."""
+``seeds`` and ``versions``; the ``measured`` figures; the version that the documents are
+``written_by``; and values of records and apps."""
 
 REMEDY = "get the file again, or write it anew (slide-fmu export)"
 """The remedy for a damaged FMU."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,13 @@ from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu, fmi_version, runs_here, steps_of_check
 from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.export import DESCRIPTION, FmuError, read_fmu
+from slide_fmu.fmu.export import DESCRIPTION, FmuError, Provenance, read_fmu
 from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
-from slide_fmu.pipeline.documents import CARD
+from slide_fmu.pipeline.documents import CARD, other_writer
+from slide_fmu.report.html_report import own_version
 from slide_fmu.surrogate.surrogate import Surrogate
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")
@@ -26,11 +27,15 @@ CHANGEABLE = (BINARIES, f"{SOURCES}/")
 
 @dataclass(frozen=True)
 class CheckFigures:
-    """These are the figures of a check: problems, what was checked, and the results of apps."""
+    """These are the figures of a check.
+
+    They are the problems, what was checked and what was not, and the results of apps.
+    """
 
     fmu: str
     problems: tuple[str, ...]
     checked: tuple[str, ...]
+    not_checked: tuple[str, ...]
     repeated: Mapping[str, Any] = spread()
 
 
@@ -42,16 +47,19 @@ class Checked:
         problems: one sentence each, with its remedy where there is one; empty without problems.
         repeated: results of repeated runs, by the names of the apps.
         parts: what was checked, a few words each; empty where problems ended the check.
+        left_out: what was not checked, with the reason.
     """
 
     problems: list[str]
     repeated: Mapping[str, Repeated] = field(default_factory=dict)
     parts: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def figures(self, fmu: Path) -> CheckFigures:
         """Return the figures that are written as JSON."""
         repeated = {k: v for run in self.repeated.values() for k, v in run.figures.items()}
-        return CheckFigures(str(fmu), tuple(self.problems), self.parts, repeated)
+        problems = tuple(self.problems)
+        return CheckFigures(str(fmu), problems, self.parts, self.left_out, repeated)
 
 
 def check(fmu: Path, run: bool) -> Checked:
@@ -69,6 +77,26 @@ def check(fmu: Path, run: bool) -> Checked:
             return Checked(problems)
     except (FmuError, OSError):  # check_fmu has reported it
         return Checked(problems)
+    checked = _check_contents(fmu, surrogate, provenance, problems, run)
+    repeatable = not run and not checked.problems
+    return replace(checked, left_out=left_out(provenance, repeatable))
+
+
+def left_out(provenance: Provenance | None, repeatable: bool) -> tuple[str, ...]:
+    """Say what is not checked of an FMU; ``repeatable``: its outputs can be with ``--run``."""
+    writer = other_writer(provenance)
+    words = (
+        f"the words of model card and credentials: version {writer} of slide-fmu wrote them, and "
+        f"this is {own_version()}"
+    )
+    again = "whether its outputs can be repeated (--run)"
+    return (*[words] * (writer is not None), *[again] * repeatable)
+
+
+def _check_contents(
+    fmu: Path, surrogate: Surrogate, provenance: Provenance | None, problems: list[str], run: bool
+) -> Checked:
+    """Check what an FMU that can be read says about itself, after its library."""
     try:
         found = app_problems(fmu, surrogate, provenance)
         problems += dict.fromkeys([*found, *card_problems(fmu, surrogate, provenance)])
@@ -76,7 +104,8 @@ def check(fmu: Path, run: bool) -> Checked:
         problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
         if problems:
             return Checked(problems)
-        parts = checked_parts(fmu, surrogate, run)
+        by_us = other_writer(provenance) is None
+        parts = checked_parts(fmu, surrogate, run, by_us)
         if not run:
             return Checked(problems, parts=parts)
         runs = repeated(fmu, surrogate)
@@ -90,8 +119,8 @@ def check(fmu: Path, run: bool) -> Checked:
     )
 
 
-def checked_parts(fmu: Path, surrogate: Surrogate, run: bool) -> tuple[str, ...]:
-    """Say what was checked of an FMU without problems.
+def checked_parts(fmu: Path, surrogate: Surrogate, run: bool, by_us: bool) -> tuple[str, ...]:
+    """Say what was checked of an FMU without problems; ``by_us``: this version wrote its card.
 
     Raises:
         FmuError, OSError: the file cannot be read.
@@ -112,7 +141,7 @@ def checked_parts(fmu: Path, surrogate: Surrogate, run: bool) -> tuple[str, ...]
     ]
     if runs_here(surrogate, fmi):
         parts.append(f"library of this computer: {steps} random steps agree with numpy")
-    if CARD in names:
+    if CARD in names and by_us:
         parts.append("model card: it agrees with the measured figures inside")
     parts += [f"files of the app {name!r}" for name, app in apps().items() if app.problems]
     return tuple(parts)

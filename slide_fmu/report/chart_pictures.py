@@ -74,7 +74,9 @@ def _draw_panel(ax: Axes, panel: Panel, chart: Chart) -> None:
     for line in panel.lines:
         _draw_line(ax, line)
     for part in chart.parts:
-        ax.axvspan(*part, color=INKS["shade"], lw=0)
+        shade = ax.axvspan(*part, color=INKS["shade"], lw=0)
+    if chart.parts and chart.shaded and panel is chart.panels[0]:
+        shade.set_label(chart.shaded)
     for mark in chart.marks:
         ax.axvline(mark, color=INKS["cursor"], lw=0.8, ls=":")
     if chart.axis.log:

@@ -122,7 +122,7 @@ class Report:
             report=self,
             sections=sections,
             drawn=bool(charts),
-            version=_version(),
+            version=own_version(),
             date=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),
@@ -143,8 +143,8 @@ class Report:
         return path
 
 
-def _version() -> str:
-    """Return the version; a plain import of the root would count as one of all rooms."""
+def own_version() -> str:
+    """Return this version; a plain import of the root would count as one of all rooms."""
     return str(import_module("slide_fmu").__version__)
 
 

@@ -13,6 +13,8 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.recipe.model_rules import rules_of
+from slide_fmu.report.validity import has_tolerances
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 
@@ -80,6 +82,7 @@ def _close_up(validation: Validation, output: int) -> Chart:
         ),
         parts=outside_parts(chosen, part),
         marks=[float(place)],
+        shaded=words_of_flag(validation.surrogate),
     )
 
 
@@ -167,6 +170,13 @@ def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     return parts_of(chosen.trust.flagged[part], chosen.time[part])
 
 
+def words_of_flag(surrogate: Surrogate) -> str:
+    """Say what the FMU reports of samples that it flags, for legends."""
+    if has_tolerances(surrogate):
+        return "not trusted (trusted is false)"
+    return "outside of the domain (in_domain is false)"
+
+
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:
     """Return the parts, from a time to a time in s, in which flags of samples are set, (N,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).reshape(-1, 2)
@@ -233,4 +243,5 @@ def _trajectory_chart(
         panels,
         text=f"{kind}, relative RMSE {percent(error)}",
         parts=outside_parts(chosen, part),
+        shaded=words_of_flag(validation.surrogate),
     )

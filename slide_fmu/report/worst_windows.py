@@ -15,8 +15,8 @@ from slide_fmu.report.trajectory_charts import (
     name_of_motion,
     outputs_panel,
     outside_parts,
+    words_of_flag,
 )
-from slide_fmu.report.validity import has_tolerances
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust import TINY
@@ -41,13 +41,10 @@ def worst_section(validation: Validation) -> ReportSection | None:
     text = (
         f"These are the samples whose errors are largest relative to {scale}, one of each "
         "trajectory at most where there are enough of them, with the inputs that the surrogate "
-        "saw before. "
+        "saw before."
     )
-    by_flag = has_tolerances(validation.surrogate)
-    meaning = "are not trusted" if by_flag else "lie outside of the domain"
-    shaded = f"Shaded samples {meaning}." if bounded else ""
     charts = [_chart(validation, step, bounded) for step in found]
-    return ReportSection("The worst windows", text + shaded, charts=charts)
+    return ReportSection("The worst windows", text, charts=charts)
 
 
 def _worst(validation: Validation) -> list[WorstStep]:
@@ -89,4 +86,5 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
         text=f"{kind}, at {comparison.time[step.sample]:.6g} s",
         parts=outside_parts(comparison, part),
         marks=[float(comparison.time[step.sample])],
+        shaded=words_of_flag(validation.surrogate),
     )

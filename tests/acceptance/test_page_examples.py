@@ -47,7 +47,8 @@ def test_model_on_the_page_is_that_of_its_file(number: int, path: Path) -> None:
 
 def test_class_on_the_page_simulates() -> None:
     names: dict[str, type] = {}
-    exec(blocks("own_model.md", "python")[3], names)
+    (example,) = [block for block in blocks("api.md", "python") if "class Lag" in block]
+    exec(example, names)
     outputs = names["Lag"](step=0.1).simulate(np.ones((50, 1)))
     assert outputs.shape == (51, 1)
     assert np.allclose(outputs, 1.0)

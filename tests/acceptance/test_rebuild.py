@@ -14,8 +14,10 @@ from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import app_problems, with_origins
+from slide_fmu.pipeline.documents import WRITTEN_BY
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
+from slide_fmu.report.html_report import own_version
 from slide_fmu.report.model_card import variable_table
 from slide_fmu.report.table import markdown
 from tests.marks import needs_app
@@ -27,7 +29,9 @@ LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
 SURROGATE, RELEASED = read_fmu(LINEAR)
 PROVENANCE: dict[str, object] = with_origins(
-    {**(RELEASED or {}), "recipe": RECIPE}, parse_recipe(RECIPE, "linear.toml"), SURROGATE
+    {**(RELEASED or {}), "recipe": RECIPE, WRITTEN_BY: own_version()},
+    parse_recipe(RECIPE, "linear.toml"),
+    SURROGATE,
 )
 PAGE = b"<p>report</p>"
 PAGES = {"index.html": PAGE}
@@ -61,7 +65,11 @@ def test_rebuild_keeps_surrogate_provenance_and_report(folder: Path) -> None:
 
 
 def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
+    older = {**PROVENANCE, WRITTEN_BY: "0.1.0"}
+    export_fmu(SURROGATE, folder / "linear.fmu", provenance=older, documentation=PAGES)
     fmu = rebuild(folder / "linear.fmu")
+    found = read_fmu(fmu)[1] or {}
+    assert found[WRITTEN_BY] == own_version()
     card = (folder / "README.md").read_text(encoding="utf-8")
     assert markdown(variable_table(read_fmu(LINEAR)[0])) in card
     assert card_problems(fmu, *read_fmu(fmu)) == []

@@ -16,7 +16,7 @@ import pytest
 
 from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
-from slide_fmu.cli.console import GOES_ON, INTERRUPTED, STOPPED, progress_bars
+from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, progress_bars
 from slide_fmu.report.console import print_validation
 from slide_fmu.report.display import Messages
 from slide_fmu.validation.error_figures import ValidationFigures
@@ -282,5 +282,5 @@ def test_program_that_is_ended_leaves_no_unpacked_fmu(tmp_path: Path) -> None:
         while not list(tmp_path.glob("*/modelDescription.xml")) and program.poll() is None:
             time.sleep(0.01)
         program.terminate()
-        assert program.wait(HANGS) == INTERRUPTED
+        assert program.wait(HANGS) == KILLED
     assert list(tmp_path.iterdir()) == []

@@ -12,18 +12,19 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.cli.console import GOES_ON, INTERRUPTED, STOPPED
+from slide_fmu.cli.console import GOES_ON, INTERRUPTED, KILLED, STOPPED
 from slide_fmu.data.pool import in_parallel, process_pool
 from tests.limits import HANGS
 from tests.recipes import TINY
 
 posix_alone = pytest.mark.skipif(sys.platform == "win32", reason="signals of process groups")
 WHERE = """
+import signal
 import sys
 class Interrupts:
     def find_spec(self, name, path=None, target=None):
         if name == {module!r}:
-            raise KeyboardInterrupt
+            signal.raise_signal({number})
 sys.meta_path.insert(0, Interrupts())
 from slide_fmu.cli import main
 sys.argv[:] = ["slide-fmu", "run", "tiny.toml"]
@@ -33,11 +34,25 @@ main()
 
 @pytest.mark.parametrize("module", ["typer", "slide_fmu.cli.app", "slide_fmu.pipeline.job"])
 def test_interrupt_of_an_import_is_told_in_one_line(module: str, tmp_path: Path) -> None:
-    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
-    program = [sys.executable, "-c", WHERE.format(module=module)]
-    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
+    done = signalled(module, signal.SIGINT, tmp_path)
     assert done.stderr == f"{STOPPED}\n"
-    assert done.returncode == INTERRUPTED
+    assert done.returncode == INTERRUPTED == 128 + signal.SIGINT
+
+
+@posix_alone
+def test_killed_program_says_the_same_with_another_code(tmp_path: Path) -> None:
+    done = signalled("slide_fmu.pipeline.job", signal.SIGTERM, tmp_path)
+    assert done.stderr == f"{STOPPED}\n"
+    assert done.returncode == KILLED == 128 + signal.SIGTERM
+
+
+def signalled(
+    module: str, number: signal.Signals, folder: Path
+) -> subprocess.CompletedProcess[str]:
+    """Run a program that gets a signal when it imports a module."""
+    (folder / "tiny.toml").write_text(TINY, encoding="utf-8")
+    program = [sys.executable, "-c", WHERE.format(module=module, number=int(number))]
+    return subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=HANGS)
 
 
 def children(process: int) -> list[int]:

@@ -8,12 +8,24 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from slide_fmu.fmu.export import DESCRIPTION, PROVENANCE, FmuError, export_fmu, read_fmu
+from slide_fmu.cli.app import app
+from slide_fmu.fmu.export import (
+    DESCRIPTION,
+    DOCUMENTATION,
+    EXTRA,
+    PROVENANCE,
+    FmuError,
+    export_fmu,
+    read_fmu,
+    read_folder,
+)
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.check import check
-from slide_fmu.pipeline.documents import CARD
+from slide_fmu.pipeline.documents import CARD, WRITTEN_BY
 from slide_fmu.pipeline.export import export_again
+from slide_fmu.report.html_report import own_version
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import Shape, random_surrogate
 from tests.libraries import build_libraries
@@ -88,6 +100,53 @@ def test_figures_are_held_against_each_other(
     before = check(DUFFING, run=False).problems
     new = [p for p in check(edited(tmp_path, member, edit), run=False).problems if p not in before]
     assert any("does not say what resources/provenance.json says" in p for p in new)
+
+
+def written_by(path: Path, version: object) -> Path:
+    """Write the FMU as another version would have done it, with other words on its card."""
+    surrogate, found = read_fmu(DUFFING)
+    documents = read_folder(DUFFING, DOCUMENTATION)
+    name = CARD.removeprefix(f"{DOCUMENTATION}/")
+    documents[name] = documents[name].replace(b"error", b"deviation")
+    extra = read_folder(DUFFING, EXTRA)
+    origin = {**(found or {}), WRITTEN_BY: version}
+    return export_fmu(surrogate, path, provenance=origin, documentation=documents, extra=extra)
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["as it was", "exported again"])
+def test_words_of_another_version_are_no_problem_and_left_out(tmp_path: Path, again: bool) -> None:
+    path = written_by(tmp_path / "duffing.fmu", "0.9.0")
+    if again:
+        path = export_again(path, tmp_path / "again.fmu", 3, False)
+    checked = check(path, run=False)
+    assert checked.problems == []
+    assert not any("model card" in part for part in checked.parts)
+    line = (
+        "the words of model card and credentials: version 0.9.0 of slide-fmu wrote them, and "
+        f"this is {own_version()}"
+    )
+    assert checked.left_out[0] == line
+    assert checked.figures(path).not_checked == checked.left_out
+    said = CliRunner().invoke(app, ["check", str(path)])
+    assert said.exit_code == 0
+    assert f"Not checked: {line}" in " ".join(said.stderr.split())
+
+
+@pytest.mark.parametrize("version", [own_version(), None, "", "a version", ["0.9.0"]])
+def test_words_are_compared_where_no_other_version_is_named(
+    tmp_path: Path, version: object
+) -> None:
+    checked = check(written_by(tmp_path / "duffing.fmu", version), run=False)
+    assert any(f"{CARD} does not say what" in problem for problem in checked.problems)
+    assert checked.left_out == ()
+
+
+def test_damaged_figures_of_another_version_are_a_problem(tmp_path: Path) -> None:
+    members = members_of(written_by(tmp_path / "duffing.fmu", "0.9.0"))
+    path = tmp_path / "damaged.fmu"
+    path.write_bytes(packed({**members, PROVENANCE: other_type(members[PROVENANCE])}))
+    expected = f"{PROVENANCE} is not in the form that slide-fmu writes"
+    assert any(problem.startswith(expected) for problem in check(path, run=False).problems)
 
 
 def other_type(content: bytes) -> bytes:

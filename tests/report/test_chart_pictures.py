@@ -46,7 +46,9 @@ def test_lines_points_bands_marks_and_shades_are_all_drawn() -> None:
         Line("dots", x, x, "bad", "points"),
     ]
     panel = Panel("size", "m", lines, [Band("bound", x, 0 * x, x)], log=True)
-    chart = Chart("title", [panel], Axis("frequency", "Hz", log=True), "text", [(1, 2)], [3.0])
+    chart = Chart(
+        "title", [panel], Axis("frequency", "Hz", log=True), "text", [(1, 2)], [3.0], "grey"
+    )
     (ax,) = chart_figure([chart]).axes
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     assert (ax.get_ylabel(), ax.get_xlabel()) == ("size / m", "frequency / Hz")
@@ -55,4 +57,8 @@ def test_lines_points_bands_marks_and_shades_are_all_drawn() -> None:
     assert (dashed.get_linestyle(), held.get_drawstyle()) == ("--", "steps-pre")
     assert (dots.get_marker(), list(mark.get_xdata())) == (".", [3.0, 3.0])
     assert len(ax.collections) == len(ax.patches) == 1
+    legend = ax.get_legend()
+    assert legend is not None
+    named = {text.get_text() for text in legend.get_texts()}
+    assert named == {"whole", "held", "dots", "bound", "grey"}
     assert chart_picture([chart]).startswith(b"\x89PNG")

@@ -34,8 +34,8 @@ EXCESS = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
-    """A Curve leads from rest to rest between samples of coordinates.
+class MotionCurve:
+    """A MotionCurve leads from rest to rest between samples of coordinates.
 
     Attributes:
         coordinates: the coordinates.
@@ -69,7 +69,7 @@ class Curve:
 
 def curve_of_move(
     coordinates: tuple[Coordinate, ...], samples: FloatArray, step: float, limits: Limits
-) -> Curve:
+) -> MotionCurve:
     """Return the curve of a move, (N, n_coordinates), from its last sample of rest on."""
     before, after = (np.repeat(samples[[at]], DEGREE - 1, axis=0) for at in (0, -1))
     control = np.concatenate([before, samples, after])
@@ -77,20 +77,20 @@ def curve_of_move(
     # each sample has its largest weight one step after its time, so that rest lasts until 0
     spline, time = BSpline(knots, control, DEGREE), step * np.arange(len(samples))
     away = np.abs(spline(time + step) - samples).max(axis=0)
-    return Curve(coordinates, spline, step * (len(samples) + 1), limits, away)
+    return MotionCurve(coordinates, spline, step * (len(samples) + 1), limits, away)
 
 
 def curve_of_path(
     coordinates: tuple[Coordinate, ...], samples: FloatArray, step: float, limits: Limits
-) -> Curve:
+) -> MotionCurve:
     """Return the curve through the samples of a path, (N, n_coordinates), at rest at its ends."""
     time, still = step * np.arange(len(samples)), np.zeros(samples.shape[1])
     rest = [(1, still), (2, still)]
     spline = make_interp_spline(time, samples, k=5, bc_type=(rest, rest))
-    return Curve(coordinates, spline, float(time[-1]), limits, still)
+    return MotionCurve(coordinates, spline, float(time[-1]), limits, still)
 
 
-def write_curve(surrogate: Surrogate, curve: Curve, rate: float, path: Path) -> str | None:
+def write_curve(surrogate: Surrogate, curve: MotionCurve, rate: float, path: Path) -> str | None:
     """Write position, speed and acceleration of each coordinate as CSV; return a remark.
 
     It says what one should know, and is None if there is nothing.

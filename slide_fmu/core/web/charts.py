@@ -107,6 +107,7 @@ class Chart:
         text: explanation below the heading.
         parts: pairs of x values between which all panels are shaded.
         marks: x values at which all panels have a dotted line.
+        shaded: what the shaded parts are, for the legend.
     """
 
     title: str
@@ -115,6 +116,7 @@ class Chart:
     text: str = ""
     parts: Sequence[tuple[float, float]] = ()
     marks: Sequence[float] = ()
+    shaded: str = ""
 
 
 @dataclass(frozen=True)
@@ -224,6 +226,7 @@ class ChartOnPage:
     axis: Axis
     parts: Sequence[tuple[float, float]]
     marks: Sequence[float]
+    shaded: str
     panels: tuple[PanelOnPage, ...]
 
 
@@ -241,7 +244,15 @@ def described(chart: Chart, columns: Columns) -> ChartOnPage:
         )
         for panel in chart.panels
     )
-    return ChartOnPage(chart.title, chart.text, chart.axis, chart.parts, chart.marks, panels)
+    return ChartOnPage(
+        title=chart.title,
+        text=chart.text,
+        axis=chart.axis,
+        parts=chart.parts,
+        marks=chart.marks,
+        shaded=chart.shaded if chart.parts else "",
+        panels=panels,
+    )
 
 
 def _line(line: Line, columns: Columns) -> LineOnPage:

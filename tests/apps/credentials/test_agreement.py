@@ -7,8 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from slide_fmu.apps.credentials.agreement import metadata_problems
 from slide_fmu.apps.credentials.members import METADATA
+from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder
 from slide_fmu.pipeline.check import check
+from slide_fmu.pipeline.documents import WRITTEN_BY
+from slide_fmu.report.html_report import own_version
 from tests.cosim.damage import members_of, packed
 from tests.libraries import build_libraries
 
@@ -33,3 +37,15 @@ def test_metadata_with_other_figures_than_the_provenance_is_a_problem(
     path.write_bytes(packed({**members, METADATA: changed}))
     problems = check(path, run=False).problems
     assert any(f"{METADATA} does not say what resources/provenance.json" in p for p in problems)
+
+
+def test_metadata_of_another_version_may_have_other_words(tmp_path: Path) -> None:
+    surrogate, found = read_fmu(DUFFING)
+    name = METADATA.removeprefix(f"{EXTRA}/")
+    extra = read_folder(DUFFING, EXTRA)
+    extra[name] = extra[name].replace(b"relative RMSE", b"relative error")
+    for version, count in ((own_version(), 1), ("0.9.0", 0)):
+        path, origin = tmp_path / "duffing.fmu", {**(found or {}), WRITTEN_BY: version}
+        export_fmu(surrogate, path, provenance=origin, extra=extra)
+        problems = metadata_problems(path, surrogate, origin)
+        assert min(len(problems), 1) == count

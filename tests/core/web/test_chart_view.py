@@ -23,6 +23,8 @@ SQUARE = Chart(
         Panel("size", "m", [Line("x squared", X, X**2)]),
         Panel("root", "m", [Line("x", X, X, style="steps")], height="short"),
     ],
+    parts=[(2.0, 3.0)],
+    shaded="not known",
 )
 POWER = Chart(
     "a power",
@@ -125,6 +127,15 @@ def test_keys_alone_read_and_zoom(shown: Browser) -> None:
     assert not shown.evaluate(WHOLE_IS_HIDDEN.format(0))
     shown.press("0")
     assert shown.evaluate(WHOLE_IS_HIDDEN.format(0))
+
+
+def test_legend_names_the_shaded_parts_of_a_chart_that_has_some(shown: Browser) -> None:
+    swatches = "[...document.querySelectorAll('.chart-card .swatch.shade')]"
+    assert shown.evaluate(f"{swatches}.map(e => e.parentElement.textContent)") == ["not known"]
+    colour = f"getComputedStyle({swatches}[0]).backgroundColor"
+    light = shown.evaluate(colour)
+    shown.resize(*SCREEN, dark=True)
+    assert shown.evaluate(colour) != light
 
 
 def test_colours_follow_the_system_and_the_switch(shown: Browser, page: Path) -> None:

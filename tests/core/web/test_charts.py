@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,12 @@ def test_described_chart_names_its_columns_by_their_places() -> None:
     assert columns.values[panel.bands[0].low] == [0.0, 1.0, 2.0]
     assert (points.size, points.width, line.size, line.width) == (3.0, None, None, 1.6)
     assert (found.parts, found.marks) == ([(0.0, 0.1)], [0.2])
+
+
+def test_words_for_shaded_parts_are_described_where_there_are_some() -> None:
+    chart = replace(_chart(TIME), shaded="not known")
+    assert described(chart, Columns()).shaded == "not known"
+    assert described(replace(chart, parts=[]), Columns()).shaded == ""
 
 
 def test_equal_columns_are_kept_once() -> None:

@@ -86,6 +86,7 @@ export class Chart {
       { class: "card chart-card" },
       element("div", { class: "head" }, element("h3", {}, description.title), this.reset),
       ...(description.text === "" ? [] : [element("p", { class: "what" }, description.text)]),
+      ...(description.shaded === "" ? [] : [keyOfShade(description.shaded)]),
       ...this.panels.map((panel) => panel.block),
       element("figcaption", { class: "what axis" }, this.axis.label),
     );
@@ -134,6 +135,12 @@ export class Chart {
       this.panels.forEach((panel) => panel.draw(this));
     }
   }
+}
+
+/** Says what the shaded parts of all panels are. */
+function keyOfShade(words) {
+  const swatch = element("i", { class: "swatch shade" });
+  return element("p", { class: "keys" }, element("span", { class: "key" }, swatch, words));
 }
 
 function widenedIfEmpty([low, high]) {

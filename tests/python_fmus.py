@@ -13,11 +13,16 @@ from pythonfmu import FmuBuilder
 
 
 def write_python_fmu(
-    class_name: str, script: Path, path: Path, resources: Mapping[str, bytes] | None = None
+    class_name: str,
+    script: Path,
+    path: Path,
+    resources: Mapping[str, bytes] | None = None,
+    **options: str,
 ) -> Path:
     """Write an FMU whose slave class a script defines, and return its path.
 
-    Python keeps modules by name, so that two FMUs in one process need different ones.
+    Python keeps modules by name, so that two FMUs in one process need different ones. Options are
+    attributes of the element ``CoSimulation``.
     """
     files = dict(resources or {})
     content = script.read_bytes() + b"".join(files.values())
@@ -29,7 +34,8 @@ def write_python_fmu(
         for place, data in zip(places, files.values(), strict=True):
             place.write_bytes(data)
         importlib.invalidate_caches()
-        FmuBuilder.build_FMU(copied, dest=path, project_files=places, needsExecutionTool="true")
+        options = {"needsExecutionTool": "true", **options}
+        FmuBuilder.build_FMU(copied, dest=path, project_files=places, **options)
         sys.modules.pop(module, None)
         sys.path[:] = [entry for entry in sys.path if entry != folder]
     return path

@@ -38,6 +38,9 @@ class ImportedSlave:
     A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables have the
     type Real (Float64 in FMI 3.0).
 
+    Attributes:
+        calls: fmpy's instance, which has all calls of its standard.
+
     Args:
         slave: fmpy's instance, of ``FMU2Slave`` or ``FMU3Slave``.
     """
@@ -45,7 +48,7 @@ class ImportedSlave:
     def __init__(self, slave: Any) -> None:
         from fmpy import fmi3
 
-        self._slave = slave
+        self.calls = slave
         self.fmi_3 = isinstance(slave, fmi3.FMU3Slave)
         self.exit_initialization: Callable[[], None] = slave.exitInitializationMode
         self.do_step: Callable[[float, float], None] = slave.doStep
@@ -63,10 +66,10 @@ class ImportedSlave:
     def enter_initialization(self, start_time: float) -> None:
         """Begin initialization mode at a start time in s."""
         if self.fmi_3:
-            self._slave.enterInitializationMode(startTime=start_time)
+            self.calls.enterInitializationMode(startTime=start_time)
         else:
-            self._slave.setupExperiment(startTime=start_time)
-            self._slave.enterInitializationMode()
+            self.calls.setupExperiment(startTime=start_time)
+            self.calls.enterInitializationMode()
 
 
 class ValueReader:

@@ -17,7 +17,7 @@ from slide_fmu.fmu.export import read_fmu
 from tests.marks import APPS, needs_app
 
 OF_APPS = {
-    **{name: (name,) for name in ("bench", "calibrate", "compare", "motion", "page")},
+    **{name: (name,) for name in ("bench", "calibrate", "compare", "couple", "motion", "page")},
     "reference": ("reference", "ssp"),
 }
 """Subcommands of each app."""

@@ -78,7 +78,7 @@ def test_derivatives_can_be_told_in_a_loop_of_ones_own(fmu: Path, surrogate: Sur
         slave.exit_initialization()
         for k, (height, slope) in enumerate(zip(heights(), slopes, strict=True)):
             slave.set_real([0], [height])
-            slave._slave.setRealInputDerivatives([0], [1], [slope])
+            slave.calls.setRealInputDerivatives([0], [1], [slope])
             slave.do_step(k * STEP, STEP)
             found += slave.get_real([1_000_000])
             known = moving.step(STEP, np.array([height]), np.array([slope]))

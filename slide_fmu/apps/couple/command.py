@@ -1,0 +1,134 @@
+"""The subcommand runs a coupled system of FMUs, which an SSP file describes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import typer
+
+from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
+from slide_fmu.cli.findings import show_table
+from slide_fmu.cli.options import JsonOption, numbers_of, one_of
+
+METHODS = ("jacobi", "gauss_seidel", "fixed_point", "newton")
+"""Names of the methods, which are imported later."""
+
+
+def couple(
+    system: Annotated[
+        Path, typer.Argument(metavar="FILE.ssp", help="The system: FMUs and connections.")
+    ],
+    step: Annotated[
+        float | None,
+        typer.Option(help="Communication step in s. Default: the largest step that an FMU names."),
+    ] = None,
+    stop: Annotated[
+        float | None, typer.Option(help="End time in s. Default: as in the SSP.")
+    ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help=f"One of {', '.join(METHODS)}.",
+            callback=one_of(METHODS, "leave it out"),
+        ),
+    ] = "newton",
+    extrapolation: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="How inputs go on in explicit steps: linear or zero.",
+            callback=one_of(("linear", "zero"), "leave it out"),
+        ),
+    ] = "linear",
+    control: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Control the length of steps: predictor or halving. Default: all have one.",
+            callback=one_of(("predictor", "halving"), "leave it out"),
+        ),
+    ] = None,
+    error: Annotated[
+        float, typer.Option(help="Largest error of a controlled step, as a part of a size.")
+    ] = 1e-3,
+    tolerance: Annotated[
+        float, typer.Option(help="Implicit steps end at this difference, as a part of a size.")
+    ] = 1e-5,
+    inputs: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv",
+            help="Table of other inputs, with columns time and COMPONENT.VARIABLE.",
+        ),
+    ] = None,
+    given: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="COMPONENT.VARIABLE=VALUE",
+            help="Start value of a parameter or an input; repeat it for each one.",
+        ),
+    ] = None,
+    moving: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COMPONENT",
+            help="Its inputs reach their values by the end of a step; repeat it for each one.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE.csv",
+            help="Write the table to this file. Default: runs/NAME/couple/values.csv.",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Folder for report.html. Default: runs/NAME/couple."),
+    ] = None,
+    json_path: JsonOption = None,
+) -> None:
+    """Run several FMUs together: a co-simulation master for a system in an SSP file."""
+    from slide_fmu.apps.couple.couple import run_coupled
+    from slide_fmu.apps.couple.coupled_report import coupled_report, coupled_table
+    from slide_fmu.apps.couple.options import CouplingOptions
+    from slide_fmu.apps.couple.ssp import read_inputs, read_ssp
+    from slide_fmu.apps.couple.structure import coupled_system, default_step
+
+    folder = report or Path("runs") / system.stem / "couple"
+    table = output or folder / "values.csv"
+    with progress_bars() as bar, TemporaryDirectory(prefix="slide_fmu_") as unpacked:
+        found = read_ssp(system, Path(unpacked))
+        values = {**found.parameters, **numbers_of("set", given)}
+        courses = {} if inputs is None else read_inputs(inputs)
+        checked = coupled_system(found.fmus, found.connections, values, courses)
+        end = stop if stop is not None else found.stop
+        if end is None:
+            raise ValueError(f"{system} names no end; expected one: give --stop in s")
+        options = CouplingOptions(
+            step=default_step(checked) if step is None else step,
+            stop=end,
+            method=method,
+            extrapolation=extrapolation,
+            tolerance=tolerance,
+            control=control,
+            error=error,
+            moving=tuple(moving or ()),
+        )
+        result = run_coupled(checked, options, bar("couple"))
+        for place in (folder, table.parent):
+            place.mkdir(parents=True, exist_ok=True)
+        result.write(table)
+        page = coupled_report(system.stem, result, checked).write(folder)
+    write_json(json_path, result.figures)
+    show_table(coupled_table(result))
+    for remark in result.figures.remarks:
+        show_remark(remark)
+    console.print(f"table   {table}")
+    console.print(f"report  {page}")

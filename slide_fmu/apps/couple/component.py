@@ -1,0 +1,289 @@
+"""A component is an instance of an FMU in a coupled system, with the meaning of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.simulation import apply_start_values, settable_in_instantiated
+
+from slide_fmu.apps.couple.structure import CoupledSystem, Course
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.importer import ImportedSlave
+from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.fmu.description.variables import AT_STEP_END, INITIAL, PREHISTORY_KNOWN
+
+Inputs = Literal["held", "reached", "sloped", "forecast"]
+"""How a component takes inputs: constant over a step; moving to the value that is set, which they
+reach by its end; moving with a slope that is set; or continued by its own forecast."""
+
+PART = 1e-3
+"""Change of an input, as a part of its range, with which derivatives are measured."""
+
+OURS = "slide-fmu"
+"""Generation tool of the FMUs whose inputs and derivatives belong to the end of a step."""
+
+
+Nodes = Sequence[tuple[float, float]]
+"""Parts of a step, the last one 1, at which outputs are read, with their weights in the mean."""
+
+WHOLE_STEP: Nodes = ((1.0, 1.0),)
+
+
+class StepOutputs(NamedTuple):
+    """Means of outputs over a step and outputs at its end, (n_outputs,), and their derivatives by
+    the linked inputs, (n_outputs, n_linked)."""
+
+    mean: FloatArray
+    end: FloatArray
+    slopes: tuple[FloatArray, FloatArray] | None = None
+
+
+@dataclass(eq=False)
+class Component:
+    """A Component takes steps, forward and back.
+
+    Attributes:
+        name: its name in the system.
+        slave: the instance.
+        description: fmpy's model description.
+        linked: linked inputs, whose values are set before each step.
+        outputs: variables whose values are read behind each step.
+        courses: values over time of other inputs.
+        inputs: how it takes inputs.
+        nodes: where it stops in each step, to find the mean of its outputs.
+        feeds_through: whether an output depends on inputs of the same time.
+    """
+
+    name: str
+    slave: ImportedSlave
+    description: Any
+    linked: Sequence[str]
+    outputs: Sequence[str]
+    courses: Sequence[tuple[int, Course]]
+    inputs: Inputs
+    nodes: Nodes = WHOLE_STEP
+    feeds_through: bool = True
+
+    def __post_init__(self) -> None:
+        references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self._linked = [references[name] for name in self.linked]
+        self._set = [*self._linked, *(reference for reference, _ in self.courses)]
+        self._read = [references[name] for name in self.outputs]
+        kind = self.description.coSimulation
+        self.rolls_back = bool(getattr(kind, "canGetAndSetFMUstate", False))
+        self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
+        self.ours = str(self.description.generationTool or "").startswith(OURS)
+        self.has_slopes = self.ours and bool(kind.providesDirectionalDerivative)
+        self.steps = 0
+
+    def advance(
+        self, time: float, length: float, before: FloatArray, now: FloatArray, slopes: bool = False
+    ) -> StepOutputs:
+        """Take a step from a time in s, and return the outputs.
+
+        Args:
+            time, length: in s.
+            before: linked inputs at the beginning of the step, (n_linked,).
+            now: linked inputs at its end; their mean over the step for inputs that are held.
+            slopes: whether to read derivatives, which FMUs of slide-fmu know.
+        """
+        mean, mean_slopes, done = np.zeros(len(self._read)), np.zeros(()), 0.0
+        end, end_slopes = mean, mean_slopes
+        for part, weight in self.nodes:
+            begin, piece = time + done * length, (part - done) * length
+            self._set_inputs(begin, piece, before, now, (done, part), length)
+            self._do_step(begin, piece)
+            mean = mean + weight * (end := self.read())
+            if slopes:  # at a node, an input that moves has moved by this part of its change
+                end_slopes = (1.0 if self.inputs == "held" else part) * self._slopes()
+                mean_slopes = mean_slopes + weight * end_slopes
+            done = part
+        return StepOutputs(mean, end, (mean_slopes, end_slopes) if slopes else None)
+
+    def _set_inputs(
+        self,
+        begin: float,
+        piece: float,
+        before: FloatArray,
+        now: FloatArray,
+        parts: tuple[float, float],
+        length: float,
+    ) -> None:
+        """Set all inputs before a piece of a step."""
+        place = {"held": begin + 0.5 * piece, "reached": begin + piece}.get(self.inputs, begin)
+        known = [course(place) for _, course in self.courses]
+        done, part = parts
+        at = {"reached": part, "sloped": done}.get(self.inputs, 1.0)
+        linked = now if at == 1.0 else before + at * (now - before)
+        if self._set:
+            self.slave.set_real(self._set, [*linked.tolist(), *known])
+        if self.inputs == "sloped" and self._set:
+            rates = [*((now - before) / length).tolist()]
+            ends = [course(begin + piece) for _, course in self.courses]
+            rates += [(end - value) / piece for end, value in zip(ends, known, strict=True)]
+            self.slave.calls.setRealInputDerivatives(self._set, [1] * len(rates), rates)
+
+    def _do_step(self, begin: float, piece: float) -> None:
+        self.steps += 1
+        try:
+            ended = self.slave.calls.doStep(begin, piece, not self.rolls_back)
+        except FMICallException as error:
+            values = ", ".join(
+                f"{name} = {value:.6g}"
+                for name, value in zip(self.linked, self.slave.get_real(self._linked), strict=True)
+            )
+            raise CoSimulationError(
+                f"component {self.name!r} refuses the step of {piece:g} s from {begin:.9g} s "
+                f"({error}) under {values or 'no linked inputs'}; expected it to be taken: see "
+                "whether inputs are in range; where they grow, choose a shorter step or an "
+                "implicit method"
+            ) from error
+        if ended is not None and (ended[1] or ended[2]):  # FMI 3.0: it terminates, or stops early
+            raise CoSimulationError(
+                f"component {self.name!r} ended a step early, at {ended[3]:.9g} s; expected a "
+                f"step of {piece:g} s from {begin:.9g} s: choose a shorter step"
+            )
+
+    def read(self) -> FloatArray:
+        """Return the outputs, (n_outputs,).
+
+        Raises:
+            CoSimulationError: one is not a finite number.
+        """
+        values = np.array(self.slave.get_real(self._read) if self._read else [], dtype=np.float64)
+        if not np.all(np.isfinite(values)):
+            name = self.outputs[int(np.argmin(np.isfinite(values)))]
+            raise CoSimulationError(
+                f"component {self.name!r}: {name} is not finite; expected a number: the coupling "
+                "is unstable at this step, choose a shorter one or an implicit method"
+            )
+        return values
+
+    def _slopes(self) -> FloatArray:
+        """Return the derivatives of the outputs by the linked inputs, (n_outputs, n_linked)."""
+        ask = self.slave.calls.getDirectionalDerivative
+        columns = [ask(self._read, [reference], [1.0]) for reference in self._linked]
+        return np.array(columns, dtype=np.float64).T.reshape(len(self._read), len(self._linked))
+
+    def save(self) -> object:
+        """Return the state; ``restore`` goes back to it, ``free`` forgets it."""
+        return self.slave.get_state()
+
+    def restore(self, state: object) -> None:
+        """Go back to a state."""
+        self.slave.set_state(state)
+
+    def free(self, state: object) -> None:
+        """Forget a state."""
+        self.slave.free_state(state)
+
+    def starts(self) -> FloatArray:
+        """Return the start values of the linked inputs, (n_linked,)."""
+        values = self.slave.get_real(self._linked) if self._linked else []
+        return np.array(values, dtype=np.float64)
+
+    def set_linked(self, values: FloatArray, start: float) -> None:
+        """Set linked inputs, and the others at the start time in s."""
+        if self._set:
+            known = [course(start) for _, course in self.courses]
+            self.slave.set_real(self._set, [*values.tolist(), *known])
+
+    def begin(self, values: FloatArray, start: float) -> None:
+        """Leave initialization; to an FMU of ours, the first inputs have always acted."""
+        names = {v.name: v.valueReference for v in self.description.modelVariables}
+        if self.ours and self.inputs == "reached":
+            of = {v: k for k, v in names.items()}
+            known = [*values.tolist(), *(course(start) for _, course in self.courses)]
+            first = {
+                INITIAL.replace("{signal}", of[r]): u
+                for r, u in zip(self._set, known, strict=True)
+            }
+            pairs = {PREHISTORY_KNOWN: 1.0, **first}
+            self.slave.set_real([names[name] for name in pairs], list(pairs.values()))
+        self.slave.exit_initialization()
+
+
+def opened(
+    system: CoupledSystem, name: str, slave: ImportedSlave, inputs: Inputs, outputs: Sequence[str]
+) -> Component:
+    """Return a component in initialization mode, with the start values that users have given."""
+    description = system.descriptions[name]
+    linked = [link.target.variable for link in system.links if link.target.component == name]
+    courses = [
+        (int(system.variable(pin).valueReference), course)
+        for pin, course in system.courses.items()
+        if pin.component == name
+    ]
+    values = dict(system.parameters.get(name, {}))
+    if AT_STEP_END in system.names(name, "parameter"):
+        values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
+    left = apply_start_values(slave.calls, description, values, settable_in_instantiated)
+    slave.enter_initialization(0.0)
+    if left:
+        raise ValueError(
+            f"component {name!r}: {sorted(left)} cannot be set before the start; expected "
+            "parameters or inputs"
+        )
+    return Component(name, slave, description, linked, outputs, courses, inputs)
+
+
+def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
+    """Return how a component takes inputs, as far as its model description says.
+
+    ``plain`` asks for the forecast of an FMU of slide-fmu whose inputs move.
+    """
+    description = system.descriptions[name]
+    if AT_STEP_END in system.names(name, "parameter"):
+        return "forecast" if plain else "reached"
+    ours = str(description.generationTool or "").startswith(OURS)
+    slopes = getattr(description.coSimulation, "canInterpolateInputs", False)
+    if slopes and not ours and str(description.fmiVersion).startswith("2."):
+        return "sloped"
+    return "held"
+
+
+def range_of(variable: Any, value: float) -> float:
+    """Return the size of a variable: its declared range, else its nominal or present value."""
+    declared = variable.declaredType
+    low, high, nominal = (
+        getattr(variable, key, None) or (declared and getattr(declared, key, None))
+        for key in ("min", "max", "nominal")
+    )
+    if low is not None and high is not None and 0 < float(high) - float(low) < 1e100:
+        return float(high) - float(low)
+    return abs(float(nominal)) if nominal is not None else abs(value)
+
+
+def feeds_through(
+    component: Component, start: float, values: FloatArray, sizes: FloatArray
+) -> bool:
+    """Return whether outputs of a component depend on its linked inputs at the same time.
+
+    The model description says so, or a small change of each input in initialization mode.
+    """
+    if not component.linked:
+        return False
+    if component.inputs != "held":
+        return True  # an output follows the slope that its inputs had in the step
+    of_inputs = set(component.linked)
+    declared = {
+        u.variable.name: u.dependencies
+        for u in component.description.outputs
+        if u.variable.name in component.outputs
+    }
+    if len(declared) == len(component.outputs) and None not in declared.values():
+        return any(v.name in of_inputs for known in declared.values() for v in known)
+    component.set_linked(values, start)
+    first = component.read()
+    changed = False
+    for index in range(len(values)):
+        moved = values.copy()
+        moved[index] += (PART * sizes[index] or PART) * (-1 if values[index] > 0 else 1)
+        component.set_linked(moved, start)
+        changed = changed or not np.array_equal(component.read(), first)
+    component.set_linked(values, start)
+    return changed

@@ -1,0 +1,131 @@
+"""Steps follow each other up to the end; where they are controlled, some are halved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from slide_fmu.apps.couple.loop import Loop
+from slide_fmu.apps.couple.methods import Method, Solution
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import CoSimulationError
+
+MOST_HALVINGS = 10
+"""A step is halved at most this number of times."""
+
+EASY = 0.1
+"""A step is doubled where its error is smaller than this part of the allowed one."""
+
+
+class Taken(NamedTuple):
+    """A Taken has communication points in s, (N,), with outputs (N, n_outputs) and linked inputs
+    (N, n_links) at them, the iterations of each step, and the number of rejected steps."""
+
+    time: FloatArray
+    outputs: FloatArray
+    inputs: FloatArray
+    iterations: list[int]
+    rejected: int
+
+
+@dataclass(frozen=True)
+class Control:
+    """A Control says how long steps are.
+
+    Attributes:
+        kind: ``"predictor"``, ``"halving"``, or None for steps of one length.
+        error: largest allowed error of a step, as a part of the size of a linked input.
+        step, stop: longest step and end time in s.
+    """
+
+    kind: str | None
+    error: float
+    step: float
+    stop: float
+
+
+def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> Taken:
+    """Take all steps.
+
+    Raises:
+        CoSimulationError: a component cannot go back, which control needs, or a step would be too
+            short.
+    """
+    if control.kind is not None:
+        _require_states(loop)
+    count = round(control.stop / control.step)
+    times, outputs, inputs = [0.0], [loop.outputs], [loop.inputs]
+    iterations, rejected, halvings = [], 0, 0
+    progress(0, count)
+    place, one = 0, 1 << MOST_HALVINGS  # time in parts of the shortest step
+    while place < count * one:
+        width = one >> halvings
+        time, length = place / one * control.step, width / one * control.step
+        solution, error = _tried(loop, method, control, (time, length))
+        if solution is None:
+            rejected, halvings = rejected + 1, halvings + 1
+            if halvings > MOST_HALVINGS:
+                raise CoSimulationError(
+                    f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; "
+                    f"expected at most {control.error:g}: allow more, or choose a shorter step"
+                )
+            continue
+        place += width
+        iterations += [s.iterations for s in solution]
+        times.append(place / one * control.step)
+        outputs.append(loop.outputs)
+        inputs.append(loop.inputs)
+        if halvings and error < EASY * control.error and place % (2 * width) == 0:
+            halvings -= 1
+        if place % one == 0:
+            progress(place // one, count)
+    rows = np.array(outputs), np.array(inputs).reshape(len(times), -1)
+    return Taken(np.array(times), *rows, iterations, rejected)
+
+
+def _tried(
+    loop: Loop, method: Method, control: Control, when: tuple[float, float]
+) -> tuple[list[Solution] | None, float]:
+    """Take a step, or go back and return None where its error is too large."""
+    time, length = when
+    if control.kind is None:
+        found = method.step(loop, time, length)
+        loop.accept(found.stepped, found.inputs, found.given, length)
+        return [found], 0.0
+    begin, states = loop.mark(), loop.save(range(len(loop.components)))
+    try:
+        taken = [method.step(loop, time, length)]
+        if control.kind == "predictor":
+            error = 0.0
+            if loop.solved:  # the shorter the step, the less does it count for states
+                error = loop.difference_of(taken[0].inputs, taken[0].guess) * length / control.step
+            loop.accept(taken[0].stepped, taken[0].inputs, taken[0].given, length)
+        else:
+            whole = loop.values(taken[0].stepped.end)
+            loop.restore(states)
+            taken = []
+            for part in (0.0, 0.5):
+                found = method.step(loop, time + part * length, 0.5 * length)
+                loop.accept(found.stepped, found.inputs, found.given, 0.5 * length)
+                taken.append(found)
+            error = loop.difference_of(whole, loop.values(loop.outputs))
+        if error <= control.error:
+            return taken, error
+        loop.restore(states)
+        loop.go_back(begin)
+        return None, error
+    finally:
+        loop.free(states)
+
+
+def _require_states(loop: Loop) -> None:
+    """Refuse control of steps with a component that cannot go back."""
+    for one in loop.components:
+        if not one.rolls_back:
+            raise CoSimulationError(
+                f"component {one.name!r}: its FMU cannot go back to a former state "
+                "(canGetAndSetFMUstate); expected that for the control of steps: leave control out"
+            )

@@ -1,0 +1,198 @@
+"""FMUs are coupled: opened, initialized together, and run from step to step."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.apps.couple.component import OURS, Inputs, inputs_of, opened
+from slide_fmu.apps.couple.control import Control, run_steps
+from slide_fmu.apps.couple.exchange import fixed_step
+from slide_fmu.apps.couple.initialization import initialized, instance_of
+from slide_fmu.apps.couple.loop import Loop
+from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
+from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
+from slide_fmu.apps.couple.result import Coupled, CoupledFigures
+from slide_fmu.apps.couple.structure import (
+    CoupledSystem,
+    Pin,
+    coupled_system,
+    recorded_pin,
+    unit_of,
+)
+from slide_fmu.core.progress import Progress, quiet
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.variables import BY_KEY, REFERENCES_PER_KIND
+
+
+def couple(
+    fmus: Mapping[str, str | Path],
+    connections: Iterable[tuple[str, str]],
+    *,
+    step: float,
+    stop: float,
+    inputs: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    progress: Progress = quiet,
+    **options: Any,
+) -> Coupled:
+    """Run several FMUs together, and return their values over time.
+
+    Args:
+        fmus: files of FMUs for co-simulation, of FMI 2.0 or 3.0 and of any tool, by the names of
+            the components. Explicit sequential steps take them in this order.
+        connections: pairs ``("COMPONENT.OUTPUT", "COMPONENT.INPUT")``.
+        step: communication step in s; the longest one where steps are controlled.
+        stop: end time in s; the run begins at 0.
+        inputs: values of other inputs by ``"COMPONENT.INPUT"``, in their units: a number, a
+            function of the time in s, or times in s and values, with straight lines between them.
+        parameters: start values by ``"COMPONENT.VARIABLE"``.
+        progress: shows how far the run is.
+        method: ``"newton"`` (the default) or ``"fixed_point"``, which repeat each step until all
+            agree; ``"jacobi"`` or ``"gauss_seidel"``, which take each step once.
+        extrapolation: how inputs that are not known yet continue in explicit steps: ``"linear"``
+            (the default) or ``"zero"``, as the last value.
+        tolerance: implicit steps end when linked inputs agree with their sources within this part
+            of their size; 1e-5 by default.
+        iterations: largest number of iterations of a step; 20 by default.
+        control: ``"predictor"`` halves steps whose linked inputs differ from their extrapolation
+            by more than ``error``; ``"halving"`` those that differ from two half steps. None keeps
+            all steps.
+        error: as a part of the size of a linked input; 1e-3 by default.
+        record: names ``"COMPONENT.VARIABLE"`` of the values in the result; linked and given inputs
+            and all outputs that are not of the error estimate by default.
+        moving: components whose FMUs move inputs to the set value by the end of a step, although
+            their model description does not say so, such as those of ``slide-fmu reference``.
+
+    Raises:
+        CoSimulationError: an FMU cannot be run, is not for co-simulation or reports an error, the
+            method cannot run this system, or iterations do not end.
+        FmuError: a file is no FMU.
+        ValueError: a name, a unit, a connection or an option is wrong.
+    """
+    system = coupled_system(fmus, connections, parameters or {}, inputs or {})
+    return run_coupled(system, CouplingOptions(step=step, stop=stop, **options), progress)
+
+
+def run_coupled(
+    system: CoupledSystem, options: CouplingOptions, progress: Progress = quiet
+) -> Coupled:
+    """Run a system that was read; errors are as for ``couple``."""
+    _require_steps(system, options)
+    recorded = _recorded(system, options)
+    with ExitStack() as stack:
+        components = []
+        for name in system.paths:
+            plain = options.method == "jacobi" and options.extrapolation == "zero"
+            taken: Inputs = inputs_of(system, name, plain)
+            taken = "reached" if name in options.moving else taken
+            slave = stack.enter_context(instance_of(system, name))
+            components.append(opened(system, name, slave, taken, _outputs(system, name, recorded)))
+        loop, remarks = initialized(system, components, options)
+        began = clock.perf_counter()
+        method = _method(options)
+        control = Control(options.control, options.error, options.step, options.stop)
+        run = run_steps(loop, method, control, progress)
+        seconds = clock.perf_counter() - began
+        for one in components:
+            one.slave.terminate()
+    values = _values(system, loop, recorded, run.time, (run.outputs, run.inputs))
+    units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
+    figures = CoupledFigures(
+        options.method,
+        options.extrapolation,
+        options.step,
+        len(run.time) - 1,
+        run.rejected,
+        float(np.min(np.diff(run.time))),
+        float(np.mean(run.iterations)),
+        int(np.max(run.iterations)),
+        {one.name: one.steps for one in components},
+        {one.name: one.inputs for one in components},
+        seconds,
+        remarks,
+    )
+    return Coupled(run.time, values, units, figures)
+
+
+def _method(options: CouplingOptions) -> Method:
+    if options.method in IMPLICIT:
+        return Implicit(options.method == "newton", options.tolerance, options.iterations)
+    return Explicit(options.method == "gauss_seidel", options.extrapolation == "linear")
+
+
+def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
+    """Refuse a step that is no multiple of the own step of an FMU with steps of one length."""
+    unknown = sorted(set(options.moving) - set(system.paths))
+    if unknown:
+        raise ValueError(f"moving = {unknown}; expected some of {list(system.paths)}")
+    for name in system.paths:
+        own = fixed_step(system.descriptions[name])
+        if own is None:
+            continue
+        count = options.step / own
+        if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
+            raise ValueError(
+                f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
+                f"component {name!r}, which takes no other one"
+            )
+
+
+def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:
+    """Return the variables whose values are in the result."""
+    if options.record is not None:
+        return [recorded_pin(system, name) for name in options.record]
+    used = [link.target for link in system.links] + list(system.courses)
+    outputs = [
+        Pin(name, variable) for name in system.paths for variable in _plain_outputs(system, name)
+    ]
+    return [*used, *outputs]
+
+
+def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
+    """Return the outputs of a component; of an FMU of ours, only what it was trained to give."""
+    description = system.descriptions[name]
+    names = system.names(name, "output")
+    if not str(description.generationTool or "").startswith(OURS):
+        return names
+    number = BY_KEY["OUTPUT"].number
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    return [one for one in names if references[one] // REFERENCES_PER_KIND == number]
+
+
+def _outputs(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[str]:
+    """Return the variables of a component that are read: sources of links, and recorded ones."""
+    inputs = {link.target for link in system.links} | set(system.courses)
+    pins = [link.source for link in system.links] + [p for p in recorded if p not in inputs]
+    return list(dict.fromkeys(pin.variable for pin in pins if pin.component == name))
+
+
+def _values(
+    system: CoupledSystem,
+    loop: Loop,
+    recorded: Sequence[Pin],
+    times: FloatArray,
+    rows: tuple[FloatArray, FloatArray],
+) -> dict[str, FloatArray]:
+    """Return what is recorded, by name, (N,) each."""
+    outputs, inputs = rows
+    of_outputs = {
+        Pin(one.name, name): part.start + i
+        for one, part in zip(loop.components, loop.parts, strict=True)
+        for i, name in enumerate(one.outputs)
+    }
+    of_links = {link.target: i for i, link in enumerate(system.links)}
+    found = {}
+    for pin in recorded:
+        if pin in system.courses:
+            found[str(pin)] = np.array([system.courses[pin](t) for t in times])
+        elif pin in of_links:
+            found[str(pin)] = inputs[:, of_links[pin]]
+        else:
+            found[str(pin)] = outputs[:, of_outputs[pin]]
+    return found

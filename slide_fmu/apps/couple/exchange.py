@@ -1,0 +1,104 @@
+"""Linked inputs come from outputs at the start of a step, from their mean, or from its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.apps.couple.component import Component, Nodes
+from slide_fmu.apps.couple.loop import Mix
+from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
+from slide_fmu.apps.couple.structure import CoupledSystem
+from slide_fmu.cosim.run import CoSimulationError
+
+GAUSS: Nodes = ((0.5 - 12**-0.5, 0.5), (0.5 + 12**-0.5, 0.5), (1.0, 0.0))
+"""Nodes and weights of Gauss's quadrature with two points, which finds means of cubics."""
+
+
+def fixed_step(description: Any) -> float | None:
+    """Return the only step in s that an FMU takes; None if it takes any."""
+    kind = description.coSimulation
+    own = getattr(kind, "fixedInternalStepSize", None) or getattr(
+        description.defaultExperiment, "stepSize", None
+    )
+    return None if kind.canHandleVariableCommunicationStepSize or not own else float(own)
+
+
+def require_no_loop(
+    system: CoupledSystem, components: Sequence[Component], options: CouplingOptions
+) -> None:
+    """Refuse a circle of components with direct feedthrough, if the method is explicit."""
+    if options.method in IMPLICIT:
+        return
+    through = {one.name for one in components if one.feeds_through and one.inputs == "held"}
+    after: dict[str, set[str]] = {name: set() for name in through}
+    for link in system.links:
+        if {link.source.component, link.target.component} <= through:
+            after[link.source.component].add(link.target.component)
+    while leaves := [n for n, following in after.items() if not following & after.keys()]:
+        for name in leaves:
+            del after[name]
+    if after:
+        raise CoSimulationError(
+            f"method {options.method!r}: outputs of {sorted(after)} depend on their inputs at the "
+            "same time, in a circle; expected no such algebraic loop: choose method 'newton', or "
+            "cut the system where an output is a state, such as a displacement"
+        )
+
+
+def mixed(
+    system: CoupledSystem,
+    components: Sequence[Component],
+    options: CouplingOptions,
+    held: NDArray[np.bool_],
+) -> tuple[Mix, list[str]]:
+    """Return how linked inputs come from outputs in implicit steps, with remarks.
+
+    An input that moves reaches the output at the end of the step. One that is held is its mean
+    over the step: of a smooth output the mean of both ends. An output that follows the slope of
+    inputs jumps when a step begins, so that it is read within the step.
+    """
+    names = [one.name for one in components]
+    count = len(system.links)
+    mix = Mix(np.zeros(count), np.zeros(count), np.zeros(count))
+    remarks: list[str] = []
+    if options.method not in IMPLICIT:
+        return mix, remarks
+    for i, link in enumerate(system.links):
+        source = components[names.index(link.source.component)]
+        if not held[i]:
+            mix.end[i] = 1.0
+        elif not source.feeds_through:
+            mix.start[i] = mix.end[i] = 0.5
+        elif nodes := _nodes(source, options):
+            source.nodes, mix.mean[i] = nodes, 1.0
+        else:
+            mix.end[i] = 1.0
+            remarks.append(
+                f"{link.target} is held at the value of {link.source} at the end of each step, "
+                f"since {source.name} takes no shorter steps: motions are damped more"
+            )
+    remarks += [
+        f"{one.name} takes part explicitly, since its FMU cannot go back to a former state "
+        "(canGetAndSetFMUstate)"
+        for one in components
+        if not one.rolls_back and one.linked
+    ]
+    return mix, remarks
+
+
+def _nodes(component: Component, options: CouplingOptions) -> Nodes | None:
+    """Return the parts of a step at which a component is read for its mean; None without any."""
+    if component.any_step:
+        return GAUSS
+    own = fixed_step(component.description)
+    count = round(options.step / own) if own else 1
+    if count < 2:
+        return None
+    nodes = np.arange(1, count + 1) / count
+    powers = np.arange(min(count, 3))  # weights give the means of polynomials of these degrees
+    weights = np.linalg.lstsq(nodes ** powers[:, None], 1 / (powers + 1), rcond=None)[0]
+    return [(float(node), float(weight)) for node, weight in zip(nodes, weights, strict=True)]

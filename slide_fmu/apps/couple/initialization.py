@@ -1,0 +1,98 @@
+"""Components are opened, and exchange their first values until these agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+
+from slide_fmu.apps.couple.component import Component, feeds_through, range_of
+from slide_fmu.apps.couple.exchange import mixed, require_no_loop
+from slide_fmu.apps.couple.loop import Loop
+from slide_fmu.apps.couple.options import CouplingOptions
+from slide_fmu.apps.couple.structure import CoupledSystem, Pin
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.importer import ImportedSlave, open_slave
+from slide_fmu.cosim.run import CoSimulationError, unpacked
+
+SWEEPS = 10
+"""Largest number of exchanges in which the first values of all links are found."""
+
+
+@contextmanager
+def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
+    """Instantiate the FMU of a component for the time of a ``with`` block.
+
+    Raises:
+        CoSimulationError: its library cannot be loaded.
+    """
+    with ExitStack() as stack:
+        fmu = stack.enter_context(unpacked(system.paths[name]))
+        messages: list[str] = []
+        try:
+            slave = stack.enter_context(open_slave(fmu.folder, fmu.description, name, messages))
+        except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
+            reason = "; ".join([str(error), *messages])
+            raise CoSimulationError(f"component {name!r}: {reason}") from error
+        try:
+            yield slave
+        except FMICallException as error:
+            if messages:
+                raise CoSimulationError(f"component {name!r}: {'; '.join(messages)}") from error
+            raise
+
+
+def initialized(
+    system: CoupledSystem, components: Sequence[Component], options: CouplingOptions
+) -> tuple[Loop, list[str]]:
+    """Initialize all components together, and return them as a loop, with remarks."""
+    places = _parts([len(one.linked) for one in components])
+    parts = _parts([len(one.outputs) for one in components])
+    index = {
+        Pin(one.name, name): part.start + i
+        for one, part in zip(components, parts, strict=True)
+        for i, name in enumerate(one.outputs)
+    }
+    sources = [index[link.source] for link in system.links]
+    inputs, outputs = _first_values(components, places, parts, sources)
+    links = zip(system.links, inputs, strict=True)
+    sizes = np.array([range_of(system.variable(link.target), value) for link, value in links])
+    for one, place in zip(components, places, strict=True):
+        one.feeds_through = feeds_through(one, 0.0, inputs[place], sizes[place])
+    require_no_loop(system, components, options)
+    for one, place in zip(components, places, strict=True):
+        one.begin(inputs[place], 0.0)
+    outputs = np.concatenate([one.read() for one in components])
+    owners = [one for one in components for _ in one.linked]
+    held = np.array([one.inputs in ("held", "forecast") for one in owners], dtype=np.bool_)
+    mix, remarks = mixed(system, components, options, held)
+    loop = Loop(components, places, sources, parts, held, mix, sizes, outputs, inputs)
+    loop.inputs = loop.values(outputs)
+    return loop, remarks
+
+
+def _first_values(
+    components: Sequence[Component],
+    places: Sequence[slice],
+    parts: Sequence[slice],
+    sources: list[int],
+) -> tuple[FloatArray, FloatArray]:
+    """Return linked inputs and outputs at the start, exchanged until they agree."""
+    outputs = np.zeros(parts[-1].stop)
+    inputs = np.zeros(len(sources))
+    for sweep in range(SWEEPS):
+        for one, place, part in zip(components, places, parts, strict=True):
+            one.set_linked(inputs[place] if sweep else one.starts(), 0.0)
+            outputs[part] = one.read()
+        new = outputs[sources]
+        if sweep and np.allclose(new, inputs, rtol=1e-9, atol=0.0):
+            break
+        inputs = new
+    return inputs, outputs
+
+
+def _parts(counts: Sequence[int]) -> list[slice]:
+    ends = np.cumsum(counts)
+    return [slice(int(end) - count, int(end)) for count, end in zip(counts, ends, strict=True)]

@@ -1,0 +1,176 @@
+"""The loop of a coupled system: what all components exchange, and how they go on and back."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.apps.couple.component import Component, StepOutputs
+from slide_fmu.core.signals import FloatArray
+
+SLOPE_PART = 1e-4
+"""Change of an input, as a part of its size, with which derivatives are measured by rollback."""
+
+
+class Mix(NamedTuple):
+    """A Mix says how a linked input comes from its source: the weights of the output at the start
+    of a step, of its mean over the step, and at the end, (n_links,)."""
+
+    start: FloatArray
+    mean: FloatArray
+    end: FloatArray
+
+
+@dataclass(eq=False)
+class Loop:
+    """A Loop has the present state of a coupled system. Links are in the order of ``inputs``.
+
+    Attributes:
+        components: in the order of the system.
+        places: the linked inputs of each component, as a part of all of them.
+        sources: for each link, the index of its output among all outputs.
+        parts: the outputs of each component, as a part of all of them.
+        held: whether each linked input is constant over a step.
+        mix: how linked inputs come from their sources in implicit steps.
+        sizes: size of each linked input, in its unit.
+        outputs: all outputs at the present time, (n_outputs,).
+        inputs: linked inputs at the present time, (n_links,).
+        solved: linked inputs of the last steps, the last one first, each with its length in s.
+        last_change: change of the values that links carry, over the last step.
+    """
+
+    components: Sequence[Component]
+    places: Sequence[slice]
+    sources: list[int]
+    parts: Sequence[slice]
+    held: NDArray[np.bool_]
+    mix: Mix
+    sizes: FloatArray
+    outputs: FloatArray
+    inputs: FloatArray
+    solved: list[tuple[FloatArray, float]] = field(default_factory=list)
+    last_change: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def values(self, outputs: FloatArray) -> FloatArray:
+        """Return the values that the links carry, (n_links,)."""
+        return outputs[self.sources]
+
+    def step(
+        self,
+        which: Collection[int],
+        time: float,
+        length: float,
+        now: FloatArray,
+        into: StepOutputs,
+        slopes: bool = False,
+    ) -> None:
+        """Let some components take a step under linked inputs, and write their outputs."""
+        for k in which:
+            place, part = self.places[k], self.parts[k]
+            one = self.components[k]
+            found = one.advance(
+                time, length, self.inputs[place], now[place], slopes and one.has_slopes
+            )
+            into.mean[part], into.end[part] = found.mean, found.end
+            if found.slopes is not None and into.slopes is not None:
+                for all_, of_one in zip(into.slopes, found.slopes, strict=True):
+                    all_[part, place] = of_one
+
+    def empty(self, slopes: bool = False) -> StepOutputs:
+        """Return a place for the outputs of all components, filled with the present ones."""
+        shape = (len(self.outputs), len(self.inputs))
+        rates = (np.zeros(shape), np.zeros(shape)) if slopes else None
+        return StepOutputs(self.outputs.copy(), self.outputs.copy(), rates)
+
+    def given(self, stepped: StepOutputs) -> FloatArray:
+        """Return the linked inputs of a step that its outputs give, (n_links,)."""
+        start, mean, end = map(self.values, (self.outputs, stepped.mean, stepped.end))
+        return self.mix.start * start + self.mix.mean * mean + self.mix.end * end
+
+    def slopes(self, stepped: StepOutputs) -> FloatArray:
+        """Return the derivatives of ``given`` by the linked inputs, (n_links, n_links)."""
+        assert stepped.slopes is not None
+        mean, end = (rates[self.sources] for rates in stepped.slopes)
+        return self.mix.mean[:, None] * mean + self.mix.end[:, None] * end
+
+    def difference(
+        self, which: Collection[int], time: float, length: float, now: FloatArray, at: StepOutputs
+    ) -> None:
+        """Write derivatives by differences: components step once more for each linked input.
+
+        They are at the beginning of the step before, and somewhere in it behind.
+        """
+        assert at.slopes is not None
+        for k in which:
+            place, part, one = self.places[k], self.parts[k], self.components[k]
+            if one.has_slopes:
+                continue
+            state = one.save()
+            for index in range(place.start, place.stop):
+                moved = now.copy()
+                moved[index] += (change := SLOPE_PART * self.sizes[index] or SLOPE_PART)
+                one.restore(state)
+                found = one.advance(time, length, self.inputs[place], moved[place])
+                pairs = ((found.mean, at.mean), (found.end, at.end))
+                for rates, (new, old) in zip(at.slopes, pairs, strict=True):
+                    rates[part, index] = (new - old[part]) / change
+            one.free(state)
+
+    def continued(self, length: float, linear: bool) -> FloatArray:
+        """Return linked inputs of the next step, continued from outputs alone, (n_links,)."""
+        values = self.values(self.outputs)
+        if not linear or not self.solved:
+            return values
+        part = length / self.solved[0][1] * np.where(self.held, 0.5, 1.0)
+        return values + part * self.last_change
+
+    def guess(self, length: float) -> FloatArray:
+        """Return linked inputs of the next step, continued from those that were solved for."""
+        if len(self.solved) > 1:
+            (last, h), (former, h_former) = self.solved  # a mean belongs to the middle of its step
+            between = np.where(self.held, 0.5 * (h + h_former), h)
+            onward = np.where(self.held, 0.5 * (h + length), length)
+            return np.asarray(last + (last - former) * onward / between)
+        return self.continued(length, linear=True)
+
+    def accept(
+        self, stepped: StepOutputs, now: FloatArray, given: FloatArray, length: float
+    ) -> None:
+        """Go on to the end of a step with linked inputs ``now``; its outputs give ``given``."""
+        before = self.values(self.outputs)
+        self.outputs = stepped.end.copy()
+        self.last_change = self.values(self.outputs) - before
+        self.inputs = np.where(self.held, self.values(self.outputs), now)
+        self.solved = [(given.copy(), length), *self.solved[:1]]
+        np.maximum(self.sizes, np.abs(now), out=self.sizes)
+
+    def save(self, which: Collection[int]) -> dict[int, object]:
+        """Return the states of some components."""
+        return {k: self.components[k].save() for k in which}
+
+    def restore(self, states: dict[int, object]) -> None:
+        """Go back to these states."""
+        for k, state in states.items():
+            self.components[k].restore(state)
+
+    def free(self, states: dict[int, object]) -> None:
+        """Forget these states."""
+        for k, state in states.items():
+            self.components[k].free(state)
+
+    def mark(self) -> tuple[object, ...]:
+        """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""
+        return self.outputs, self.inputs, list(self.solved), self.last_change
+
+    def go_back(self, mark: tuple[Any, ...]) -> None:
+        """Undo what was accepted since a mark."""
+        self.outputs, self.inputs, self.solved, self.last_change = mark
+
+    def difference_of(self, values: FloatArray, others: FloatArray) -> float:
+        """Return the largest difference of linked values, as a part of their sizes."""
+        parts = np.abs(values - others) / np.where(self.sizes > 0, self.sizes, np.inf)
+        return float(np.max(parts, initial=0.0))

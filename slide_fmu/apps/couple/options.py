@@ -1,0 +1,63 @@
+"""The options of a coupled run are checked here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+EXPLICIT, IMPLICIT = ("jacobi", "gauss_seidel"), ("fixed_point", "newton")
+"""Names of the methods."""
+
+WHOLE = 1e-6
+"""Allowed rounding of a step from a multiple of an FMU's own step, or of the end of the run."""
+
+
+@dataclass(frozen=True)
+class CouplingOptions:
+    """CouplingOptions say how a coupled system is run; ``couple`` explains them."""
+
+    step: float
+    stop: float
+    method: str = "newton"
+    extrapolation: str = "linear"
+    tolerance: float = 1e-5
+    iterations: int = 20
+    control: str | None = None
+    error: float = 1e-3
+    record: Sequence[str] | None = None
+    moving: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse options that cannot be used.
+
+        Raises:
+            ValueError: the message names the option, its value and what was expected.
+        """
+        _require_one_of("method", self.method, (*EXPLICIT, *IMPLICIT))
+        _require_one_of("extrapolation", self.extrapolation, ("zero", "linear"))
+        if self.control is not None:
+            _require_one_of("control", self.control, ("predictor", "halving"))
+        if self.control == "predictor" and self.method in EXPLICIT:
+            raise ValueError(
+                f"control = 'predictor' with the method {self.method!r}; expected one of "
+                f"{list(IMPLICIT)}, which correct the predicted inputs: or choose 'halving'"
+            )
+        for name in ("step", "stop", "tolerance", "error"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"{name} = {value!r}; expected a positive number")
+        if self.iterations < 1:
+            raise ValueError(f"iterations = {self.iterations!r}; expected at least 1")
+        count = self.stop / self.step
+        if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
+            raise ValueError(
+                f"stop = {self.stop:g} s is {count:.6g} steps of {self.step:g} s; expected a "
+                "whole number of steps: change one of them"
+            )
+
+
+def _require_one_of(name: str, value: str, choices: Sequence[str]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} = {value!r}; expected one of {list(choices)}: correct it")

@@ -1,0 +1,74 @@
+"""The result of a coupled run: values over time, and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.files import write_whole
+from slide_fmu.core.signals import FloatArray
+
+
+@dataclass(frozen=True)
+class CoupledFigures:
+    """CoupledFigures say how a coupled system was run, and what that took.
+
+    Attributes:
+        method: its name.
+        extrapolation: how unknown inputs continue in explicit steps: ``"zero"`` or ``"linear"``.
+        step_s: communication step in s; the longest one where steps are controlled.
+        steps: number of steps.
+        rejected: number of steps that were repeated with half their length.
+        shortest_step_s: in s.
+        iterations: mean number of iterations of a step.
+        most_iterations: their largest number.
+        component_steps: steps of FMUs by the names of the components, with repeated ones.
+        inputs: how each component takes its inputs.
+        seconds: computing time of the steps in s.
+        remarks: one sentence each.
+    """
+
+    method: str
+    extrapolation: str
+    step_s: float
+    steps: int
+    rejected: int
+    shortest_step_s: float
+    iterations: float
+    most_iterations: int
+    component_steps: Mapping[str, int]
+    inputs: Mapping[str, str]
+    seconds: float
+    remarks: Sequence[str] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """A Coupled is the result of ``couple``.
+
+    Attributes:
+        time: communication points in s, (N,).
+        values: by ``COMPONENT.VARIABLE``, in their units, (N,) each.
+        units: of the values; empty where an FMU names none.
+        figures: how the system was run.
+    """
+
+    time: FloatArray
+    values: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    figures: CoupledFigures = field(repr=False)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return the values of ``COMPONENT.VARIABLE``."""
+        return self.values[name]
+
+    def write(self, path: str | Path) -> Path:
+        """Write a table as CSV, with a column for the time and for each value; return its path."""
+        table = np.column_stack([self.time, *self.values.values()])
+        lines = [",".join(["time", *self.values])]
+        lines += [",".join(f"{value:.9g}" for value in row) for row in table]
+        write_whole(Path(path), ("\n".join(lines) + "\n").encode("utf-8"))
+        return Path(path)

@@ -1,0 +1,144 @@
+"""SSP files (System Structure and Parameterization 1.0) are read as coupled systems."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.cosim.ssv import parameters_of
+
+STRUCTURE = "SystemStructure.ssd"
+SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
+SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
+FMU_KIND = "application/x-fmu-sharedlibrary"
+
+
+@dataclass(frozen=True)
+class SspSystem:
+    """An SspSystem is what an SSP file says: arguments of ``couple``.
+
+    Attributes:
+        fmus: the unpacked FMUs by the names of the components.
+        connections: pairs of ``COMPONENT.VARIABLE``.
+        parameters: start values by ``COMPONENT.VARIABLE``.
+        stop: end time in s of its default experiment; None without one.
+    """
+
+    fmus: Mapping[str, Path]
+    connections: list[tuple[str, str]]
+    parameters: Mapping[str, float]
+    stop: float | None
+
+
+def read_ssp(path: Path, folder: Path) -> SspSystem:
+    """Read an SSP file, and unpack its FMUs into a folder.
+
+    Raises:
+        ValueError: it is not an SSP file, or has something that coupled runs do not know.
+    """
+    try:
+        with open_archive(path) as archive:
+            root = ElementTree.fromstring(archive.read(STRUCTURE))
+            return _read(path, root, archive, folder)
+    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError) as error:
+        raise ValueError(
+            f"{path} is not an SSP file that can be read ({error}); expected an archive with "
+            f"{STRUCTURE}, as slide-fmu ssp writes one"
+        ) from error
+
+
+def _read(
+    path: Path, root: ElementTree.Element, archive: zipfile.ZipFile, folder: Path
+) -> SspSystem:
+    system = root.find(f"{SSD}System")
+    if system is None:
+        raise ValueError(f"{path}: {STRUCTURE} has no System; expected one")
+    for tag in ("System", "SignalDictionaryReference"):
+        if (found := system.find(f"{SSD}Elements/{SSD}{tag}")) is not None:
+            raise ValueError(
+                f"{path}: the system has an element {tag} {found.get('name')!r}; expected "
+                "components alone: move its components into the system"
+            )
+    fmus, parameters = {}, {}
+    for component in system.findall(f"{SSD}Elements/{SSD}Component"):
+        name, source = str(component.get("name")), str(component.get("source"))
+        if component.get("type", FMU_KIND) != FMU_KIND or source not in archive.namelist():
+            raise ValueError(
+                f"{path}: component {name!r} has the source {source!r} of type "
+                f"{component.get('type', FMU_KIND)!r}; expected an FMU inside the SSP"
+            )
+        fmus[name] = Path(archive.extract(source, folder))
+        for key, value in _parameters(path, component, archive).items():
+            parameters[f"{name}.{key}"] = value
+    experiment = root.find(f"{SSD}DefaultExperiment")
+    stop = None if experiment is None else experiment.get("stopTime")
+    connections = [
+        _connection(path, c) for c in system.findall(f"{SSD}Connections/{SSD}Connection")
+    ]
+    return SspSystem(fmus, connections, parameters, None if stop is None else float(stop))
+
+
+def _connection(path: Path, connection: ElementTree.Element) -> tuple[str, str]:
+    """Return the ends of a connection; the end of which is an input is known later."""
+    start, end = (
+        (connection.get(f"{side}Element"), connection.get(f"{side}Connector"))
+        for side in ("start", "end")
+    )
+    names = [f"{element}.{name}" if element else str(name) for element, name in (start, end)]
+    if start[0] is None or end[0] is None:
+        raise ValueError(
+            f"{path}: the connection {names[0]} to {names[1]} leads to a connector of the system; "
+            "expected components alone: give inputs by --inputs, and remove it"
+        )
+    if len(connection):
+        raise ValueError(
+            f"{path}: the connection {names[0]} to {names[1]} converts values; expected a plain "
+            "one: convert in an FMU"
+        )
+    return names[0], names[1]
+
+
+def _parameters(
+    path: Path, component: ElementTree.Element, archive: zipfile.ZipFile
+) -> dict[str, float]:
+    """Return the start values of a component, from files and from what the SSP itself has."""
+    found: dict[str, float] = {}
+    for binding in component.iter(f"{SSD}ParameterBinding"):
+        source = binding.get("source")
+        if source is not None:
+            found |= parameters_of(archive.read(source), f"{path}/{source}")
+        for inner in binding.iter(f"{SSV}ParameterSet"):
+            found |= parameters_of(ElementTree.tostring(inner), f"{path}/{STRUCTURE}")
+    return found
+
+
+def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Read a table of inputs over time, as ``couple`` takes them.
+
+    Raises:
+        ValueError: it has no column ``time`` first, or a row with something else than numbers.
+    """
+    with path.open(newline="", encoding="utf-8") as file:
+        heading, *rows = list(csv.reader(file)) or [[]]
+    if len(heading) < 2 or heading[0] != "time" or len(rows) < 1:
+        raise ValueError(
+            f"{path} begins with the columns {heading}; expected time, then COMPONENT.VARIABLE "
+            "for each input, and rows of numbers below"
+        )
+    for line, row in enumerate(rows, start=2):
+        try:
+            if len([float(cell) for cell in row]) == len(heading):
+                continue
+        except ValueError:
+            pass
+        raise ValueError(f"{path}, line {line}: {row}; expected {len(heading)} numbers")
+    table = np.array(rows, dtype=np.float64)
+    return {name: (table[:, 0], table[:, i]) for i, name in enumerate(heading) if i}

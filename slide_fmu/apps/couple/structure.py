@@ -1,0 +1,222 @@
+"""A coupled system is read and checked here: its FMUs, their variables, and what is connected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.suggestions import or_meant
+from slide_fmu.cosim.importer import read_description
+from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.fmu.export import FmuError
+
+REALS = ("Real", "Float64")
+"""Types of variables that can be connected."""
+
+Course = Callable[[float], float]
+"""The value of an input, in its unit, at a time in s."""
+
+
+class Pin(NamedTuple):
+    """A Pin is a variable of a component."""
+
+    component: str
+    variable: str
+
+    def __str__(self) -> str:
+        """Write it as users do."""
+        return f"{self.component}.{self.variable}"
+
+
+class Link(NamedTuple):
+    """A Link leads from an output of a component to an input of a component."""
+
+    source: Pin
+    target: Pin
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledSystem:
+    """A CoupledSystem has FMUs for co-simulation by name, and the links between them.
+
+    Attributes:
+        paths: the files of the FMUs.
+        descriptions: fmpy's model descriptions.
+        links: the connections, sorted by the components that they lead to.
+        parameters: start values by the names of components and variables.
+        courses: values over time of inputs that no link leads to.
+    """
+
+    paths: Mapping[str, Path]
+    descriptions: Mapping[str, Any]
+    links: Sequence[Link]
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    courses: Mapping[Pin, Course] = field(default_factory=dict)
+
+    def names(self, component: str, *causalities: str) -> list[str]:
+        """Return the real scalars of a component that have one of the causalities."""
+        return [
+            v.name
+            for v in self.descriptions[component].modelVariables
+            if v.causality in causalities and v.type in REALS and not v.dimensions
+        ]
+
+    def variable(self, pin: Pin) -> Any:
+        """Return fmpy's description of a variable."""
+        return next(
+            v for v in self.descriptions[pin.component].modelVariables if v.name == pin.variable
+        )
+
+
+def coupled_system(
+    fmus: Mapping[str, str | Path],
+    connections: Iterable[tuple[str, str]],
+    parameters: Mapping[str, Any],
+    inputs: Mapping[str, Any],
+) -> CoupledSystem:
+    """Read FMUs and check what is connected; arguments are those of ``couple``.
+
+    Raises:
+        CoSimulationError: an FMU is not for co-simulation.
+        FmuError: a file is no FMU.
+        ValueError: a name is unknown, an input has two sources, or units differ.
+    """
+    if not fmus:
+        raise ValueError("no FMU; expected at least one component, such as {'car': 'car.fmu'}")
+    paths = {name: Path(path) for name, path in fmus.items()}
+    descriptions = {name: _description(name, path) for name, path in paths.items()}
+    bare = CoupledSystem(paths, descriptions, ())
+    links = [
+        Link(_pin(bare, source, "output", "local"), _pin(bare, target, "input"))
+        for source, target in connections
+    ]
+    courses = {_pin(bare, name, "input"): _course(name, given) for name, given in inputs.items()}
+    _require_one_source(links, courses)
+    for link in links:
+        _require_equal_units(bare, link)
+    order = list(paths)
+    links.sort(key=lambda link: order.index(link.target.component))
+    values: dict[str, dict[str, Any]] = {name: {} for name in paths}
+    for name, value in parameters.items():
+        pin = _pin(bare, name)
+        values[pin.component][pin.variable] = value
+    return CoupledSystem(paths, descriptions, links, values, courses)
+
+
+def _description(name: str, path: Path) -> Any:
+    """Read the model description of a component."""
+    if not path.is_file():
+        raise FmuError(
+            f"component {name!r}: there is no file {str(path)!r}; expected an FMU: "
+            "correct the path"
+        )
+    found = read_description(path, validate=False)
+    if str(found.fmiVersion)[:2] not in ("2.", "3.") or found.coSimulation is None:
+        kind = "model exchange" if found.modelExchange is not None else "another interface"
+        raise CoSimulationError(
+            f"component {name!r}: {path.name} is of FMI {found.fmiVersion}, for {kind}; expected "
+            "co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
+        )
+    return found
+
+
+def _pin(system: CoupledSystem, text: str, *causalities: str) -> Pin:
+    """Find the variable that a text ``COMPONENT.VARIABLE`` names."""
+    name, dot, variable = text.partition(".")
+    if name not in system.paths or not dot:
+        raise ValueError(
+            f"{text!r} names the component {name!r}; expected COMPONENT.VARIABLE with one of "
+            f"{list(system.paths)}{or_meant(name, system.paths)}"
+        )
+    all_ = causalities or ("parameter", "input", "structuralParameter", "local", "output")
+    known = (
+        system.names(name, *all_)
+        if causalities
+        else [v.name for v in system.descriptions[name].modelVariables]
+    )
+    if variable not in known:
+        shown = [one for one in known if causalities][:12]
+        expected = f"one of its real scalars {shown}" if shown else "a variable that it has"
+        what = causalities[0] if causalities else "variable"
+        raise ValueError(
+            f"component {name!r} has no {what} {variable!r}; expected {expected}"
+            f"{or_meant(variable, known)}"
+        )
+    return Pin(name, variable)
+
+
+def default_step(system: CoupledSystem) -> float:
+    """Return the largest communication step in s that an FMU names.
+
+    Raises:
+        ValueError: none names one.
+    """
+    experiments = [one.defaultExperiment for one in system.descriptions.values()]
+    steps = [float(one.stepSize) for one in experiments if one is not None and one.stepSize]
+    if not steps:
+        raise ValueError("no FMU names a step; expected a communication step in s: give --step")
+    return max(steps)
+
+
+def recorded_pin(system: CoupledSystem, name: str) -> Pin:
+    """Return the real scalar that a text ``COMPONENT.VARIABLE`` names."""
+    return _pin(system, name, "output", "input", "local", "parameter", "independent")
+
+
+def _require_one_source(links: Sequence[Link], courses: Iterable[Pin]) -> None:
+    """Refuse an input that two connections lead to, or one and a course of values."""
+    sources: dict[Pin, str] = {pin: "values over time" for pin in courses}
+    for link in links:
+        if link.target in sources:
+            raise ValueError(
+                f"input {str(link.target)!r} is connected to {str(link.source)!r} and to "
+                f"{sources[link.target]!r}; expected one source: remove one of them"
+            )
+        sources[link.target] = str(link.source)
+
+
+def _require_equal_units(system: CoupledSystem, link: Link) -> None:
+    """Refuse a link between different units; a unit that an FMU does not name fits all."""
+    source, target = (unit_of(system.variable(pin)) for pin in link)
+    if source and target and source != target:
+        raise ValueError(
+            f"{str(link.source)!r} is in {source}, {str(link.target)!r} in {target}; expected one "
+            "unit: convert in one of the FMUs, or correct the connection"
+        )
+
+
+def unit_of(variable: Any) -> str:
+    """Return the unit of a variable; empty if the FMU does not name it."""
+    declared = variable.declaredType
+    return str(variable.unit or (declared and declared.unit) or "")
+
+
+def _course(name: str, given: Any) -> Course:
+    """Return the values over time of an input: a number, a function, or times and values.
+
+    Raises:
+        ValueError: it is something else, or its times do not rise.
+    """
+    if callable(given):
+        return lambda time: float(given(time))
+    if isinstance(given, int | float):
+        return lambda time: float(given)
+    times, values = (np.asarray(part, dtype=np.float64) for part in given)
+    if times.ndim != 1 or times.shape != values.shape or not len(times):
+        raise ValueError(
+            f"input {name!r}: times of shape {times.shape} and values of shape {values.shape}; "
+            "expected two arrays of one length"
+        )
+    if not np.all(np.diff(times) > 0) or not np.all(np.isfinite(values)):
+        raise ValueError(f"input {name!r}: expected times in s that rise, and finite values")
+    return _between(times, values)
+
+
+def _between(times: FloatArray, values: FloatArray) -> Course:
+    """Return straight lines between values, which stay constant outside of their times."""
+    return lambda time: float(np.interp(time, times, values))

@@ -1,0 +1,128 @@
+"""``slide-fmu couple`` on the command line: an SSP becomes a table, figures and a report."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.acceptance.conftest import invoke
+from tests.own_models.halves.cut_car import road
+
+STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
+<SystemStructureDescription xmlns="http://ssp-standard.org/SSP1/SystemStructureDescription"
+    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+    version="1.0" name="car">
+  <System name="car">
+    <Elements>
+      <Component name="lower" source="resources/lower.fmu"/>
+      <Component name="upper" source="resources/upper.fmu">
+        <ParameterBindings><ParameterBinding><ParameterValues>
+          <ssv:ParameterSet version="1.0" name="parameters"><ssv:Parameters>
+            <ssv:Parameter name="mass"><ssv:Real value="25.0"/></ssv:Parameter>
+          </ssv:Parameters></ssv:ParameterSet>
+        </ParameterValues></ParameterBinding></ParameterBindings>
+      </Component>
+    </Elements>
+    <Connections>
+      <Connection startElement="lower" startConnector="force" endElement="upper"
+          endConnector="force"/>
+      <Connection startElement="upper" startConnector="position" endElement="lower"
+          endConnector="body"/>
+    </Connections>
+  </System>
+  <DefaultExperiment stopTime="0.4"/>
+</SystemStructureDescription>
+"""
+
+
+@pytest.fixture
+def car(halves: dict[str, Path], tmp_path: Path) -> Path:
+    """A system of both halves."""
+    return write_car(tmp_path / "car.ssp", halves, STRUCTURE)
+
+
+def write_car(path: Path, halves: dict[str, Path], structure: str) -> Path:
+    """Write both halves with a structure."""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", structure)
+        for name, fmu in halves.items():
+            archive.write(fmu, f"resources/{name}.fmu")
+    return path
+
+
+def test_ssp_gives_a_table_figures_and_a_report(
+    car: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    times, heights = road(0.4)
+    np.savetxt("road.csv", np.stack([times, heights], axis=1), delimiter=",", comments="",
+               header="time,lower.road")  # fmt: skip
+    result = invoke(
+        "couple", car, "--step", 0.02, "--inputs", "road.csv", "--moving", "lower",
+        "-o", "out.csv", "--json", "figures.json",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    table = np.genfromtxt("out.csv", delimiter=",", names=True, deletechars="")
+    assert table["time"][-1] == pytest.approx(0.4)
+    assert np.ptp(table["upper.position"]) > 1e-3
+    figures = json.loads(Path("figures.json").read_text("utf-8"))
+    assert (figures["method"], figures["steps"]) == ("newton", 20)
+    page = Path("runs/car/couple/report.html").read_text("utf-8")
+    assert "upper.position" in page
+    assert "implicit, by Newton" in page
+
+
+def test_start_values_of_the_ssp_are_used(car: Path, tmp_path: Path) -> None:
+    tables = []
+    for more in ((), ("--set", "upper.mass=300")):
+        arguments = ("--step", 0.02, "--set", "upper.start=0.01", "--moving", "lower", *more)
+        place = tmp_path / "out.csv"
+        result = invoke("couple", car, *arguments, "-o", place, "--report", tmp_path)
+        assert result.exit_code == 0, result.output
+        tables.append(np.genfromtxt(place, delimiter=",", names=True, deletechars=""))
+    light, heavy = (table["upper.position"][3] for table in tables)
+    assert light < heavy < 0.01
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("resources/upper.fmu", "upper.fmu", ("'upper'", "expected an FMU")),
+        ('startElement="lower" ', "", ("force to upper.force", "connector of the system")),
+        ("<Elements>", '<Elements><System name="inner"/>', ("System 'inner'",)),
+        ("</System>", "", ("not an SSP file",)),
+    ],
+)
+def test_structure_that_is_not_known_is_refused(
+    halves: dict[str, Path], tmp_path: Path, old: str, new: str, words: tuple[str, ...]
+) -> None:
+    path = write_car(tmp_path / "car.ssp", halves, STRUCTURE.replace(old, new))
+    result = invoke("couple", path, "--step", 0.02)
+    assert result.exit_code == 1
+    assert [word for word in words if word not in " ".join(result.output.split())] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("t,lower.road\n0,0\n", ("columns ['t'", "expected time")),
+        ("time,lower.road\n0,x\n", ("line 2", "expected 2 numbers")),
+    ],
+)
+def test_table_of_inputs_that_cannot_be_read_is_refused(
+    car: Path, tmp_path: Path, text: str, words: tuple[str, ...]
+) -> None:
+    (tmp_path / "road.csv").write_text(text, encoding="utf-8")
+    result = invoke("couple", car, "--step", 0.02, "--inputs", tmp_path / "road.csv")
+    assert result.exit_code == 1
+    assert [word for word in words if word not in " ".join(result.output.split())] == []
+
+
+def test_step_is_asked_for_where_no_fmu_names_one(car: Path) -> None:
+    result = invoke("couple", car)
+    assert result.exit_code == 1
+    assert "give --step" in result.output

@@ -1,0 +1,111 @@
+"""Methods of coupled runs, with a quarter car cut in two: errors, energy, iterations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slide_fmu as slide
+from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.cosim.run import CoSimulationError
+from tests.own_models.halves.cut_car import (
+    KNOT,
+    LINKS,
+    relative_error,
+    road,
+    whole,
+    write_halves,
+)
+from tests.refusals import refused
+
+STOP = 2.0
+
+
+def ride(halves: dict[str, Path], mass: float, step: float, **options: Any) -> Coupled:
+    """Run the car over its road."""
+    found: Coupled = slide.couple(
+        halves,
+        LINKS,
+        step=step,
+        stop=STOP,
+        inputs={"lower.road": road(STOP)},
+        parameters={"upper.mass": mass},
+        moving=["lower"],
+        **options,
+    )
+    return found
+
+
+def error(run: Coupled, mass: float) -> float:
+    """The error of the body's position."""
+    times, heights = road(STOP)
+    found = np.interp(times, run.time, run["upper.position"])
+    return relative_error(found, whole(mass, times, heights))
+
+
+@pytest.mark.parametrize("method", ["newton", "fixed_point"])
+def test_implicit_steps_of_a_light_body_are_close_to_the_whole_car(
+    halves: dict[str, Path], method: str
+) -> None:
+    run = ride(halves, 12.0, 0.02, method=method)
+    assert error(run, 12.0) < 0.005
+    assert run.figures.iterations <= 3
+    added = run["upper.work"][-1] - run["lower.work"][-1]
+    assert abs(added) < 1e-3 * run["lower.exchanged"][-1]
+
+
+@pytest.mark.parametrize("method", ["jacobi", "gauss_seidel"])
+def test_explicit_steps_of_a_light_body_grow_and_name_the_remedy(
+    halves: dict[str, Path], method: str
+) -> None:
+    with refused(CoSimulationError, "component 'lower'", "body = ", "implicit method"):
+        ride(halves, 12.0, 0.02, method=method)
+
+
+def test_error_of_implicit_steps_falls_with_the_square_of_the_step(
+    halves: dict[str, Path],
+) -> None:
+    long, short = (error(ride(halves, 300.0, step), 300.0) for step in (KNOT, KNOT / 2))
+    assert long / short == pytest.approx(4, rel=0.15)
+
+
+def test_extrapolation_of_explicit_steps_makes_them_more_accurate(
+    halves: dict[str, Path],
+) -> None:
+    zero, linear = (
+        error(ride(halves, 300.0, 0.01, method="jacobi", extrapolation=name), 300.0)
+        for name in ("zero", "linear")
+    )
+    sequential = error(ride(halves, 300.0, 0.01, method="gauss_seidel"), 300.0)
+    assert sequential < linear < 0.5 * zero
+
+
+@pytest.mark.parametrize("control", ["predictor", "halving"])
+def test_controlled_steps_become_short_where_it_is_needed(
+    halves: dict[str, Path], control: str
+) -> None:
+    run = ride(halves, 300.0, 0.04, control=control, error=5e-3)
+    assert run.figures.rejected > 0
+    assert run.figures.shortest_step_s < 0.04
+    assert run.time[-1] == pytest.approx(STOP)
+    assert error(run, 300.0) < error(ride(halves, 300.0, 0.04), 300.0)
+
+
+def test_fmu_that_cannot_go_back_takes_part_explicitly_and_is_named(
+    halves: dict[str, Path], tmp_path: Path
+) -> None:
+    mixed = {**halves, "upper": write_halves(tmp_path, rollback=False)["upper"]}
+    run = ride(mixed, 300.0, 0.01)
+    (remark,) = run.figures.remarks
+    assert remark.startswith("upper takes part explicitly")
+    assert error(run, 300.0) < 0.05
+    with refused(CoSimulationError, "component 'upper'", "leave control out"):
+        ride(mixed, 300.0, 0.01, control="halving")
+
+
+def test_iterations_that_do_not_end_name_the_input(halves: dict[str, Path]) -> None:
+    with refused(CoSimulationError, "after 1 iterations", "expected agreement", "upper.force"):
+        ride(halves, 12.0, 0.02, iterations=1)

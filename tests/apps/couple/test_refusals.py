@@ -1,0 +1,101 @@
+"""Mistakes in coupled systems are refused before anything runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import slide_fmu as slide
+from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.fmu.export import FmuError
+from tests.own_models.halves.cut_car import LINKS
+from tests.own_models.quarter_car import build_in_c
+from tests.refusals import refused
+
+ROOT = Path(__file__).parents[3]
+DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
+CRANK = ROOT / "fmus" / "slider_crank" / "slider_crank.fmu"
+
+
+@pytest.mark.parametrize(
+    ("connections", "words"),
+    [
+        ([("lowr.force", "upper.force")], ("'lowr'", "did you mean 'lower'?")),
+        ([("lower.forse", "upper.force")], ("no output 'forse'", "did you mean 'force'?")),
+        ([("lower.force", "upper.speed")], ("no input 'speed'", "'force'")),
+        ([*LINKS, ("upper.speed", "lower.body")], ("'lower.body'", "one source")),
+        ([("force", "upper.force")], ("COMPONENT.VARIABLE",)),
+    ],
+)
+def test_wrong_connection_is_refused(
+    halves: dict[str, Path], connections: list[tuple[str, str]], words: tuple[str, ...]
+) -> None:
+    with refused(ValueError, *words):
+        slide.couple(halves, connections, step=0.01, stop=1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"method": "euler"}, ("method = 'euler'", "newton")),
+        ({"extrapolation": "cubic"}, ("extrapolation = 'cubic'", "linear")),
+        ({"control": "yes"}, ("control = 'yes'", "halving")),
+        ({"method": "jacobi", "control": "predictor"}, ("'predictor'", "'halving'")),
+        ({"stop": 0.015}, ("1.5 steps", "whole number")),
+        ({"step": -0.01}, ("step = -0.01", "positive")),
+        ({"moving": ["wheel"]}, ("moving = ['wheel']", "lower")),
+        ({"inputs": {"lower.body": 0.0}}, ("lower.body", "one source")),
+        ({"inputs": {"lower.road": ([0, 0], [1, 2])}}, ("lower.road", "rise")),
+        ({"parameters": {"upper.weight": 1.0}}, ("no variable 'weight'",)),
+        ({"record": ["upper.height"]}, ("'height'", "position")),
+    ],
+)
+def test_wrong_option_is_refused(
+    halves: dict[str, Path], options: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    with refused(ValueError, *words):
+        slide.couple(halves, LINKS, **{"step": 0.01, "stop": 1.0, **options})
+
+
+def test_different_units_are_refused() -> None:
+    fmus = {"crank": CRANK, "spring": DUFFING}
+    with refused(ValueError, "'crank.deflection' is in m", "'spring.force' in N"):
+        slide.couple(fmus, [("crank.deflection", "spring.force")], step=0.03, stop=0.3)
+
+
+def test_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
+    car = build_in_c(tmp_path / "car.fmu")
+    with refused(CoSimulationError, "component 'car'", "for model exchange", "co-simulation"):
+        slide.couple({"car": car}, [], step=0.01, stop=0.1)
+
+
+def test_missing_file_is_named() -> None:
+    with refused(FmuError, "component 'car'", "no file 'nope.fmu'"):
+        slide.couple({"car": "nope.fmu"}, [], step=0.01, stop=0.1)
+
+
+def test_circle_of_feedthrough_is_refused_by_explicit_methods(tmp_path: Path) -> None:
+    gain = write_gain(tmp_path)
+    loop = {"one": gain, "two": gain}
+    links = [("one.y", "two.u"), ("two.y", "one.u")]
+    with refused(CoSimulationError, "['one', 'two']", "algebraic loop", "'newton'"):
+        slide.couple(loop, links, step=0.1, stop=0.2, method="jacobi")
+    run = slide.couple(loop, links, step=0.1, stop=0.2)
+    assert run["one.y"][-1] == pytest.approx(1 / (1 - 0.5), rel=1e-4)  # y = 1 + u / 2, twice
+
+
+def test_step_that_is_no_multiple_is_refused(tmp_path: Path) -> None:
+    gain = write_gain(tmp_path, canHandleVariableCommunicationStepSize="false")
+    with refused(ValueError, "multiple of 0.1 s", "'one'"):
+        slide.couple({"one": gain}, [], step=0.25, stop=0.5)
+
+
+def write_gain(folder: Path, **options: str) -> Path:
+    """Write an FMU whose output follows its input at once."""
+    from tests.python_fmus import write_python_fmu
+
+    script = ROOT / "tests" / "own_models" / "gain_slave.py"
+    path = folder / "gain.fmu"
+    return write_python_fmu("Gain", script, path, **{"canGetAndSetFMUstate": "true", **options})
